@@ -1,8 +1,9 @@
 #pragma once
-// One callback for two needs: showing how far a long loop is, and stopping it.
+// How the library talks while it works: callbacks that the program supplies. The library itself never prints.
 #include "vdbcloud/core/error.h"
 
 #include <functional>
+#include <string>
 
 namespace vdbcloud {
 
@@ -14,6 +15,14 @@ using Progress = std::function<bool(double)>;
 inline void report(const Progress& progress, double fraction)
 {
     if (progress && !progress(fraction)) throw Cancelled();
+}
+
+/// Told one sentence about something that was put right or passed over; an empty function means nobody listens.
+using Warn = std::function<void(const std::string&)>;
+
+inline void warn(const Warn& to, const std::string& sentence)
+{
+    if (to) to(sentence);
 }
 
 }  // namespace vdbcloud

@@ -1,0 +1,60 @@
+#pragma once
+// The contract between the stages: names, units and metadata of every grid they exchange, written once.
+//
+// | grid                   | type  | unit, meaning                                              | background |
+// |------------------------|-------|------------------------------------------------------------|------------|
+// | density                | float | what the source calls density; sigma_t = scale x density   | 0          |
+// | temperature            | float | kelvin                                                     | 0          |
+// | vel                    | vec3s | velocity [world unit/s]                                    | 0          |
+// | Cd                     | vec3s | albedo tint per colour channel, 0..1                       | 1          |
+// | emission               | vec3s | emitted radiance per length [radiance/world unit]          | 0          |
+// | transmittance_<light>  | float, or vec3s where extinction is coloured; exp(-tau) to the light | 1 |
+// | phi                    | vec3s | collided fluence, integral of L over the sphere, r g b     | 0          |
+// | flux_r, flux_g, flux_b | vec3s | collided flux, integral of s L, one spatial vector a colour | 0         |
+// | solid                  | float | level set of an opaque body, signed distance [world unit]  | +band      |
+//
+// Lengths are world units. Directions point along propagation, but `light_to`, which points towards the light.
+// Names hold letters, digits and '_' only, so that every viewer lists them.
+#include <string>
+#include <vector>
+
+namespace vdbcloud::schema {
+
+// Grids.
+inline constexpr const char* density = "density";
+inline constexpr const char* temperature = "temperature";
+inline constexpr const char* flame = "flame";
+inline constexpr const char* velocity = "vel";
+inline constexpr const char* colour = "Cd";
+inline constexpr const char* emission = "emission";
+inline constexpr const char* transmittance_prefix = "transmittance_";
+inline constexpr const char* phi = "phi";
+inline constexpr const char* flux_prefix = "flux_";  // then r, g, b
+inline constexpr const char* solid = "solid";
+
+// Metadata of the file.
+inline constexpr const char* creator = "creator";                  // "TOOL VERSION"
+inline constexpr const char* history = "history";                  // one command line a line, oldest first
+inline constexpr const char* up_axis = "up_axis";                  // "Y" or "Z"
+inline constexpr const char* meters_per_unit = "meters_per_unit";  // double
+
+// Metadata of the density grid: the coefficients of the medium.
+inline constexpr const char* sigma_t_per_density = "vdbcloud:sigma_t_per_density";  // vec3d [1/world unit]
+inline constexpr const char* sigma_t_origin = "vdbcloud:sigma_t_origin";            // "given" or "automatic"
+inline constexpr const char* albedo = "vdbcloud:albedo";                            // vec3d, 0..1
+inline constexpr const char* g = "vdbcloud:g";                                      // double, -1..1
+inline constexpr const char* phase = "vdbcloud:phase";  // "isotropic", "rayleigh", "henyey-greenstein"
+
+// Metadata of a transmittance grid: the light it belongs to, and what it was computed with.
+inline constexpr const char* light_kind = "vdbcloud:light_kind";          // "directional" or "point"
+inline constexpr const char* light_to = "vdbcloud:light_to";              // vec3d, unit, towards a directional light
+inline constexpr const char* light_position = "vdbcloud:light_position";  // vec3d [world]
+inline constexpr const char* light_irradiance = "vdbcloud:light_irradiance";  // vec3d; point: intensity [per sr]
+inline constexpr const char* light_angular_diameter = "vdbcloud:light_angular_diameter";  // double [degrees]
+inline constexpr const char* density_digest = "vdbcloud:density_digest";  // string: the density it was made from
+
+/// The names by which other programs call the grid that we call `name`, best first, `name` itself included.
+/// density|smoke|soot|voxel_fog_density, temperature|heat, flame|flames|fire, vel|v|velocity, Cd|color|colour|albedo.
+std::vector<std::string> aliases(const std::string& name);
+
+}  // namespace vdbcloud::schema
