@@ -4,6 +4,7 @@
 // FFTW's planner and the destruction of plans share global state: both happen under one lock here. Executing a plan
 // (fftw_execute_*, on arrays given with the call) needs no lock. Always plan with FFTW_ESTIMATE: a measured plan
 // may differ from run to run, and with it the last bits of every result.
+#include <cstddef>
 #include <memory>
 #include <mutex>
 #include <stdexcept>
