@@ -26,8 +26,13 @@ struct Light {
 /// "transmittance_<name>".
 std::string transmittance_name(const Light&);
 
-/// Metadata of the light's transmittance grid (grid/schema.h).
+/// Metadata of the light's transmittance grid (grid/schema.h). to_light is written as a unit vector.
+/// Throws InputError naming the light and the value that cannot be: a name that is not plain, a direction without
+/// length, an irradiance below 0 or not finite, an angular diameter outside [0, 180] degrees.
 void write_light(MetaMap&, const Light&);
+
+/// The light that a grid called `grid_name` with this metadata belongs to; nothing if it is no transmittance grid of
+/// ours. Throws InputError as above, or where the light's kind is unknown or its direction or position is missing.
 std::optional<Light> read_light(const MetaMap&, const std::string& grid_name);
 
 /// Every light described by the transmittance grids of a file, in file order.
