@@ -1,0 +1,80 @@
+#pragma once
+// Pass two of Kajiya & Von Herzen 1984: what a camera sees of media, given the light that reaches each point.
+#include "vdbcloud/core/progress.h"
+#include "vdbcloud/optics/medium.h"
+#include "vdbcloud/render/film.h"
+#include "vdbcloud/scene/camera.h"
+#include "vdbcloud/scene/light.h"
+#include "vdbcloud/scene/sky.h"
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace vdbcloud {
+
+/// One medium of the scene, as its file gives it. Grids may differ in transform.
+struct Volume {
+    FloatGridPtr density;   ///< never null; may be empty
+    Medium medium;          ///< sigma_t_per_density chosen
+    Vec3SGridPtr colour;    ///< Cd: albedo tint, multiplies medium.albedo; may be null
+    Vec3SGridPtr emission;  ///< radiance per world unit; may be null
+    /// One for each light of the scene, in the scene's order: exp(-tau) through THIS volume towards the light, float or
+    /// vec3s, background 1. Light reaches a point with the product over the volumes, as optical depths add.
+    std::vector<GridBasePtr> transmittance;
+    Vec3SGridPtr phi;                  ///< collided fluence; may be null
+    std::array<Vec3SGridPtr, 3> flux;  ///< collided flux of r, g, b; null where phi is
+};
+
+/// What is to be rendered.
+struct Scene {
+    std::vector<Volume> volumes;  ///< coefficients add where they overlap
+    std::vector<Light> lights;    ///< unit directions; names are unique
+    Sky background;               ///< seen behind the media; does not light them here
+};
+
+enum class Integrator {
+    Cells,    ///< exact optical depth per cell of the trilinear interpolant, sparse traversal
+    Romberg,  ///< the paper's: adaptive, to a tolerance
+    Steps,    ///< midpoint rule with a fixed step
+};
+
+const char* name(Integrator);
+Integrator integrator_kind(const std::string& name);  ///< Throws InputError with the names that there are.
+
+struct IntegratorOptions {
+    Integrator kind = Integrator::Cells;
+    double tolerance = 1e-4;  ///< Romberg: absolute, of a pixel's radiance relative to its largest source, > 0
+    double step = 0.5;        ///< Steps: [voxel edge], > 0
+};
+
+/// The layers render_image fills, for a scene, in the order of the film:
+///
+///     ""               R G B A  premultiplied, WITHOUT the background; A = 1 - mean of T over r, g, b
+///     "background"     R G B    background seen through the medium, T L_sky: picture = RGB + background, per sample
+///     "Z"              Z        depth along the view axis at which the mean T of the ray falls to 0.5; 1e30 if it does not
+///     "transmittance"  R G B    T of the whole ray
+///     "direct_<light>" R G B    light scattered once
+///     "multiscatter"   R G B    from phi and flux
+///     "emission"       R G B
+///     "variance"       Y        made by expose()
+///
+/// RGB = sum of direct_* + multiscatter + emission. "" and "background" always; of the rest those in `wanted`
+/// ("direct" asks for every light's; "all" for everything). Throws UsageError naming what is not in this list.
+std::vector<LayerSpec> render_layers(const Scene&, const std::vector<std::string>& wanted);
+
+/// What a rendering took.
+struct RenderCost {
+    uint64_t rays = 0;
+    uint64_t cells = 0;    ///< cells (or steps, or evaluations) visited
+    uint64_t unconverged = 0;  ///< Romberg: rays that met their finest level before the tolerance
+};
+
+/// Fills the film, whose layers are those of render_layers(). The film's window and size are the view's.
+/// Deterministic for any number of threads. Throws InputError on grids that do not fit together, ConvergenceError on a
+/// value that is not finite, Cancelled.
+RenderCost render_image(Film&, const Scene&, const CameraView&, const SamplingOptions&, const IntegratorOptions&,
+                        const Progress& = {});
+
+}  // namespace vdbcloud
