@@ -1,0 +1,119 @@
+#include "vdbcloud/scatter/harmonics.h"
+
+#include <cmath>
+#include <cstdlib>
+
+namespace vdbcloud {
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+double root(double x) { return std::sqrt(x > 0 ? x : 0.0); }
+
+/// cos(theta) P_lm = a(l, m) P_{l+1,m} + a(l-1, m) P_{l-1,m} for normalised associated Legendre functions.
+double a(int l, int m) { return root(((l + 1.0) * (l + 1.0) - m * m) / ((2 * l + 1.0) * (2 * l + 3.0))); }
+
+/// sin(theta) P_lm = raise(l, m) P_{l+1,m+1} - raise(l-1, -m-1) P_{l-1,m+1}
+///                 = -raise(l, -m) P_{l+1,m-1} + raise(l-1, m-1) P_{l-1,m-1}
+double raise(int l, int m) { return root((l + m + 1.0) * (l + m + 2.0) / ((2 * l + 1.0) * (2 * l + 3.0))); }
+
+/// One expansion of sin(theta) P_lm with order m + step, step = +-1: its terms of degree l+1 and l-1.
+double above(int l, int m, int step) { return step > 0 ? raise(l, m) : -raise(l, -m); }
+double below(int l, int m, int step)
+{
+    if (l == 0) return 0;
+    return step > 0 ? -raise(l - 1, -m - 1) : raise(l - 1, m - 1);
+}
+
+/// x Y_lm or y Y_lm: azimuths multiply by addition theorems, cos a cos b = (cos(a+b) + cos(a-b)) / 2 and its kin,
+/// which is why every target order is |m| + 1 or |m| - 1 and may change from cosine (m >= 0) to sine (m < 0).
+void add_transverse(int degree, int l, int m, bool is_y, std::vector<double>& matrix)
+{
+    const int n = harmonic_count(degree), order = std::abs(m);
+    const bool sine = m < 0;
+    for (int step : {+1, -1}) {
+        const int to = order + step;
+        if (to < 0) continue;
+        // sin(phi) cos(m phi) = (sin(m+1) - sin(m-1)) / 2;  sin(phi) sin(m phi) = (cos(m-1) - cos(m+1)) / 2
+        const bool to_sine = sine != is_y;
+        double weight = 0.5;
+        if (is_y && (sine ? step > 0 : step < 0)) weight = -0.5;
+        if (to_sine && to == 0) continue;
+        if (order == 0) weight = step > 0 ? 1.0 : 0.0;     // cos(0) cos(phi) is one term, not two halves
+        weight *= (order > 0 ? std::sqrt(2.0) : 1.0) / (to > 0 ? std::sqrt(2.0) : 1.0);
+        const int column = harmonic(l, m);
+        if (l + 1 <= degree) matrix[harmonic(l + 1, to_sine ? -to : to) * n + column] += weight * above(l, order, step);
+        if (l >= 1 && to <= l - 1)
+            matrix[harmonic(l - 1, to_sine ? -to : to) * n + column] += weight * below(l, order, step);
+    }
+}
+
+}  // namespace
+
+void evaluate_harmonics(int degree, const Vec3d& s, double* y)
+{
+    // Normalised P_mm by recursion in m, then upwards in l; cos(m phi) sin^m(theta) as the real part of (x + i y)^m,
+    // so that the poles need no special case.
+    double cosine = 1, sine = 0, diagonal = std::sqrt(1 / (4 * pi));
+    for (int m = 0; m <= degree; ++m) {
+        if (m > 0) {
+            const double c = cosine * s.x() - sine * s.y();
+            sine = cosine * s.y() + sine * s.x();
+            cosine = c;
+            diagonal *= std::sqrt((2 * m + 1.0) / (2 * m));
+        }
+        double before = 0, now = diagonal;
+        for (int l = m; l <= degree; ++l) {
+            const double scale = m > 0 ? std::sqrt(2.0) * now : now;
+            y[harmonic(l, m)] = scale * cosine;
+            if (m > 0) y[harmonic(l, -m)] = scale * sine;
+            const double next = (s.z() * now - (l > m ? a(l - 1, m) * before : 0.0)) / a(l, m);
+            before = now;
+            now = next;
+        }
+    }
+}
+
+std::vector<double> direction_coupling(int degree, int axis)
+{
+    const int n = harmonic_count(degree);
+    std::vector<double> matrix(size_t(n) * n, 0.0);
+    for (int l = 0; l <= degree; ++l)
+        for (int m = -l; m <= l; ++m) {
+            if (axis < 2) {
+                add_transverse(degree, l, m, axis == 1, matrix);
+                continue;
+            }
+            if (l + 1 <= degree) matrix[harmonic(l + 1, m) * n + harmonic(l, m)] = a(l, m);
+            if (std::abs(m) <= l - 1) matrix[harmonic(l - 1, m) * n + harmonic(l, m)] = a(l - 1, m);
+        }
+    return matrix;
+}
+
+std::vector<double> phase_moments(int degree, double g)
+{
+    std::vector<double> moments(size_t(degree) + 1, 1.0);
+    for (size_t l = 1; l < moments.size(); ++l) moments[l] = moments[l - 1] * g;
+    return moments;
+}
+
+P1Closure p1_closure()
+{
+    const int n = harmonic_count(1);
+    const auto z = direction_coupling(1, 2);
+    const double to_phi = std::sqrt(4 * pi), to_flux = std::sqrt(4 * pi / 3);
+    return {z[harmonic(0, 0) * n + harmonic(1, 0)] * to_phi / to_flux,
+            z[harmonic(1, 0) * n + harmonic(0, 0)] * to_flux / to_phi};
+}
+
+DeltaScaling delta_scaling(double albedo, double g, int degree)
+{
+    if (g <= 0) return no_scaling(albedo, g);
+    const double f = std::pow(g, degree + 1);
+    return {f, albedo * (1 - f) / (1 - albedo * f), 1 - albedo * f, (g - f) / (1 - f)};
+}
+
+DeltaScaling no_scaling(double albedo, double g) { return {0, albedo, 1, g}; }
+
+}  // namespace vdbcloud

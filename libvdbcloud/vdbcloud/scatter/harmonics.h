@@ -1,0 +1,62 @@
+#pragma once
+// Real spherical harmonics and what direction and phase do to them: the operator of the scattering equation.
+#include "vdbcloud/core/fwd.h"
+
+#include <vector>
+
+namespace vdbcloud {
+
+/// Position of Y_lm among all harmonics, by rising l and then m from -l to l.
+constexpr int harmonic(int l, int m) { return l * (l + 1) + m; }
+/// How many harmonics there are up to `degree`.
+constexpr int harmonic_count(int degree) { return (degree + 1) * (degree + 1); }
+
+/// Y_lm(s), l = 0..degree, real and orthonormal over the sphere, for the unit vector `s`; `y` takes
+/// harmonic_count(degree) values. No Condon-Shortley sign, so that Y_00 = 1/sqrt(4 pi) and
+/// (Y_1-1, Y_10, Y_11) = sqrt(3/(4 pi)) (y, z, x).
+void evaluate_harmonics(int degree, const Vec3d& s, double* y);
+
+/// <row| s_axis |column>: multiplication by one Cartesian component of the direction, in the basis above.
+///
+/// Row-major, harmonic_count(degree) squared. Symmetric; an entry is zero unless the two degrees differ by one.
+/// With a_lm = sqrt(((l+1)^2 - m^2) / ((2l+1)(2l+3))), z takes (l, m) to a_lm (l+1, m) + a_{l-1,m} (l-1, m); x and y
+/// change m by one. The streaming operator s.grad is the sum over the axes of this matrix times d/d axis.
+///
+/// Source: Kajiya & Von Herzen 1984, section 4, which states these elements for unnormalised complex harmonics; its
+/// printed element of z has its two fractions exchanged, a minus for a plus and 2 pi for the norm: the P1 system from
+/// it would hold no gradient. Here the basis is orthonormal, so no norm is left to get wrong.
+std::vector<double> direction_coupling(int degree, int axis);
+
+/// Eigenvalues of the phase operator for l = 0..degree: the phase function's Legendre moments, g^l for
+/// Henyey-Greenstein (1 for l = 0). The operator is diagonal in the harmonics and does not depend on m.
+std::vector<double> phase_moments(int degree, double g);
+
+/// The truncation at degree 1, read off the matrices above and not typed in.
+///
+/// With phi = sqrt(4 pi) L_00 and F = sqrt(4 pi / 3) (L_11, L_1-1, L_10) the two lowest rows are
+///     divergence * div F + sigma_t (1 - w0) phi = Q0
+///     gradient * grad phi + sigma_t (1 - w0 g) F = Q1
+/// so the diffusion coefficient is D = divergence * gradient / (sigma_t (1 - w0 g)).
+struct P1Closure {
+    double divergence;  ///< 1
+    double gradient;    ///< 1/3
+};
+P1Closure p1_closure();
+
+/// Delta-M scaling: the fraction f of the phase function that is a forward spike is taken as not scattered.
+///
+///     f = max(g, 0)^(degree+1),  w0' = w0 (1-f) / (1 - w0 f),  sigma_t' = (1 - w0 f) sigma_t,  g_l' = (g^l - f) / (1-f)
+///
+/// At degree 1 (delta-Eddington) g' = g / (1+g). sigma_a and D are unchanged, exactly. Nothing is scaled where g <= 0.
+/// Source: Joseph, Wiscombe & Weinman 1976; Wiscombe 1977.
+struct DeltaScaling {
+    double f = 0;
+    double albedo = 1;       ///< w0'
+    double extinction = 1;   ///< sigma_t' / sigma_t
+    double g = 0;            ///< g_1'
+};
+DeltaScaling delta_scaling(double albedo, double g, int degree = 1);
+/// The same medium unscaled, f = 0.
+DeltaScaling no_scaling(double albedo, double g);
+
+}  // namespace vdbcloud
