@@ -1,0 +1,224 @@
+#include "vdbcloud/grid/brick_map.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace vdbcloud {
+
+namespace {
+
+using Leaf = openvdb::FloatTree::LeafNodeType;
+
+Vec3i brick_of(const openvdb::Coord& ijk) { return {ijk[0] >> 3, ijk[1] >> 3, ijk[2] >> 3}; }
+
+/// What fills an 8^3 block of voxels: a leaf, or a constant tile.
+struct Block {
+    Vec3i b;
+    const Leaf* leaf;
+    float tile;
+    int low;  ///< bit a: some voxel of the first layer along axis a is not `outside`
+};
+
+bool before(const Vec3i& p, const Vec3i& q)
+{
+    return p[0] != q[0] ? p[0] < q[0] : p[1] != q[1] ? p[1] < q[1] : p[2] < q[2];
+}
+
+/// Leaves and tiles of the active part of a tree, sorted by position.
+std::vector<Block> blocks_of(const FloatGrid& grid)
+{
+    std::vector<Block> blocks;
+    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
+        if (leaf->isEmpty()) continue;
+        int low = 0;
+        for (auto v = leaf->cbeginValueOn(); v && low != 7; ++v) {
+            const auto n = v.pos();
+            low |= (n < 64 ? 1 : 0) | ((n & 56) == 0 ? 2 : 0) | ((n & 7) == 0 ? 4 : 0);
+        }
+        blocks.push_back({brick_of(leaf->origin()), leaf.getLeaf(), 0, low});
+    }
+    for (auto tile = grid.cbeginValueOn(); tile; ++tile) {
+        if (tile.isVoxelValue()) continue;
+        openvdb::CoordBBox box;
+        tile.getBoundingBox(box);
+        const Vec3i lo = brick_of(box.min()), hi = brick_of(box.max());
+        for (int x = lo[0]; x <= hi[0]; ++x)
+            for (int y = lo[1]; y <= hi[1]; ++y)
+                for (int z = lo[2]; z <= hi[2]; ++z) blocks.push_back({{x, y, z}, nullptr, *tile, 7});
+    }
+    std::sort(blocks.begin(), blocks.end(), [](auto& p, auto& q) { return before(p.b, q.b); });
+    return blocks;
+}
+
+const Block* find(const std::vector<Block>& blocks, const Vec3i& b)
+{
+    const auto it = std::lower_bound(blocks.begin(), blocks.end(), b, [](auto& p, auto& q) { return before(p.b, q); });
+    return it != blocks.end() && it->b == b ? &*it : nullptr;
+}
+
+/// A cell needs the voxels above it, so a block also feeds the bricks below those of its faces that hold something.
+std::vector<Vec3i> bricks_fed_by(const std::vector<Block>& blocks)
+{
+    std::vector<Vec3i> bricks;
+    bricks.reserve(blocks.size() * 2);
+    for (const auto& block : blocks)
+        for (int n = 0; n < 8; ++n)
+            if ((n & block.low) == n)
+                bricks.push_back({block.b[0] - (n & 1), block.b[1] - ((n >> 1) & 1), block.b[2] - ((n >> 2) & 1)});
+    std::sort(bricks.begin(), bricks.end(), before);
+    bricks.erase(std::unique(bricks.begin(), bricks.end()), bricks.end());
+    return bricks;
+}
+
+/// Copies the corner values of brick b from the eight blocks it touches.
+void fill(const std::vector<Block>& blocks, const Vec3i& b, float outside, const BrickMap::Map& map, float* corner)
+{
+    std::fill(corner, corner + 729, outside);
+    for (int n = 0; n < 8; ++n) {
+        const Vec3i d(n & 1, (n >> 1) & 1, (n >> 2) & 1);
+        const Block* block = find(blocks, b + d);
+        if (!block) continue;
+        for (int x = 0; x < (d[0] ? 1 : 8); ++x)
+            for (int y = 0; y < (d[1] ? 1 : 8); ++y)
+                for (int z = 0; z < (d[2] ? 1 : 8); ++z) {
+                    const auto offset = openvdb::Index((x << 6) | (y << 3) | z);
+                    if (block->leaf && !block->leaf->isValueOn(offset)) continue;
+                    const float value = block->leaf ? block->leaf->getValue(offset) : block->tile;
+                    corner[(x + 8 * d[0]) * BrickMap::sx + (y + 8 * d[1]) * BrickMap::sy + z + 8 * d[2]] =
+                        map ? map(value) : value;
+                }
+    }
+}
+
+}  // namespace
+
+Affine world_from_index(const Transform& transform, const std::string& grid_name)
+{
+    if (!transform.isLinear())
+        throw InputError("grid '" + printable(grid_name) + "': its transform is not affine: expected scale, rotation, "
+                         "shear and translation only");
+    const auto m = transform.baseMap()->getAffineMap()->getMat4();  // row vectors: p m
+    Affine f;
+    for (int r = 0; r < 3; ++r) f.a[r] = {m(0, r), m(1, r), m(2, r)};
+    f.b = {m(3, 0), m(3, 1), m(3, 2)};
+    return f;
+}
+
+Affine index_from_world(const Transform& transform, const std::string& grid_name)
+{
+    world_from_index(transform, grid_name);  // for its check
+    const auto m = transform.baseMap()->getAffineMap()->getMat4().inverse();
+    Affine f;
+    for (int r = 0; r < 3; ++r) f.a[r] = {m(0, r), m(1, r), m(2, r)};
+    f.b = {m(3, 0), m(3, 1), m(3, 2)};
+    return f;
+}
+
+BrickMap::BrickMap(const FloatGrid& grid, float outside, const Map& map)
+    : outside_(outside), index_from_world_(vdbcloud::index_from_world(grid.transform(), grid.getName())),
+      world_from_index_(vdbcloud::world_from_index(grid.transform(), grid.getName()))
+{
+    const auto blocks = blocks_of(grid);
+    bricks_ = bricks_fed_by(blocks);
+
+    // Bricks of one value (inside tiles) share storage; the others are filled in parallel, chunk by chunk, and the
+    // chunks are joined in order, so that slots do not depend on threads.
+    constexpr size_t chunk = 1024;
+    std::map<float, int32_t> constants;
+    std::vector<int32_t> slots;
+    std::vector<float> scratch(std::min(chunk, bricks_.size()) * 729);
+    for (size_t begin = 0; begin < bricks_.size(); begin += chunk) {
+        const size_t count = std::min(chunk, bricks_.size() - begin);
+        tbb::parallel_for(size_t(0), count, [&](size_t n) {
+            fill(blocks, bricks_[begin + n], outside, map, scratch.data() + n * 729);
+        });
+        for (size_t n = 0; n < count; ++n) {
+            const float* corner = scratch.data() + n * 729;
+            const bool same = std::all_of(corner, corner + 729, [&](float v) { return v == corner[0]; });
+            auto slot = int32_t(values_.size() / 729);
+            if (same) slot = constants.emplace(corner[0], slot).first->second;
+            if (size_t(slot) * 729 == values_.size()) values_.insert(values_.end(), corner, corner + 729);
+            slots.push_back(slot);
+        }
+    }
+    index_bricks(slots);
+}
+
+void BrickMap::index_bricks(const std::vector<int32_t>& slots)
+{
+    for (size_t n = 0; n < bricks_.size(); ++n) {
+        const Vec3i b = bricks_[n], origin(b[0] >> 9, b[1] >> 9, b[2] >> 9);
+        const Vec3i first(b[0] * size, b[1] * size, b[2] * size), last = first + Vec3i(size - 1, size - 1, size - 1);
+        auto r = std::lower_bound(roots_.begin(), roots_.end(), origin,
+                                  [](auto& p, auto& q) { return before(p.origin, q); });
+        if (r == roots_.end() || r->origin != origin)
+            r = roots_.insert(r, {origin, first, last, std::vector<int32_t>(32 * 32 * 32, -1)});
+        for (int a = 0; a < 3; ++a) {
+            r->first[a] = std::min(r->first[a], first[a]);
+            r->last[a] = std::max(r->last[a], last[a]);
+        }
+        auto& s = r->supers[size_t(((b[0] >> 4) & 31) << 10 | ((b[1] >> 4) & 31) << 5 | ((b[2] >> 4) & 31))];
+        if (s < 0) {
+            s = int32_t(supers_.size() / 4096);
+            supers_.resize(supers_.size() + 4096, -1);
+        }
+        supers_[size_t(s) * 4096 + size_t((b[0] & 15) << 8 | (b[1] & 15) << 4 | (b[2] & 15))] = slots[n];
+    }
+    for (const auto& r : roots_)
+        for (int a = 0; a < 3; ++a) {
+            const bool only = &r == &roots_.front();
+            first_cell_[a] = only ? r.first[a] : std::min(first_cell_[a], r.first[a]);
+            last_cell_[a] = only ? r.last[a] : std::max(last_cell_[a], r.last[a]);
+        }
+}
+
+const BrickMap::Root* BrickMap::root(const Vec3i& origin) const
+{
+    if (roots_.size() <= 8) {
+        for (const auto& r : roots_)
+            if (r.origin == origin) return &r;
+        return nullptr;
+    }
+    const auto r = std::lower_bound(roots_.begin(), roots_.end(), origin,
+                                    [](auto& p, auto& q) { return before(p.origin, q); });
+    return r != roots_.end() && r->origin == origin ? &*r : nullptr;
+}
+
+const float* BrickMap::find(const Vec3i& b) const
+{
+    const Root* r = root({b[0] >> 9, b[1] >> 9, b[2] >> 9});
+    if (!r) return nullptr;
+    const int32_t s = r->supers[size_t(((b[0] >> 4) & 31) << 10 | ((b[1] >> 4) & 31) << 5 | ((b[2] >> 4) & 31))];
+    if (s < 0) return nullptr;
+    const int32_t slot = super(s)[(b[0] & 15) << 8 | (b[1] & 15) << 4 | (b[2] & 15)];
+    return slot < 0 ? nullptr : brick(slot);
+}
+
+double BrickMap::sample(const Vec3d& index) const
+{
+    // Beyond the first and last cell all is outside; this also keeps the conversion to integers in range.
+    for (int a = 0; a < 3; ++a)
+        if (!(index[a] >= first_cell_[a] && index[a] < double(last_cell_[a]) + 1)) return outside_;
+    const Vec3d low(std::floor(index[0]), std::floor(index[1]), std::floor(index[2]));
+    const Vec3i cell{int(low[0]), int(low[1]), int(low[2])};
+    const float* c = find({cell[0] >> 3, cell[1] >> 3, cell[2] >> 3});
+    if (!c) return outside_;
+    c += (cell[0] & 7) * sx + (cell[1] & 7) * sy + (cell[2] & 7);
+    const Vec3d f = index - low;
+    const auto lerp = [](double p, double q, double t) { return p + (q - p) * t; };
+    const auto edge = [&](const float* v) { return lerp(v[0], v[1], f[2]); };
+    return lerp(lerp(edge(c), edge(c + sy), f[1]), lerp(edge(c + sx), edge(c + sx + sy), f[1]), f[0]);
+}
+
+size_t BrickMap::bytes() const
+{
+    return values_.size() * sizeof(float) + supers_.size() * sizeof(int32_t) + bricks_.size() * sizeof(Vec3i);
+}
+
+}  // namespace vdbcloud

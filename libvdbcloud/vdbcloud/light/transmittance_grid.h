@@ -1,0 +1,45 @@
+#pragma once
+// Pass one: the light that reaches each voxel, as a transmittance grid for each light.
+#include "vdbcloud/core/progress.h"
+#include "vdbcloud/optics/medium.h"
+#include "vdbcloud/scene/light.h"
+
+#include <cstdint>
+
+namespace vdbcloud {
+
+/// How the optical depth between a voxel and a directional light is found.
+enum class Fidelity {
+    Lattice,  ///< persistent rays on a lattice along the light (sweep/light_lattice.h): time proportional to the voxels
+    Exact     ///< a ray of its own for each voxel, exact for the trilinear density: the measure of the other
+};
+
+struct TransmittanceOptions {
+    Fidelity fidelity = Fidelity::Lattice;  ///< point lights are always exact
+    int rays_per_voxel = 2;                 ///< of the lattice; mean |dT| is about 3e-4 at 2, 9e-4 at 1
+    int disc_samples = 16;                  ///< directions over the disc of a light with an angular diameter
+    int error_samples = 1000;               ///< voxels at which the lattice is compared with exact rays; 0: none
+};
+
+struct TransmittanceReport {
+    int64_t voxels = 0;
+    int compared = 0;               ///< voxels that were compared with exact rays
+    double mean_error = 0;          ///< mean |T - T_exact| over them
+    double max_error = 0;
+};
+
+/// transmittance_<light>: T(x) = exp(-sigma_t_per_density * depth(x)), depth the density integrated from the voxel's centre to
+/// the light; averaged over the light's disc if it has one.
+///
+/// Values are at the active voxels of `density` and one voxel about them, which is where a trilinear sample of a lit
+/// point inside the cloud can reach; elsewhere the background is 1. Float where the medium is grey, else vec3s. The
+/// grid bears density's transform, the light (write_light), the medium's extinction and density's digest as
+/// metadata, so that later stages know what it belongs to.
+///
+/// Units: sigma_t_per_density [1/world unit]. Errors: InputError for a transform that is not affine.
+/// Source: Kajiya & Von Herzen 1984, section 3.1, pass one.
+GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, const Light& light,
+                               const TransmittanceOptions& options, const Progress& progress = {},
+                               TransmittanceReport* report = nullptr);
+
+}  // namespace vdbcloud

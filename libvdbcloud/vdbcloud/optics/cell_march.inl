@@ -1,0 +1,122 @@
+// Included by cell_march.h inside namespace vdbcloud.
+
+namespace march_detail {
+
+/// Where a ray leaves the block of 2^shift cells that holds `cell`: the distance, and the axis it leaves through.
+inline double exit_of(const IndexRay& ray, const Vec3i& cell, int shift, int& axis)
+{
+    double t = std::numeric_limits<double>::infinity();
+    axis = 0;
+    for (int a = 0; a < 3; ++a) {
+        if (ray.direction[a] == 0) continue;
+        const int64_t low = int64_t(cell[a] >> shift) << shift;
+        const double edge = double(ray.direction[a] > 0 ? low + (int64_t(1) << shift) : low);
+        const double at = (edge - ray.origin[a]) * ray.inverse[a];
+        if (at < t) {
+            t = at;
+            axis = a;
+        }
+    }
+    return t;
+}
+
+/// Moves `cell` to the first cell beyond its block, through `axis`, at distance t.
+inline void leave(const IndexRay& ray, Vec3i& cell, int shift, int axis, double t)
+{
+    for (int a = 0; a < 3; ++a) {
+        const int low = (cell[a] >> shift) << shift, high = low + (1 << shift) - 1;
+        if (a == axis) cell[a] = ray.direction[a] > 0 ? high + 1 : low - 1;
+        else cell[a] = int(std::clamp(std::floor(ray.origin[a] + t * ray.direction[a]), double(low), double(high)));
+    }
+}
+
+/// The cells of one brick. On return t is where the ray left it and `cell` lies outside, or t is t1.
+template<typename Visit>
+bool march_brick(const float* brick, const IndexRay& ray, Vec3i& cell, double& t, double t1, Visit& visit)
+{
+    constexpr double far = std::numeric_limits<double>::infinity();
+    const Vec3i home(cell[0] >> 3, cell[1] >> 3, cell[2] >> 3);
+    int forward[3], step[3];
+    double next[3];
+    for (int a = 0; a < 3; ++a) {
+        forward[a] = ray.direction[a] > 0;
+        step[a] = forward[a] ? 1 : -1;
+        next[a] = ray.direction[a] == 0 ? far : (double(cell[a] + forward[a]) - ray.origin[a]) * ray.inverse[a];
+    }
+    constexpr int sx = BrickMap::sx, sy = BrickMap::sy;
+    for (;;) {
+        const int a = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : (next[1] < next[2] ? 1 : 2);
+        const double t_out = std::min(next[a], t1);
+        if (t_out > t) {
+            const float* c = brick + (cell[0] & 7) * sx + (cell[1] & 7) * sy + (cell[2] & 7);
+            const bool any = c[0] != 0 || c[1] != 0 || c[sy] != 0 || c[sy + 1] != 0 || c[sx] != 0 || c[sx + 1] != 0 ||
+                             c[sx + sy] != 0 || c[sx + sy + 1] != 0;
+            if (any && !visit(t, t_out, c, cell)) return false;
+            t = t_out;
+        }
+        if (t >= t1) return true;
+        cell[a] += step[a];
+        if ((cell[a] >> 3) != home[a]) return true;
+        next[a] = (double(cell[a] + forward[a]) - ray.origin[a]) * ray.inverse[a];
+    }
+}
+
+template<typename Visit>
+bool march_root(const BrickMap& map, const BrickMap::Root& root, const IndexRay& ray, double t, double t1, Visit& visit)
+{
+    Vec3i cell;
+    for (int a = 0; a < 3; ++a)
+        cell[a] = int(std::clamp(std::floor(ray.origin[a] + t * ray.direction[a]), double(root.first[a]),
+                                 double(root.last[a])));
+    while (t < t1) {
+        for (int a = 0; a < 3; ++a)
+            if (cell[a] < root.first[a] || cell[a] > root.last[a]) return true;
+        const int32_t s = root.supers[size_t(((cell[0] >> 7) & 31) << 10 | ((cell[1] >> 7) & 31) << 5 |
+                                             ((cell[2] >> 7) & 31))];
+        const int32_t slot = s < 0 ? -1
+                                   : map.super(s)[((cell[0] >> 3) & 15) << 8 | ((cell[1] >> 3) & 15) << 4 |
+                                                  ((cell[2] >> 3) & 15)];
+        if (slot >= 0) {
+            if (!march_brick(map.brick(slot), ray, cell, t, t1, visit)) return false;
+            continue;
+        }
+        const int shift = s < 0 ? 7 : 3;
+        int axis = 0;
+        t = std::max(t, exit_of(ray, cell, shift, axis));
+        if (t < t1) leave(ray, cell, shift, axis, t);
+    }
+    return true;
+}
+
+}  // namespace march_detail
+
+template<typename Visit>
+bool march_cells(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit&& visit)
+{
+    // Few boxes, however far apart: test each, visit those that are hit in order of distance.
+    struct Hit {
+        double t0, t1;
+        const BrickMap::Root* root;
+    };
+    constexpr size_t few = 16;
+    Hit first[few];
+    std::vector<Hit> more;
+    size_t hits = 0;
+    for (const auto& root : map.roots()) {
+        Hit hit{t0, t1, &root};
+        const Vec3d lo(root.first[0], root.first[1], root.first[2]);
+        const Vec3d hi(root.last[0] + 1.0, root.last[1] + 1.0, root.last[2] + 1.0);
+        if (!clip(ray, lo, hi, hit.t0, hit.t1)) continue;
+        if (hits < few) first[hits] = hit;
+        else {
+            if (hits == few) more.assign(first, first + few);
+            more.push_back(hit);
+        }
+        ++hits;
+    }
+    Hit* hit = hits > few ? more.data() : first;
+    std::sort(hit, hit + hits, [](const Hit& p, const Hit& q) { return p.t0 < q.t0; });
+    for (size_t n = 0; n < hits; ++n)
+        if (!march_detail::march_root(map, *hit[n].root, ray, hit[n].t0, hit[n].t1, visit)) return false;
+    return true;
+}

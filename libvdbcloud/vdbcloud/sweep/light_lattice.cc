@@ -1,0 +1,291 @@
+#include "vdbcloud/sweep/light_lattice.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+
+namespace vdbcloud {
+
+namespace {
+
+constexpr int tile = 32;             // integer ray positions a tile owns along u and v
+constexpr int rays = tile + 1;       // and one more, to interpolate towards
+constexpr int row = 36;              // rays, padded
+constexpr int margin = 4;            // voxels that a plane buffer holds beyond the tile on each side
+constexpr int span = rays + 2 * margin + 3;
+
+int floor_div(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+int ifloor(double x) { return int(std::floor(x)); }
+
+/// Index space turned so that light travels along +w: index[axis.w] = sign * w, slopes |mu|, |mv| <= 1.
+struct Frame {
+    int u, v, w;       // which index axes
+    int sign;          // of index[w] along w
+    double mu, mv;     // du/dw, dv/dw along a ray
+    double length;     // world units per unit of w
+    double ou, ov, ow; // offset of the targets [voxels]
+};
+
+Frame frame_of(const BrickMap& density, const Vec3d& to_light, const Vec3d& offset)
+{
+    const Vec3d s = density.index_from_world().vector(-to_light);
+    Frame f{};
+    f.w = std::abs(s[0]) > std::abs(s[1]) ? (std::abs(s[0]) > std::abs(s[2]) ? 0 : 2)
+                                          : (std::abs(s[1]) >= std::abs(s[2]) ? 1 : 2);
+    f.u = f.w == 2 ? 1 : 2;  // rows of a plane buffer run along z, which is contiguous in a brick, where that is possible
+    f.v = 3 - f.u - f.w;
+    f.sign = s[f.w] > 0 ? 1 : -1;
+    f.length = 1 / std::abs(s[f.w]);
+    f.mu = s[f.u] * f.length;
+    f.mv = s[f.v] * f.length;
+    f.ou = offset[f.u];
+    f.ov = offset[f.v];
+    f.ow = f.sign * offset[f.w];
+    return f;
+}
+
+/// One voxel's part in the integral over a plane step: value at ray's integer position + (du, dv), plane dw.
+struct Tap {
+    int du, dv, dw;
+    double weight;
+};
+
+/// The exact integral of trilinear density from (u0, v0, w0) along (mu, mv, 1) over s in [0, 1], as taps. Between two
+/// walls the density is a cubic in s, for which two Gauss points are exact.
+std::vector<Tap> step_taps(const Frame& f, double u0, double v0, double w0)
+{
+    std::vector<double> cuts{0, 1};
+    const auto cut = [&](double start, double slope) {
+        if (slope == 0) return;
+        const int lo = ifloor(std::min(start, start + slope)), hi = ifloor(std::max(start, start + slope)) + 1;
+        for (int wall = lo; wall <= hi; ++wall)
+            if (const double s = (wall - start) / slope; s > 0 && s < 1) cuts.push_back(s);
+    };
+    cut(u0, f.mu);
+    cut(v0, f.mv);
+    cut(w0, 1);
+    std::sort(cuts.begin(), cuts.end());
+
+    std::vector<Tap> taps;
+    const auto add = [&](int du, int dv, int dw, double weight) {
+        if (weight == 0) return;
+        for (auto& t : taps)
+            if (t.du == du && t.dv == dv && t.dw == dw) {
+                t.weight += weight;
+                return;
+            }
+        taps.push_back({du, dv, dw, weight});
+    };
+    for (size_t n = 0; n + 1 < cuts.size(); ++n) {
+        const double a = cuts[n], b = cuts[n + 1], mid = (a + b) / 2;
+        if (b - a < 1e-14) continue;
+        const int iu = ifloor(u0 + mid * f.mu), iv = ifloor(v0 + mid * f.mv), iw = ifloor(w0 + mid);
+        for (const double x : {-0.57735026918962576, 0.57735026918962576}) {
+            const double s = mid + x * (b - a) / 2, half = (b - a) / 2 * f.length;
+            const double pu = u0 + s * f.mu - iu, pv = v0 + s * f.mv - iv, pw = w0 + s - iw;
+            for (int c = 0; c < 8; ++c)
+                add(iu + (c & 1), iv + ((c >> 1) & 1), iw + (c >> 2),
+                    half * (c & 1 ? pu : 1 - pu) * (c & 2 ? pv : 1 - pv) * (c & 4 ? pw : 1 - pw));
+        }
+    }
+    return taps;
+}
+
+/// The voxels of one plane w about a tile: value (v, u) at value[v * span + u], the first voxel being (v0, u0).
+struct Plane {
+    int w = 0, u0 = 0, v0 = 0;
+    bool valid = false, any = false;
+    std::array<float, span * span> value;
+};
+
+__attribute__((target_clones("avx2", "default"))) void add_scaled(double* sum, const float* x, double weight, int n)
+{
+    for (int i = 0; i < n; ++i) sum[i] += weight * double(x[i]);
+}
+
+/// A tile's rays, carried along w.
+class Tile {
+public:
+    Tile(const BrickMap& density, const Frame& frame, int rays_per_voxel, int a0, int b0)
+        : density_(density), f_(frame), r_(rays_per_voxel), a0_(a0), b0_(b0),
+          depth_(size_t(r_) * r_ * rays * row, 0.0)
+    {}
+
+    /// From plane n - 1 to plane n (planes lie at w = n + frame.ow).
+    void step(int n)
+    {
+        const double w0 = n - 1 + f_.ow;
+        const int first = ifloor(w0), last = ifloor(w0 + 1) + 1;
+        bool any = false;
+        for (int w = first; w <= last; ++w) any = plane(w).any || any;
+        if (!any) return;
+        for (int q = 0; q < r_; ++q)
+            for (int p = 0; p < r_; ++p)
+                for (const auto& tap : step_taps(f_, double(p) / r_ + f_.mu * w0, double(q) / r_ + f_.mv * w0, w0)) {
+                    const Plane& from = plane(tap.dw);
+                    if (!from.any) continue;
+                    const int u = a0_ + tap.du - from.u0, v = b0_ + tap.dv - from.v0;
+                    for (int j = 0; j < rays; ++j)
+                        add_scaled(phase(p, q) + j * row, from.value.data() + size_t(v + j) * span + u, tap.weight, rays);
+                }
+    }
+
+    /// Density depth at the targets of one block that lie on plane n and belong to this tile.
+    void write(int n, const Vec3i& block, float* value) const
+    {
+        const int k = f_.sign * n - 8 * block[f_.w];
+        if (k < 0 || k > 7) return;
+        const double w = n + f_.ow, cu = f_.ou - f_.mu * w, cv = f_.ov - f_.mv * w;
+        const int su = ifloor(cu), sv = ifloor(cv);
+        const double fu = (cu - su) * r_, fv = (cv - sv) * r_;
+        const int p = std::min(int(fu), r_ - 1), q = std::min(int(fv), r_ - 1);
+        const int stride[3] = {64, 8, 1};
+        for (int j = 0; j < 8; ++j) {
+            const int b = 8 * block[f_.v] + j + sv - b0_;
+            if (b < 0 || b >= tile) continue;
+            for (int i = 0; i < 8; ++i) {
+                const int a = 8 * block[f_.u] + i + su - a0_;
+                if (a < 0 || a >= tile) continue;
+                const double x = fu - p, y = fv - q;
+                value[k * stride[f_.w] + j * stride[f_.v] + i * stride[f_.u]] =
+                    float((1 - y) * ((1 - x) * at(a, b, p, q) + x * at(a, b, p + 1, q)) +
+                          y * ((1 - x) * at(a, b, p, q + 1) + x * at(a, b, p + 1, q + 1)));
+            }
+        }
+    }
+
+private:
+    double* phase(int p, int q) { return depth_.data() + size_t(q * r_ + p) * rays * row; }
+
+    /// The ray at (a + p/r, b + q/r); p and q may be r.
+    double at(int a, int b, int p, int q) const
+    {
+        a += p / r_;
+        b += q / r_;
+        return depth_[(size_t(q % r_) * r_ + p % r_) * rays * row + size_t(b) * row + a];
+    }
+
+    /// The plane of voxels w, gathered when it is new. Four are kept: a step needs three.
+    const Plane& plane(int w)
+    {
+        Plane& p = planes_[size_t(w & 3)];
+        if (p.valid && p.w == w) return p;
+        p.valid = true;
+        p.w = w;
+        p.u0 = a0_ + ifloor(f_.mu * w) - margin;
+        p.v0 = b0_ + ifloor(f_.mv * w) - margin;
+        p.any = false;
+        p.value.fill(0);
+        const int k = f_.sign * w;
+        constexpr int stride[3] = {BrickMap::sx, BrickMap::sy, 1};
+        const int su = stride[f_.u];
+        for (int bv = p.v0 >> 3; bv <= (p.v0 + span - 1) >> 3; ++bv)
+            for (int bu = p.u0 >> 3; bu <= (p.u0 + span - 1) >> 3; ++bu) {
+                Vec3i b;
+                b[f_.u] = bu;
+                b[f_.v] = bv;
+                b[f_.w] = k >> 3;
+                const float* brick = density_.find(b);
+                if (!brick) continue;
+                p.any = true;
+                brick += (k & 7) * stride[f_.w];
+                const int u_first = std::max(p.u0, bu * 8), u_last = std::min(p.u0 + span - 1, bu * 8 + 7);
+                const int v_first = std::max(p.v0, bv * 8), v_last = std::min(p.v0 + span - 1, bv * 8 + 7);
+                for (int v = v_first; v <= v_last; ++v) {
+                    const float* from = brick + (v & 7) * stride[f_.v] + (u_first & 7) * su;
+                    float* to = p.value.data() + size_t(v - p.v0) * span + (u_first - p.u0);
+                    for (int u = u_first; u <= u_last; ++u, from += su) *to++ = *from;
+                }
+            }
+        return p;
+    }
+
+    const BrickMap& density_;
+    const Frame& f_;
+    int r_, a0_, b0_;
+    std::vector<double> depth_;  // [phase q, p][b][a], density x world unit
+    std::array<Plane, 4> planes_;
+};
+
+/// One block of density (target < 0) or of targets that a tile's rays meet, in layer n >> 3 along w.
+struct Visit {
+    int tu, tv, layer, target;
+    bool operator<(const Visit& o) const
+    {
+        if (tv != o.tv) return tv < o.tv;
+        if (tu != o.tu) return tu < o.tu;
+        if (layer != o.layer) return layer < o.layer;
+        return target < o.target;
+    }
+};
+
+/// The tiles that hold rays through block b, widened by `wide` voxels.
+void add_visits(const Frame& f, const Vec3i& b, int wide, int target, std::vector<Visit>& visits)
+{
+    const int w0 = f.sign > 0 ? 8 * b[f.w] : -(8 * b[f.w] + 7);
+    const auto range = [&](int index, double slope, double offset, int& first, int& last) {
+        const double lo = -slope * (w0 - wide + f.ow), hi = -slope * (w0 + 7 + wide + f.ow);
+        first = floor_div(8 * index - wide + ifloor(std::min(lo, hi) + offset), tile);
+        last = floor_div(8 * index + 7 + wide + ifloor(std::max(lo, hi) + offset), tile);
+    };
+    int u0, u1, v0, v1;
+    range(b[f.u], f.mu, f.ou, u0, u1);
+    range(b[f.v], f.mv, f.ov, v0, v1);
+    for (int tv = v0; tv <= v1; ++tv)
+        for (int tu = u0; tu <= u1; ++tu)
+            for (int layer = w0 >> 3; layer <= (w0 + 7) >> 3; ++layer) visits.push_back({tu, tv, layer, target});
+}
+
+/// Carries one tile through all it meets; its visits are sorted by layer.
+void run_tile(const BrickMap& density, const Frame& frame, int rays_per_voxel, const Visit* visit, const Visit* end,
+              VoxelBlocks& targets)
+{
+    Tile rays_of_tile(density, frame, rays_per_voxel, visit->tu * tile, visit->tv * tile);
+    int done = 8 * visit->layer - 4;  // the last plane reached; nothing lies before it
+    const Visit* writing = visit;     // targets are written plane by plane, from their layer's first visit on
+    for (const Visit* v = visit; v < end; ++v) {
+        if (v + 1 < end && (v + 1)->layer == v->layer) continue;  // the last of a layer stands for it
+        // Density in a layer reaches rays two planes before it and three behind.
+        const int first = std::max(done + 1, 8 * v->layer - 2), last = 8 * v->layer + 10;
+        for (int n = first; n <= last; ++n) {
+            rays_of_tile.step(n);
+            while (writing < end && writing->layer < (n >> 3)) ++writing;
+            for (const Visit* t = writing; t < end && t->layer == (n >> 3); ++t)
+                if (t->target >= 0) rays_of_tile.write(n, targets.block[size_t(t->target)], &targets.value[size_t(t->target) * 512]);
+        }
+        done = last;
+    }
+}
+
+}  // namespace
+
+void lattice_depth(const BrickMap& density, const Vec3d& to_light, const LatticeOptions& options, VoxelBlocks& targets,
+                   const Progress& progress)
+{
+    targets.value.assign(targets.block.size() * 512, 0.0f);
+    if (density.empty() || targets.block.empty()) return;
+    const Frame frame = frame_of(density, to_light, options.offset);
+    std::vector<Visit> visits;
+    for (const auto& b : density.bricks()) add_visits(frame, b, 2, -1, visits);
+    for (size_t n = 0; n < targets.block.size(); ++n) add_visits(frame, targets.block[n], 0, int(n), visits);
+    std::sort(visits.begin(), visits.end());
+    visits.erase(std::unique(visits.begin(), visits.end(),
+                             [](const Visit& p, const Visit& q) { return !(p < q) && !(q < p); }),
+                 visits.end());
+
+    std::vector<size_t> begin;  // of each tile's visits
+    for (size_t n = 0; n < visits.size(); ++n)
+        if (n == 0 || visits[n].tu != visits[n - 1].tu || visits[n].tv != visits[n - 1].tv) begin.push_back(n);
+    begin.push_back(visits.size());
+    std::atomic<size_t> done{0};
+    tbb::parallel_for(size_t(0), begin.size() - 1, [&](size_t n) {
+        run_tile(density, frame, options.rays_per_voxel, &visits[begin[n]], visits.data() + begin[n + 1], targets);
+        report(progress, double(++done) / double(begin.size() - 1));
+    });
+}
+
+}  // namespace vdbcloud

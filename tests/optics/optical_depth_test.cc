@@ -1,0 +1,165 @@
+// Optical depth against an independent sum over the interpolant, and against what can be integrated by hand.
+#include "vdbcloud/optics/optical_depth.h"
+
+#include "vdbcloud/core/error.h"
+
+#include "support/fields.h"
+
+#include <gtest/gtest.h>
+
+namespace vdbcloud {
+namespace {
+
+using test::box;
+using openvdb::Coord;
+
+constexpr double far = 1e30;
+
+/// A ray that crosses the middle of a grid somewhere, from far outside or from within.
+WorldRay random_ray(const FloatGrid& grid, uint64_t seed)
+{
+    const auto bounds = grid.evalActiveVoxelBoundingBox();
+    Vec3d p;
+    for (int a = 0; a < 3; ++a)
+        p[a] = bounds.min()[a] + uniform(hash_bits(seed, 10 + uint64_t(a))) * (bounds.max()[a] - bounds.min()[a]);
+    const Vec3d x = grid.transform().indexToWorld(p), w = test::direction(seed);
+    const double back = seed % 4 == 0 ? 0 : 1000 * grid.transform().voxelSize()[0];
+    return {x - back * w, w};
+}
+
+void expect_exact(const FloatGrid& grid, int rays, const char* what)
+{
+    const BrickMap map(grid);
+    double sum = 0;
+    for (int n = 0; n < rays; ++n) {
+        const auto ray = random_ray(grid, uint64_t(n));
+        const double expected = test::integral_of_interpolant(grid, ray, 0, far);
+        // Both sums are exact for the interpolant: what remains is the rounding of crossings at distances of 1e3 voxels.
+        EXPECT_NEAR(density_depth(map, ray, 0, far), expected, 1e-9 * (1 + expected)) << what << ", ray " << n;
+        sum += expected;
+    }
+    EXPECT_GT(sum, 0) << what << ": the rays met nothing, so nothing was tested";
+}
+
+TEST(OpticalDepth, IsExactForTheInterpolantUnderAnyAffineTransform)
+{
+    const auto clumps = [](Coord ijk) { return test::clumps(ijk, 3, 2.0); };
+    using Transform = openvdb::math::Transform;
+    const auto with = [&](const Transform::Ptr& transform) {
+        auto grid = box({37, 29, 43}, 1, clumps);
+        grid->setTransform(transform);
+        return grid;
+    };
+    auto scaled = Transform::createLinearTransform(0.037);
+    expect_exact(*with(scaled), 300, "scaled");
+    auto turned = Transform::createLinearTransform(2.5);
+    turned->postRotate(0.7, openvdb::math::X_AXIS);
+    turned->postRotate(-1.1, openvdb::math::Y_AXIS);
+    turned->postTranslate(Vec3d(100, -40, 7));
+    expect_exact(*with(turned), 300, "turned");
+    auto oblong = Transform::createLinearTransform(1.0);
+    oblong->preScale(Vec3d(0.5, 2.0, 1.3));
+    oblong->postShear(0.4, openvdb::math::X_AXIS, openvdb::math::Y_AXIS);
+    expect_exact(*with(oblong), 300, "oblong and sheared");
+    auto mirrored = Transform::createLinearTransform(1.0);
+    mirrored->preScale(Vec3d(-1, 1, 1));
+    expect_exact(*with(mirrored), 100, "mirrored");
+}
+
+TEST(OpticalDepth, MissesNothingOnRaysAlongFacesEdgesAndThroughCorners)
+{
+    auto grid = box({24, 24, 24}, 1, [](Coord ijk) { return test::clumps(ijk, 5, 1.0) + 0.1; });
+    const BrickMap map(*grid);
+    const Vec3d directions[] = {{1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {1, 1, 0}, {-1, 0, 1}, {1, 1, 1}, {-1, 1, -1}, {1, 2, 3}};
+    for (const Vec3d& d : directions)
+        for (const double shift : {0.0, 0.5, 1e-13}) {
+            const Vec3d w = d.unit(), through(8 + shift, 8, 8 + shift);
+            const WorldRay ray{through - 100 * w, w};
+            const double expected = test::integral_of_interpolant(*grid, ray, 0, far);
+            EXPECT_NEAR(density_depth(map, ray, 0, far), expected, 1e-9 * expected) << d << " shifted " << shift;
+            const WorldRay back{through + 100 * w, -w};
+            EXPECT_NEAR(density_depth(map, back, 0, far), expected, 1e-9 * expected) << "back along " << d;
+        }
+}
+
+TEST(OpticalDepth, OfUniformAndLinearFieldsIsTheirIntegral)
+{
+    // Edge voxels ramp to 0 over one voxel outside, half a voxel's worth at each end: a box of n voxels counts n.
+    const int n = 32;
+    const double h = 0.25;
+    const auto uniform_box = box({n, n, n}, h, [](Coord) { return 3.0; });
+    const WorldRay along{{-5, 4 * h, 4.4 * h}, {1, 0, 0}};
+    EXPECT_NEAR(density_depth(BrickMap(*uniform_box), along, 0, far), 3.0 * n * h, 1e-6);
+    const auto ramp = box({n, n, n}, h, [](Coord ijk) { return 0.5 + 0.1 * ijk[0]; });
+    EXPECT_NEAR(density_depth(BrickMap(*ramp), along, 0, far), (0.5 + 0.1 * (n - 1) / 2.0) * n * h, 1e-6);
+}
+
+TEST(OpticalDepth, AddsOverSegmentsAndIsTheSameBothWays)
+{
+    const auto grid = box({30, 30, 30}, 1, [](Coord ijk) { return test::clumps(ijk, 9, 1.0); });
+    const BrickMap map(*grid);
+    const Vec3d o(-3, 2, 4), w = Vec3d(1, 0.6, 0.5).unit();
+    const double whole = density_depth(map, {o, w}, 0, 60);
+    ASSERT_GT(whole, 1);
+    EXPECT_NEAR(density_depth(map, {o, w}, 0, 17.3) + density_depth(map, {o, w}, 17.3, 60), whole, 1e-12 * whole);
+    EXPECT_NEAR(density_depth(map, {o + 60 * w, -w}, 0, 60), whole, 1e-12 * whole);
+    EXPECT_EQ(density_depth(map, {o, -w}, 0, 60), 0);
+}
+
+TEST(OpticalDepth, SeesActiveTilesAndPiecesFarApart)
+{
+    auto grid = openvdb::FloatGrid::create(0.0f);
+    grid->fill(openvdb::CoordBBox(Coord(0, 0, 0), Coord(127, 127, 127)), 2.0f);  // tiles
+    const int far_away = 1 << 29;
+    for (int x = 0; x < 8; ++x)
+        for (int y = 0; y < 8; ++y)
+            for (int z = 0; z < 8; ++z) grid->tree().setValueOn(Coord(far_away + x, 60 + y, 60 + z), 5.0f);
+    ASSERT_GT(grid->tree().activeTileCount(), 0u);
+    const BrickMap map(*grid);
+    const WorldRay ray{{-10, 63.5, 63.5}, {1, 0, 0}};
+    EXPECT_NEAR(density_depth(map, ray, 0, 1e5), 2.0 * 128, 1e-9);
+    EXPECT_NEAR(density_depth(map, ray, 0, far), 2.0 * 128 + 5.0 * 8, 1e-6);  // distances of 5e8 round at 1e-7
+    EXPECT_LT(map.bytes(), 20u << 20) << "constant bricks must share storage";
+}
+
+TEST(OpticalDepth, ConvergesAtSecondOrderForSmoothFieldsAndFirstForJumps)
+{
+    // Parabola s0 (1 - r^2/R^2): tau = (4/3) s0 (R^2 - b^2)^1.5 / R^2. Uniform sphere: 2 s0 sqrt(R^2 - b^2).
+    const auto error = [](int n, bool jump) {
+        const double R = 1, h = 2.2 * R / n;
+        auto grid = box({n, n, n}, h, [&](Coord ijk) {
+            const Vec3d p = h * (Vec3d(ijk[0], ijk[1], ijk[2]) - Vec3d((n - 1) / 2.0));
+            const double q = p.lengthSqr() / (R * R);
+            return q > 1 ? 0.0 : jump ? 1.0 : 1 - q;
+        });
+        const BrickMap map(*grid);
+        double sum = 0;
+        int count = 0;
+        for (uint64_t s = 0; s < 400; ++s) {
+            const Vec3d w = test::direction(s), side = w.cross(test::direction(s + 1000)).unit();
+            const double b = 0.8 * R * uniform(hash_bits(s, 77));
+            const Vec3d centre(h * (n - 1) / 2.0);
+            const double tau = density_depth(map, {centre + b * side - 5 * w, w}, 0, far);
+            const double c = std::sqrt(R * R - b * b), exact = jump ? 2 * c : 4.0 / 3 * c * c * c / (R * R);
+            sum += (tau - exact) * (tau - exact);
+            ++count;
+        }
+        return std::sqrt(sum / count);
+    };
+    const double smooth = std::log2(error(24, false) / error(96, false)) / 2;
+    EXPECT_GT(smooth, 1.9);
+    // The error of a jump is ragged from one resolution to the next: the slope is taken over a factor of 8.
+    const double jump = std::log2(error(16, true) / error(128, true)) / 3;
+    EXPECT_GT(jump, 0.9);
+}
+
+TEST(OpticalDepth, OfAnEmptyGridIsZeroAndAFrustumIsRefused)
+{
+    const auto empty = openvdb::FloatGrid::create(0.0f);
+    EXPECT_EQ(density_depth(BrickMap(*empty), {{0, 0, 0}, {1, 0, 0}}, 0, far), 0);
+    empty->setTransform(openvdb::math::Transform::createFrustumTransform(openvdb::BBoxd(Vec3d(0), Vec3d(10)), 0.5, 10, 1));
+    EXPECT_THROW(BrickMap{*empty}, InputError);
+}
+
+}  // namespace
+}  // namespace vdbcloud
