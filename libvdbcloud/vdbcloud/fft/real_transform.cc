@@ -7,6 +7,7 @@
 #include <tbb/parallel_for.h>
 
 #include <fftw3.h>
+#include <sys/mman.h>
 
 #include <algorithm>
 #include <array>
@@ -50,8 +51,11 @@ template<typename Real> size_t padded_row(const Vec3i& size)
 
 template<typename Real> Real* allocate(size_t n)
 {
-    void* p = std::aligned_alloc(alignment, round_up(n * sizeof(Real), alignment));
+    constexpr size_t huge = size_t(2) << 20;  // large fields lie on large pages: 32 000 page faults fewer at 256^3
+    const size_t bytes = n * sizeof(Real), to = bytes < 4 * huge ? alignment : huge;
+    void* p = std::aligned_alloc(to, round_up(bytes, to));
     if (!p) throw std::bad_alloc();
+    if (to == huge) madvise(p, round_up(bytes, to), MADV_HUGEPAGE);  // a hint: it may be refused
     return static_cast<Real*>(p);
 }
 
