@@ -20,6 +20,7 @@ struct ReadOptions {
     bool trust = false;                     ///< skip the guard process, for pipelines whose files are their own
     uint64_t max_bytes = uint64_t(16) << 30;  ///< of the file, or of what is taken from standard input
     double guard_cpu_seconds = 0;           ///< 0: by size
+    Warn warn;                              ///< told of bytes behind the last grid, which are passed over
 };
 
 struct ReadCost {

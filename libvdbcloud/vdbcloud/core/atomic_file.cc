@@ -1,0 +1,158 @@
+#include "vdbcloud/core/atomic_file.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/random.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+
+namespace vdbcloud {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// A handler may run at any instant: a slot's path is complete before its flag says so, and memory never moves.
+struct Slot {
+    enum State { Free, Filling, Live };
+    std::atomic<int> state{Free};
+    char path[4096];
+};
+Slot slots[64];
+static_assert(std::atomic<int>::is_always_lock_free);
+
+/// Notes a file to be removed should the process die; -1 if there is no room for it.
+int remember(const std::string& path)
+{
+    if (path.size() >= sizeof(Slot::path)) return -1;
+    for (int k = 0; k < int(std::size(slots)); ++k) {
+        int free = Slot::Free;
+        if (!slots[k].state.compare_exchange_strong(free, Slot::Filling)) continue;
+        std::memcpy(slots[k].path, path.c_str(), path.size() + 1);
+        slots[k].state = Slot::Live;
+        return k;
+    }
+    return -1;
+}
+
+std::string temporary_name(const fs::path& target)
+{
+    static std::atomic<uint64_t> count{0};
+    const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
+    const uint64_t bits = hash_bits(uint64_t(now), uint64_t(getpid()), ++count);
+    char random[16];
+    std::snprintf(random, sizeof random, "%010llx", static_cast<unsigned long long>(bits >> 24));
+    // A name as long as the system allows leaves no room for more: shorten what is only for people.
+    const std::string stem = target.stem().string().substr(0, 160), extension = target.extension().string();
+    return (target.parent_path() / ("." + stem + "." + random + extension)).string();
+}
+
+/// The target of a chain of links, also if nothing is there yet.
+fs::path followed(fs::path path)
+{
+    std::error_code failed;
+    for (int depth = 0; depth < 40 && fs::is_symlink(path, failed); ++depth) {
+        const fs::path next = fs::read_symlink(path, failed);
+        if (failed) break;
+        path = next.is_absolute() ? next : path.parent_path() / next;
+    }
+    return path;
+}
+
+}  // namespace
+
+std::string system_message(const std::string& path, const std::string& what, int code)
+{
+    return printable(path, 4096) + ": " + what + ": " + std::generic_category().message(code);
+}
+
+AtomicFile::AtomicFile(const std::string& path, bool no_clobber) : path_(path), no_clobber_(no_clobber)
+{
+    if (path.empty()) throw IoError("'': expected a file name to write to");
+    struct stat status = {};
+    const bool exists = ::stat(path.c_str(), &status) == 0;
+    if (exists && S_ISDIR(status.st_mode)) throw IoError(system_message(path, "cannot write", EISDIR));
+    if (exists && !S_ISREG(status.st_mode)) {
+        name_ = target_ = path;
+        descriptor_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+        if (descriptor_ < 0) throw IoError(system_message(path, "cannot write", errno));
+        return;
+    }
+    if (exists && no_clobber) throw IoError(system_message(path, "not replaced, as asked", EEXIST));
+
+    const fs::path target = followed(path), folder = target.has_parent_path() ? target.parent_path() : ".";
+    std::error_code failed;
+    if (!fs::is_directory(folder, failed))
+        throw IoError(printable(path, 4096) + ": cannot write: there is no folder " + printable(folder.string(), 4096));
+    if (!target.has_filename()) throw IoError(printable(path, 4096) + ": expected a file name, not a folder");
+    target_ = target.string();
+    for (int attempt = 0; attempt < 100 && descriptor_ < 0; ++attempt) {
+        name_ = temporary_name(target);
+        // Noted before it exists, so that a signal between the two finds it.
+        if (slot_ = remember(name_); slot_ < 0)
+            throw IoError(printable(path, 4096) + ": name too long, or too many files being written at once");
+        descriptor_ = ::open(name_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (descriptor_ >= 0) break;
+        const int code = errno;
+        forget_temporary(/*remove=*/false);
+        if (code != EEXIST) throw IoError(system_message(path, "cannot write", code));
+    }
+    if (descriptor_ < 0) throw IoError(system_message(path, "cannot write", EEXIST));
+    if (exists) (void)!::fchmod(descriptor_, status.st_mode & 07777);  // best effort: as the file it replaces
+}
+
+AtomicFile::~AtomicFile()
+{
+    if (descriptor_ >= 0) ::close(descriptor_);
+    forget_temporary(/*remove=*/true);
+}
+
+void AtomicFile::close_descriptor()
+{
+    const int descriptor = descriptor_;
+    descriptor_ = -1;
+    if (::close(descriptor) != 0) throw IoError(system_message(path_, "cannot write", errno));
+}
+
+void AtomicFile::forget_temporary(bool remove)
+{
+    if (slot_ < 0) return;
+    if (remove) ::unlink(name_.c_str());
+    slots[slot_].state = Slot::Free;
+    slot_ = -1;
+}
+
+void AtomicFile::commit()
+{
+    // Devices and pipes cannot be synchronised, and say so by EINVAL or EROFS; that is no failure.
+    if (::fsync(descriptor_) != 0 && (seekable() || (errno != EINVAL && errno != EROFS && errno != ENOTSUP)))
+        throw IoError(system_message(path_, "cannot write", errno));
+    close_descriptor();
+    if (!seekable()) return;
+
+    int failed = no_clobber_ ? ::renameat2(AT_FDCWD, name_.c_str(), AT_FDCWD, target_.c_str(), RENAME_NOREPLACE)
+                             : ::rename(name_.c_str(), target_.c_str());
+    if (failed && no_clobber_ && errno == EINVAL) {  // a file system without RENAME_NOREPLACE: a hard link is as good
+        failed = ::link(name_.c_str(), target_.c_str());
+        if (!failed) ::unlink(name_.c_str());
+    }
+    if (failed) throw IoError(system_message(path_, "cannot write", errno));
+    forget_temporary(/*remove=*/false);
+}
+
+void remove_temporaries() noexcept
+{
+    for (Slot& slot : slots)
+        if (slot.state == Slot::Live) ::unlink(slot.path);
+}
+
+}  // namespace vdbcloud

@@ -1,0 +1,137 @@
+// The density of a file: which grid it is, and whether its values can be used.
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/select.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+namespace vdbcloud {
+
+namespace {
+
+std::string called(const GridFile& file, const GridBase& grid)
+{
+    return printable(file.path, 4096) + ": grid '" + printable(grid.getName()) + "'";
+}
+
+bool is_real(const GridBase& grid) { return grid.isType<FloatGrid>() || grid.isType<openvdb::DoubleGrid>(); }
+
+/// True of a name that the schema or its aliases give to something else than a density.
+bool has_other_role(const std::string& name)
+{
+    for (const char* role : {schema::temperature, schema::flame, schema::velocity, schema::colour, schema::emission,
+                             schema::phi, schema::solid})
+        for (const auto& alias : schema::aliases(role))
+            if (name == alias) return true;
+    return name.rfind(schema::transmittance_prefix, 0) == 0 || name.rfind(schema::flux_prefix, 0) == 0;
+}
+
+/// Where no name fits: the only real grid of class fog, else the only one of unknown class.
+GridBasePtr only_fog(const GridFile& file)
+{
+    for (const auto wanted : {openvdb::GRID_FOG_VOLUME, openvdb::GRID_UNKNOWN}) {
+        std::vector<GridBasePtr> found;
+        for (const auto& grid : file.grids)
+            if (grid && is_real(*grid) && grid->getGridClass() == wanted && !has_other_role(grid->getName()))
+                found.push_back(grid);
+        if (found.size() == 1) return found.front();
+        if (found.size() > 1)
+            throw InputError(printable(file.path, 4096) + ": several grids may be the density: expected a choice among " +
+                             grid_list(file));
+    }
+    return nullptr;
+}
+
+/// Why this grid cannot be a density, as the end of a sentence; empty if it can.
+std::string objection(const GridBase& grid)
+{
+    if (grid.type().find("ptdataidx") != std::string::npos)
+        return "holds points: expected a fog volume";
+    if (!is_real(grid)) return "holds values of type " + printable(grid.valueType()) + ": expected float or double";
+    if (grid.getGridClass() == openvdb::GRID_LEVEL_SET) return "is a level set: expected a fog volume";
+    if (!grid.transform().isLinear()) return "has a frustum (non-linear) transform: expected an affine one";
+    return {};
+}
+
+GridBasePtr pick(const GridFile& file, const std::string& asked)
+{
+    GridBasePtr grid = !asked.empty() ? chosen_grid(file, asked) : aliased_grid(file, schema::density);
+    if (!grid) grid = only_fog(file);
+    if (!grid && file.grids.size() == 1) grid = file.grids.front();  // to say what is wrong with it
+    if (!grid) throw InputError(printable(file.path, 4096) + ": no density among its grids: it has " + grid_list(file));
+    if (const std::string why = objection(*grid); !why.empty()) throw InputError(called(file, *grid) + " " + why);
+    return grid;
+}
+
+/// Counts values below 0, of active and inactive voxels and tiles and the background alike, as all of them are
+/// interpolated. Throws at the first that is not finite.
+uint64_t negatives(const FloatGrid& grid, const std::string& what)
+{
+    const auto refuse = [&](float value, const auto& where) {
+        std::ostringstream text;
+        text << what << ": value " << value << " " << where << ": expected finite";
+        throw InputError(text.str());
+    };
+    const auto at = [](const openvdb::Coord& ijk) {
+        std::ostringstream text;
+        text << "at voxel " << ijk;
+        return text.str();
+    };
+    if (!std::isfinite(grid.background())) refuse(grid.background(), "as background");
+    uint64_t count = grid.background() < 0;
+    auto tile = grid.tree().cbeginValueAll();
+    tile.setMaxDepth(FloatGrid::TreeType::DEPTH - 2);
+    for (; tile; ++tile) {
+        if (!std::isfinite(*tile)) refuse(*tile, at(tile.getCoord()));
+        count += *tile < 0;
+    }
+    constexpr int size = int(FloatGrid::TreeType::LeafNodeType::SIZE);
+    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
+        const float* values = leaf->buffer().data();
+        int below = 0, finite = 0;
+        for (int k = 0; k < size; ++k) {
+            below += values[k] < 0;
+            finite += std::abs(values[k]) <= std::numeric_limits<float>::max();
+        }
+        for (int k = 0; finite != size && k < size; ++k)
+            if (!std::isfinite(values[k])) refuse(values[k], at(leaf->offsetToGlobalCoord(k)));
+        count += below;
+    }
+    return count;
+}
+
+void clamp(FloatGrid& grid)
+{
+    if (grid.background() < 0) grid.tree().root().setBackground(0.0f, /*updateChildNodes=*/true);
+    auto tile = grid.tree().beginValueAll();
+    tile.setMaxDepth(FloatGrid::TreeType::DEPTH - 2);
+    for (; tile; ++tile)
+        if (*tile < 0) tile.setValue(0.0f);
+    for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) {
+        float* values = leaf->buffer().data();
+        for (int k = 0; k < int(FloatGrid::TreeType::LeafNodeType::SIZE); ++k) values[k] = std::max(values[k], 0.0f);
+    }
+}
+
+}  // namespace
+
+FloatGridPtr density_of(GridFile& file, const std::string& asked, const Warn& to)
+{
+    const GridBasePtr base = pick(file, asked);
+    auto grid = openvdb::gridPtrCast<FloatGrid>(base);
+    if (!grid) grid = std::make_shared<FloatGrid>(static_cast<const openvdb::DoubleGrid&>(*base));
+    const std::string what = called(file, *base);
+    if (const uint64_t count = negatives(*grid, what)) {
+        if (grid == base) grid = grid->deepCopy();
+        clamp(*grid);
+        warn(to, what + ": " + std::to_string(count) + (count == 1 ? " negative value" : " negative values") + " taken as 0");
+    }
+    if (grid != base) std::replace(file.grids.begin(), file.grids.end(), base, GridBasePtr(grid));
+    return grid;
+}
+
+}  // namespace vdbcloud

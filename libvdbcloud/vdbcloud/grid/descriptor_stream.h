@@ -1,0 +1,60 @@
+#pragma once
+// Streams on file descriptors: reading that shares no file position with another process, and writing that knows why
+// it failed.
+#include <cstdint>
+#include <streambuf>
+#include <string>
+#include <vector>
+
+namespace vdbcloud {
+
+/// Where the archive's identifier (36 characters) stands in a .vdb, from the byte `identifier_begin` on.
+inline constexpr size_t identifier_begin = 21, identifier_size = 36;
+
+/// Reads a regular file by position, so that a forked process can read the same descriptor.
+class DescriptorSource : public std::streambuf {
+public:
+    DescriptorSource(int descriptor, uint64_t size);
+    uint64_t position() const { return end_ - uint64_t(egptr() - gptr()); }
+
+protected:
+    int_type underflow() override;
+    std::streamsize xsgetn(char* to, std::streamsize count) override;
+    pos_type seekoff(off_type, std::ios_base::seekdir, std::ios_base::openmode) override;
+    pos_type seekpos(pos_type, std::ios_base::openmode) override;
+
+private:
+    int descriptor_;
+    uint64_t size_, end_ = 0;  // end_: position in the file of egptr()
+    std::vector<char> buffer_;
+};
+
+/// Writes to a descriptor. After a failure every write fails, and `error` is the system's number for the first.
+class DescriptorSink : public std::streambuf {
+public:
+    /// `identifier`, if not empty, replaces the 36 characters of the archive's identifier in passing.
+    DescriptorSink(int descriptor, bool seekable, std::string identifier = {});
+    int error() const { return error_; }
+
+protected:
+    int_type overflow(int_type) override;
+    std::streamsize xsputn(const char* from, std::streamsize count) override;
+    int sync() override;
+    pos_type seekoff(off_type, std::ios_base::seekdir, std::ios_base::openmode) override;
+    pos_type seekpos(pos_type, std::ios_base::openmode) override;
+
+private:
+    bool drain();
+    bool write_out(const char* from, size_t count);
+
+    int descriptor_, error_ = 0;
+    bool seekable_;
+    uint64_t start_ = 0;  // position in the file of pbase()
+    std::string identifier_;
+    std::vector<char> buffer_;
+};
+
+/// Reads up to `count` bytes at `offset`; returns how many there were. Throws std::system_error.
+size_t read_at(int descriptor, void* to, size_t count, uint64_t offset);
+
+}  // namespace vdbcloud

@@ -1,0 +1,133 @@
+#include "vdbcloud/grid/guard.h"
+
+#include "vdbcloud/core/error.h"
+
+#include <fcntl.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <string_view>
+#include <system_error>
+
+namespace vdbcloud {
+
+namespace {
+
+enum Ending { Fine = 0, Threw = 10, OutOfMemory = 11 };
+
+void limit(int resource, rlim_t most)
+{
+    rlimit now = {};
+    ::getrlimit(__rlimit_resource(resource), &now);
+    now.rlim_cur = std::min(most, now.rlim_max);
+    if (resource == RLIMIT_CPU) now.rlim_max = std::min(most + 1, now.rlim_max);  // the second one cannot be caught
+    ::setrlimit(__rlimit_resource(resource), &now);
+}
+
+/// Bytes of address space that this process has mapped.
+uint64_t mapped_bytes()
+{
+    unsigned long long pages = 0;
+    if (std::FILE* file = std::fopen("/proc/self/statm", "re")) {
+        if (std::fscanf(file, "%llu", &pages) != 1) pages = 0;
+        std::fclose(file);
+    }
+    return uint64_t(pages) * uint64_t(::sysconf(_SC_PAGESIZE));
+}
+
+/// Turns the forked process into one that can do no harm and says nothing.
+void confine(const GuardLimits& limits, uint64_t mapped)
+{
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    // The program's handlers would remove files that are the parent's.
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGALRM, SIGXCPU, SIGABRT, SIGSEGV, SIGBUS, SIGFPE})
+        std::signal(signal, SIG_DFL);
+    if (const int nowhere = ::open("/dev/null", O_RDWR); nowhere >= 0)
+        for (const int stream : {0, 1, 2}) ::dup2(nowhere, stream);
+    const auto seconds = rlim_t(std::ceil(std::max(limits.cpu_seconds, 1.0)));
+    limit(RLIMIT_CORE, 0);
+    limit(RLIMIT_CPU, seconds);
+#if !defined(__SANITIZE_ADDRESS__)  // its shadow memory alone is terabytes of addresses
+    limit(RLIMIT_AS, rlim_t(mapped + limits.memory_bytes));
+#else
+    (void)mapped;
+#endif
+    ::alarm(unsigned(60 + 30 * seconds));  // should it wait for something that never comes
+}
+
+[[noreturn]] void run_and_exit(const std::function<void()>& work, int report)
+{
+    int ending = Fine;
+    try {
+        work();
+    } catch (const std::bad_alloc&) {
+        ending = OutOfMemory;
+    } catch (const std::exception& e) {
+        ending = Threw;
+        const std::string what = std::string(std::string_view(e.what()).substr(0, 6000));
+        if (::write(report, what.data(), what.size()) < 0) ending = Threw;
+    } catch (...) {
+        ending = Threw;
+    }
+    ::_exit(ending);
+}
+
+std::string read_all(int descriptor)
+{
+    std::string text;
+    char part[1024];
+    for (ssize_t n; (n = ::read(descriptor, part, sizeof part)) != 0;) {
+        if (n > 0) text.append(part, size_t(n));
+        else if (errno != EINTR) break;
+    }
+    return text;
+}
+
+}  // namespace
+
+std::string run_guarded(const std::function<void()>& work, const GuardLimits& limits)
+{
+    const uint64_t mapped = mapped_bytes();
+    int ends[2];
+    if (::pipe2(ends, O_CLOEXEC) != 0) throw std::system_error(errno, std::generic_category(), "pipe");
+    const pid_t child = ::fork();
+    if (child < 0) {
+        const int code = errno;
+        ::close(ends[0]);
+        ::close(ends[1]);
+        throw std::system_error(code, std::generic_category(), "fork");
+    }
+    if (child == 0) {
+        ::close(ends[0]);
+        confine(limits, mapped);
+        run_and_exit(work, ends[1]);
+    }
+    ::close(ends[1]);
+    const std::string said = read_all(ends[0]);
+    ::close(ends[0]);
+    int status = 0;
+    while (::waitpid(child, &status, 0) < 0)
+        if (errno != EINTR) throw std::system_error(errno, std::generic_category(), "waitpid");
+
+    if (WIFEXITED(status) && WEXITSTATUS(status) == Fine) return {};
+    if (WIFEXITED(status) && WEXITSTATUS(status) == OutOfMemory)
+        return "malformed or too large: reading it takes more than " + std::to_string(limits.memory_bytes >> 20) +
+               " MB of memory";
+    if (WIFEXITED(status)) return said.empty() ? "malformed" : said;
+    const int signal = WTERMSIG(status);
+    if (signal == SIGXCPU || signal == SIGKILL || signal == SIGALRM)
+        return "malformed or too large: reading it takes more than " +
+               std::to_string(long(std::ceil(std::max(limits.cpu_seconds, 1.0)))) + " s of processor time";
+    return "malformed: it breaks the reader (signal " + std::to_string(signal) + ")";
+}
+
+}  // namespace vdbcloud

@@ -1,0 +1,247 @@
+#include "vdbcloud/core/atomic_file.h"
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/descriptor_stream.h"
+#include "vdbcloud/grid/digest.h"
+#include "vdbcloud/grid/guard.h"
+#include "vdbcloud/grid/header.h"
+#include "vdbcloud/grid/io.h"
+
+#include <openvdb/io/Stream.h>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <istream>
+#include <sstream>
+#include <system_error>
+
+namespace vdbcloud {
+
+namespace {
+
+/// An open file of known size that can be read at any position; standard input after spooling.
+class Input {
+public:
+    Input(const std::string& path, uint64_t max_bytes);
+    ~Input() { close(); }
+    Input(const Input&) = delete;
+    Input& operator=(const Input&) = delete;
+
+    int descriptor() const { return descriptor_; }
+    uint64_t size() const { return size_; }
+
+private:
+    void spool(uint64_t max_bytes);
+    void close()
+    {
+        if (descriptor_ > 0) ::close(descriptor_);
+    }
+    [[noreturn]] void fail(const std::string& what) const { throw IoError(printable(path_, 4096) + ": " + what); }
+
+    std::string path_;
+    int descriptor_ = -1;
+    uint64_t size_ = 0;
+};
+
+/// A file without a name, for as long as it is open.
+int anonymous_file(const std::string& path)
+{
+    std::error_code none;
+    std::string name = (std::filesystem::temp_directory_path(none) / "vdbcloud.XXXXXX").string();
+    const int descriptor = none ? -1 : ::mkostemp(name.data(), O_CLOEXEC);
+    if (descriptor < 0) throw IoError(system_message(path, "cannot be kept in a temporary file", errno));
+    ::unlink(name.c_str());
+    return descriptor;
+}
+
+Input::Input(const std::string& path, uint64_t max_bytes) : path_(path)
+{
+    if (path == "-") {
+        if (::isatty(0)) fail("standard input is a terminal: expected a .vdb through a pipe");
+        descriptor_ = 0;
+    } else if ((descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC)) < 0) {
+        throw IoError(system_message(path, "cannot read", errno));
+    }
+    struct stat status = {};
+    try {
+        if (::fstat(descriptor_, &status) != 0) throw IoError(system_message(path, "cannot read", errno));
+        if (S_ISDIR(status.st_mode)) throw IoError(system_message(path, "cannot read", EISDIR));
+        size_ = uint64_t(status.st_size);
+        if (!S_ISREG(status.st_mode) || (descriptor_ == 0 && ::lseek(0, 0, SEEK_CUR) != 0)) spool(max_bytes);
+        if (size_ > max_bytes)
+            fail(std::to_string(size_) + " bytes: expected at most " + std::to_string(max_bytes));
+    } catch (...) {
+        close();
+        throw;
+    }
+}
+
+void Input::spool(uint64_t max_bytes)
+{
+    const int kept = anonymous_file(path_);
+    std::vector<char> part(1 << 20);
+    size_ = 0;
+    const auto refuse = [&](const std::string& message) {
+        ::close(kept);
+        throw IoError(message);
+    };
+    for (size_t held = 0;;) {
+        const ssize_t n = ::read(descriptor_, part.data() + held, part.size() - held);
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) refuse(system_message(path_, "cannot read", errno));
+        held += size_t(n);
+        if (n > 0 && held < 4) continue;
+        if (size_ == 0 && held >= 4 && !has_magic(part.data()))  // before a wrong source is taken in whole
+            refuse(printable(path_, 4096) + ": not a .vdb: it begins otherwise");
+        for (size_t done = 0; done < held;) {
+            const ssize_t written = ::write(kept, part.data() + done, held - done);
+            if (written < 0 && errno == EINTR) continue;
+            if (written < 0) refuse(system_message(path_, "cannot be kept in a temporary file", errno));
+            done += size_t(written);
+        }
+        size_ += held;
+        held = 0;
+        if (n == 0) break;
+        if (size_ > max_bytes)
+            refuse(printable(path_, 4096) + ": expected at most " + std::to_string(max_bytes) + " bytes");
+    }
+    close();
+    descriptor_ = kept;
+    if (size_ == 0) fail("nothing came: expected a .vdb (did the program before it in the pipe fail?)");
+}
+
+struct Contents {
+    openvdb::GridPtrVecPtr grids;
+    MetaMap::Ptr metadata;
+    uint64_t end = 0;  // of the last grid, in the file
+};
+
+/// Reads everything, none of it later. Whatever OpenVDB throws becomes an IoError, but for std::bad_alloc.
+Contents load(const std::string& path, const Input& input)
+{
+    DescriptorSource source(input.descriptor(), input.size());
+    std::istream stream(&source);
+    stream.exceptions(std::ios_base::badbit | std::ios_base::failbit);
+    try {
+        openvdb::io::Stream archive(stream, /*delayLoad=*/false);
+        return {archive.getGrids(), archive.getMetadata(), source.position()};
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const std::ios_base::failure&) {
+        throw IoError(printable(path, 4096) + ": malformed .vdb: ends too early, at " + std::to_string(input.size()) + " bytes");
+    } catch (const std::system_error& e) {
+        throw IoError(system_message(path, "cannot read", e.code().value()));
+    } catch (const std::exception& e) {
+        throw IoError(printable(path, 4096) + ": malformed .vdb: " + printable(e.what()));
+    }
+}
+
+void check_transform(const Transform& transform, const std::string& what)
+{
+    if (!transform.isLinear()) return;  // whoever needs an affine one says so
+    const auto matrix = transform.baseMap()->getAffineMap()->getMat4();
+    for (int k = 0; k < 16; ++k)
+        if (!std::isfinite(matrix.asPointer()[k])) throw IoError(what + ": its transform is not finite");
+    const Vec3d edges = transform.voxelSize();
+    for (int axis = 0; axis < 3; ++axis) {
+        if (edges[axis] >= 1e-6 && edges[axis] <= 1e6) continue;
+        std::ostringstream text;
+        text << what << ": voxel edge " << edges[axis] << ": expected 1e-6 to 1e6 world units";
+        throw IoError(text.str());
+    }
+    if (!(std::abs(matrix.det()) > 1e-9 * edges[0] * edges[1] * edges[2]))
+        throw IoError(what + ": its transform is flat (not invertible)");
+}
+
+/// The meaning of one grid, as far as all stages need it. `count`: also count voxels, which uses threads.
+void check_grid(const GridBase& grid, const std::string& path, bool count)
+{
+    const std::string what = printable(path, 4096) + ": grid '" + printable(grid.getName()) + "'";
+    check_transform(grid.transform(), what);
+    openvdb::CoordBBox box;
+    if (!grid.baseTree().evalActiveVoxelBoundingBox(box)) return;
+    constexpr int32_t most = 1 << 30;
+    for (int axis = 0; axis < 3; ++axis)
+        if (box.min()[axis] <= -most || box.max()[axis] >= most) {
+            std::ostringstream text;
+            text << what << ": active voxels from " << box.min() << " to " << box.max()
+                 << ": expected coordinates below 2^30";
+            throw IoError(text.str());
+        }
+    if (!count) return;
+    if (const auto voxels = grid.baseTree().activeVoxelCount(); voxels > uint64_t(1) << 31)
+        throw IoError(what + ": " + std::to_string(voxels) + " active voxels: expected at most 2^31");
+}
+
+/// Touches every value as a stage would; the sum only keeps that from being optimised away.
+template<typename GridT>
+void walk(const GridBase& base)
+{
+    const auto* grid = dynamic_cast<const GridT*>(&base);
+    if (!grid) return;
+    uint64_t sum = 0;
+    for (auto leaf = grid->tree().cbeginLeaf(); leaf; ++leaf)
+        for (auto value = leaf->cbeginValueAll(); value; ++value) sum += *value == grid->background();
+    volatile uint64_t kept = sum;
+    (void)kept;
+}
+
+void try_in_guard(const std::string& path, const Input& input, const ReadOptions& options)
+{
+    GuardLimits limits;
+    limits.memory_bytes = (uint64_t(1) << 30) + 256 * input.size();
+    limits.cpu_seconds = options.guard_cpu_seconds > 0 ? options.guard_cpu_seconds : 5 + double(input.size()) / 10e6;
+    const std::string said = run_guarded(
+        [&] {
+            const Contents contents = load(path, input);
+            for (const auto& grid : *contents.grids) {
+                check_grid(*grid, path, /*count=*/false);
+                walk<FloatGrid>(*grid);
+                walk<Vec3SGrid>(*grid);
+            }
+            ::_exit(0);  // without destroying what was built: nothing more to learn from that
+        },
+        limits);
+    if (said.empty()) return;
+    const std::string prefix = printable(path, 4096) + ": ";
+    throw IoError(said.compare(0, prefix.size(), prefix) == 0 ? said : prefix + printable(said, 1000));
+}
+
+double seconds_since(std::chrono::steady_clock::time_point start)
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+GridFile read_grid_file(const std::string& path, const ReadOptions& options, ReadCost* cost)
+{
+    openvdb::initialize();
+    const Input input(path, options.max_bytes);
+    check_header(path, input.descriptor(), input.size());
+
+    auto start = std::chrono::steady_clock::now();
+    if (!options.trust) try_in_guard(path, input, options);
+    const double guard_seconds = seconds_since(start);
+
+    start = std::chrono::steady_clock::now();
+    Contents contents;
+    try {
+        contents = load(path, input);
+        for (const auto& grid : *contents.grids) check_grid(*grid, path, /*count=*/true);
+    } catch (const std::bad_alloc&) {
+        throw IoError(printable(path, 4096) + ": too large: there is not enough memory to read it");
+    }
+    if (contents.end < input.size())
+        warn(options.warn, printable(path, 4096) + ": " + std::to_string(input.size() - contents.end) +
+                               " bytes behind the last grid are passed over");
+    if (cost) *cost = {input.size(), guard_seconds, seconds_since(start), file_digest(input.descriptor()).hex()};
+    return {path, *contents.grids, contents.metadata};
+}
+
+}  // namespace vdbcloud

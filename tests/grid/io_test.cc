@@ -1,0 +1,137 @@
+// What is written is what is read: grids, metadata and oddities, through files.
+#include "vdbcloud/grid/io.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
+
+#include "support/scratch.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace vdbcloud {
+namespace {
+
+using openvdb::Coord;
+using openvdb::CoordBBox;
+using test::Scratch;
+
+/// A ball of smooth density, radius 9 voxels, with an active tile beside it.
+FloatGridPtr ball(const std::string& name)
+{
+    const auto grid = FloatGrid::create(0.0f);
+    grid->setName(name);
+    grid->setGridClass(openvdb::GRID_FOG_VOLUME);
+    for (int i = -9; i <= 9; ++i)
+        for (int j = -9; j <= 9; ++j)
+            for (int k = -9; k <= 9; ++k)
+                if (const double r = std::sqrt(double(i * i + j * j + k * k)); r < 9)
+                    grid->tree().setValue(Coord(i, j, k), float(1 - r / 9));
+    grid->tree().fill(CoordBBox(Coord(128, 0, 0), Coord(255, 127, 127)), 0.25f);
+    return grid;
+}
+
+GridFile file_of(std::vector<GridBasePtr> grids)
+{
+    openvdb::initialize();
+    return {"memory", std::move(grids), std::make_shared<MetaMap>()};
+}
+
+GridFile again(const GridFile& file, const WriteOptions& options = {})
+{
+    const Scratch folder;
+    write_grid_file(folder / "a.vdb", file, options);
+    EXPECT_EQ(folder.names(), std::vector<std::string>{"a.vdb"});
+    return read_grid_file(folder / "a.vdb");
+}
+
+TEST(GridIo, ValuesTopologyTransformAndMetadataComeBack)
+{
+    const auto grid = ball("density");
+    openvdb::Mat4d matrix = openvdb::Mat4d::identity();
+    matrix.preScale(Vec3d(0.5, 1, 2));
+    matrix.postRotate(openvdb::math::Z_AXIS, 0.4);
+    matrix.postTranslate(Vec3d(3, -2, 7));
+    grid->setTransform(Transform::createLinearTransform(matrix));
+    set_vector(*grid, "vdbcloud:albedo", Vec3d(0.9, 0.8, 0.7));
+    auto file = file_of({grid});
+    set_text(*file.metadata, "history", "one\ntwo");
+    set_number(*file.metadata, "meters_per_unit", 0.01);
+
+    for (const auto compression : {Compression::Blosc, Compression::Zip, Compression::None}) {
+        WriteOptions options;
+        options.compression = compression;
+        auto back = again(file, options);
+        ASSERT_EQ(back.grids.size(), 1u);
+        const auto density = density_of(back);
+        EXPECT_EQ(density->background(), 0.0f);
+        EXPECT_EQ(density->activeVoxelCount(), grid->activeVoxelCount());
+        EXPECT_EQ(density->tree().activeTileCount(), grid->tree().activeTileCount());
+        EXPECT_GT(grid->tree().activeTileCount(), 0u);
+        for (auto it = grid->cbeginValueOn(); it; ++it)
+            ASSERT_EQ(density->tree().getValue(it.getCoord()), *it) << it.getCoord();
+        EXPECT_EQ(density->transform(), grid->transform());
+        EXPECT_EQ(density->getGridClass(), openvdb::GRID_FOG_VOLUME);
+        EXPECT_EQ(get_vector(*density, "vdbcloud:albedo", Vec3d(0)), Vec3d(0.9, 0.8, 0.7));
+        EXPECT_EQ(get_text(*back.metadata, "history", ""), "one\ntwo");
+        EXPECT_EQ(get_number(*back.metadata, "meters_per_unit", 0), 0.01);
+        EXPECT_EQ(grid_digest(*density), grid_digest(*grid));
+    }
+}
+
+TEST(GridIo, EqualGridsAreEqualBytes)
+{
+    const Scratch folder;
+    write_grid_file(folder / "a.vdb", file_of({ball("density")}));
+    write_grid_file(folder / "b.vdb", file_of({ball("density")}));
+    EXPECT_EQ(test::bytes_of(folder / "a.vdb"), test::bytes_of(folder / "b.vdb"));
+    auto other = ball("density");
+    other->tree().setValue(Coord(1, 2, 3), 0.5f);
+    write_grid_file(folder / "b.vdb", file_of({other}));
+    const std::string a = test::bytes_of(folder / "a.vdb"), b = test::bytes_of(folder / "b.vdb");
+    EXPECT_NE(a.substr(21, 36), b.substr(21, 36));
+    EXPECT_EQ(a[29], '-');
+}
+
+TEST(GridIo, DensityIsFoundByAliasOrAsTheOnlyFog)
+{
+    auto file = file_of({ball("temperature"), ball("smoke")});
+    EXPECT_EQ(density_of(file)->getName(), "smoke");
+    file = file_of({ball("temperature"), ball("lorenz")});
+    EXPECT_EQ(density_of(file)->getName(), "lorenz");
+    EXPECT_EQ(density_of(file, "temperature")->getName(), "temperature");
+    EXPECT_THROW(density_of(file, "nothing"), InputError);
+    file = file_of({ball("a"), ball("b")});
+    EXPECT_THROW(density_of(file), InputError);
+    file = file_of({ball("density"), ball("density")});
+    EXPECT_THROW(density_of(file), InputError);
+    EXPECT_EQ(density_of(file, "density[1]"), file.grids[1]);
+}
+
+TEST(GridIo, NegativeValuesAreClampedWithOneWarningAndNaNIsRefused)
+{
+    auto grid = ball("density");
+    grid->tree().setValue(Coord(0, 0, 0), -1.0f);
+    grid->tree().setValue(Coord(50, 0, 0), -2.0f);
+    auto file = file_of({grid});
+    std::vector<std::string> said;
+    const auto density = density_of(file, "", [&](const std::string& s) { said.push_back(s); });
+    ASSERT_EQ(said.size(), 1u);
+    EXPECT_NE(said[0].find("2 negative values"), std::string::npos) << said[0];
+    EXPECT_EQ(density->tree().getValue(Coord(50, 0, 0)), 0.0f);
+    EXPECT_EQ(grid->tree().getValue(Coord(50, 0, 0)), -2.0f) << "the original is not to change";
+    EXPECT_EQ(file.grids[0], density);
+
+    grid->tree().setValue(Coord(3, 4, 5), NAN);
+    file = file_of({grid});
+    try {
+        density_of(file);
+        FAIL() << "NaN went through";
+    } catch (const InputError& e) {
+        EXPECT_NE(std::string(e.what()).find("[3, 4, 5]"), std::string::npos) << e.what();
+    }
+}
+
+}  // namespace
+}  // namespace vdbcloud
