@@ -1,0 +1,143 @@
+#include "vdbcloud/fft/batched_transform.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/fft/planner.h"
+
+#include <fftw3.h>
+
+#include <new>
+#include <string>
+
+namespace vdbcloud::fft {
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+fftw_r2r_kind kind(AxisEnd end, bool forward)
+{
+    switch (end) {
+        case AxisEnd::Periodic: return forward ? FFTW_R2HC : FFTW_HC2R;
+        case AxisEnd::Even: return forward ? FFTW_REDFT10 : FFTW_REDFT01;
+        default: return forward ? FFTW_RODFT10 : FFTW_RODFT01;
+    }
+}
+
+double length(AxisEnd end, int n) { return end == AxisEnd::Periodic ? n : 2.0 * n; }
+
+double half_phase(AxisEnd end, int m, int n)
+{
+    switch (end) {
+        case AxisEnd::Periodic: return pi * m / n;
+        case AxisEnd::Even: return pi * m / (2.0 * n);
+        default: return pi * (m + 1) / (2.0 * n);
+    }
+}
+
+/// FFTW's two precisions under one name each.
+template<typename Real> struct Fftw;
+template<> struct Fftw<double> {
+    static fftw_plan r2c(const fftw_iodim* d, double* a)
+    {
+        fftw_iodim out[2] = {d[0], d[1]};
+        out[0].is = d[0].is, out[0].os = d[0].is / 2;
+        return fftw_plan_guru_dft_r2c(2, out, 0, nullptr, a, reinterpret_cast<fftw_complex*>(a), FFTW_ESTIMATE);
+    }
+    static fftw_plan c2r(const fftw_iodim* d, double* a)
+    {
+        fftw_iodim out[2] = {d[0], d[1]};
+        out[0].is = d[0].is / 2, out[0].os = d[0].is;
+        return fftw_plan_guru_dft_c2r(2, out, 0, nullptr, reinterpret_cast<fftw_complex*>(a), a, FFTW_ESTIMATE);
+    }
+    static fftw_plan r2r(const fftw_iodim* d, double* a, const fftw_r2r_kind* k)
+    {
+        return fftw_plan_guru_r2r(2, d, 0, nullptr, a, a, k, FFTW_ESTIMATE);
+    }
+    static void run_r2c(fftw_plan p, double* a) { fftw_execute_dft_r2c(p, a, reinterpret_cast<fftw_complex*>(a)); }
+    static void run_c2r(fftw_plan p, double* a) { fftw_execute_dft_c2r(p, reinterpret_cast<fftw_complex*>(a), a); }
+    static void run_r2r(fftw_plan p, double* a) { fftw_execute_r2r(p, a, a); }
+};
+template<> struct Fftw<float> {
+    static fftwf_plan r2c(const fftw_iodim* d, float* a)
+    {
+        fftw_iodim out[2] = {d[0], d[1]};
+        out[0].is = d[0].is, out[0].os = d[0].is / 2;
+        return fftwf_plan_guru_dft_r2c(2, out, 0, nullptr, a, reinterpret_cast<fftwf_complex*>(a), FFTW_ESTIMATE);
+    }
+    static fftwf_plan c2r(const fftw_iodim* d, float* a)
+    {
+        fftw_iodim out[2] = {d[0], d[1]};
+        out[0].is = d[0].is / 2, out[0].os = d[0].is;
+        return fftwf_plan_guru_dft_c2r(2, out, 0, nullptr, reinterpret_cast<fftwf_complex*>(a), a, FFTW_ESTIMATE);
+    }
+    static fftwf_plan r2r(const fftw_iodim* d, float* a, const fftw_r2r_kind* k)
+    {
+        return fftwf_plan_guru_r2r(2, d, 0, nullptr, a, a, k, FFTW_ESTIMATE);
+    }
+    static void run_r2c(fftwf_plan p, float* a) { fftwf_execute_dft_r2c(p, a, reinterpret_cast<fftwf_complex*>(a)); }
+    static void run_c2r(fftwf_plan p, float* a) { fftwf_execute_dft_c2r(p, reinterpret_cast<fftwf_complex*>(a), a); }
+    static void run_r2r(fftwf_plan p, float* a) { fftwf_execute_r2r(p, a, a); }
+};
+
+}  // namespace
+
+template<typename Real> struct BatchedTransform<Real>::Impl {
+    Plan<Real> forward, backward;
+    bool complex;
+};
+
+template<typename Real>
+BatchedTransform<Real>::BatchedTransform(int nx, int ny, AxisEnd x, AxisEnd y)
+    : nx_(nx), ny_(ny), modes_x_(nx), x_(x), y_(y), row_(0), plane_(0), scale_(0), impl_(std::make_unique<Impl>())
+{
+    if (nx < 1 || ny < 1 || nx > 16384 || ny > 16384)
+        throw InputError("transform of " + std::to_string(nx) + " x " + std::to_string(ny) + ": expected 1..16384");
+    impl_->complex = x == AxisEnd::Periodic && y == AxisEnd::Periodic;
+    if (impl_->complex) modes_x_ = 2 * (nx / 2 + 1);
+    row_ = size_t(modes_x_);
+    const size_t unit = alignment / sizeof(Real);
+    plane_ = (row_ * size_t(ny) + unit - 1) / unit * unit;
+    scale_ = 1.0 / (length(x, nx) * length(y, ny));
+
+    // FFTW_ESTIMATE neither reads nor writes the array, but looks at its alignment.
+    std::unique_ptr<Real, void (*)(Real*)> probe(
+        static_cast<Real*>(::operator new(plane_ * sizeof(Real), std::align_val_t(alignment))),
+        [](Real* p) { ::operator delete(p, std::align_val_t(alignment)); });
+    const fftw_iodim sizes[2] = {{ny, int(row_), int(row_)}, {nx, 1, 1}};
+    using F = Fftw<Real>;
+    if (impl_->complex) {
+        impl_->forward = make_plan<Real>([&] { return F::r2c(sizes, probe.get()); });
+        impl_->backward = make_plan<Real>([&] { return F::c2r(sizes, probe.get()); });
+        return;
+    }
+    for (const bool ahead : {true, false}) {
+        const fftw_r2r_kind kinds[2] = {kind(y, ahead), kind(x, ahead)};
+        (ahead ? impl_->forward : impl_->backward) =
+            make_plan<Real>([&] { return F::r2r(sizes, probe.get(), kinds); });
+    }
+}
+
+template<typename Real> BatchedTransform<Real>::~BatchedTransform() = default;
+template<typename Real> BatchedTransform<Real>::BatchedTransform(BatchedTransform&&) noexcept = default;
+
+template<typename Real> double BatchedTransform<Real>::half_phase_x(int i) const
+{
+    return half_phase(x_, impl_->complex ? i / 2 : i, nx_);
+}
+
+template<typename Real> double BatchedTransform<Real>::half_phase_y(int j) const { return half_phase(y_, j, ny_); }
+
+template<typename Real> void BatchedTransform<Real>::forward(Real* plane) const
+{
+    impl_->complex ? Fftw<Real>::run_r2c(impl_->forward.get(), plane) : Fftw<Real>::run_r2r(impl_->forward.get(), plane);
+}
+
+template<typename Real> void BatchedTransform<Real>::backward(Real* plane) const
+{
+    impl_->complex ? Fftw<Real>::run_c2r(impl_->backward.get(), plane) : Fftw<Real>::run_r2r(impl_->backward.get(), plane);
+}
+
+template class BatchedTransform<float>;
+template class BatchedTransform<double>;
+
+}  // namespace vdbcloud::fft

@@ -1,0 +1,91 @@
+#pragma once
+// The box of the simulation and the padded arrays that live on it.
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+namespace vdbcloud::sim {
+
+/// What lies beyond the four sides. Floor and lid are rigid and free of stress.
+enum class Side {
+    Periodic,  ///< the opposite side
+    Wall,      ///< rigid, free of stress, no flux
+    Open,      ///< pressure of the environment; what flows in is the environment's air
+};
+
+/// A box of cells, x fastest, z up, with uniform spacing an axis. Staggered (Arakawa C): scalars at centres, u, v, w on
+/// the lower x, y, z faces of the cell of the same index.
+struct Lattice {
+    std::array<int, 3> n{1, 1, 1};                           ///< cells
+    std::array<double, 3> h{1, 1, 1};                        ///< spacing [m]
+    std::array<Side, 2> side{Side::Periodic, Side::Periodic};  ///< of the x and y axes
+
+    /// An axis of one cell has no direction: no velocity along it and no fluxes.
+    bool flat(int axis) const { return n[size_t(axis)] == 1; }
+    size_t cells() const { return size_t(n[0]) * size_t(n[1]) * size_t(n[2]); }
+    /// Faces normal to `axis` whose velocity is computed: one more than cells only where both ends are open.
+    int faces(int axis) const
+    {
+        return n[size_t(axis)] + (axis < 2 && side[size_t(axis)] == Side::Open && !flat(axis));
+    }
+};
+
+/// Cells beyond each end of an axis that the widest stencil reads.
+inline constexpr int halo = 3;
+
+/// A scalar on a lattice with `halo` more values on every side (none along a flat axis), zero at first. Rows along x are
+/// contiguous and begin at 32 bytes. An empty field, as a default one is, has no memory.
+template<typename T> class Field {
+public:
+    Field() = default;
+    explicit Field(const Lattice& lattice)
+    {
+        const auto pad = [&](int axis) { return lattice.flat(axis) ? 0 : halo; };
+        const ptrdiff_t left = lattice.flat(0) ? 0 : 8;
+        sy_ = (left + lattice.n[0] + pad(0) + 7) / 8 * 8;
+        sz_ = sy_ * (lattice.n[1] + 2 * pad(1));
+        size_ = size_t(sz_) * size_t(lattice.n[2] + 2 * pad(2));
+        data_.reset(static_cast<T*>(::operator new(size_ * sizeof(T), std::align_val_t(64))));
+        for (size_t i = 0; i < size_; ++i) data_.get()[i] = T(0);
+        origin_ = data_.get() + left + sy_ * pad(1) + sz_ * pad(2);
+    }
+    Field(Field&& other) noexcept { swap(other); }
+    Field& operator=(Field&& other) noexcept { swap(other); return *this; }
+
+    explicit operator bool() const { return data_ != nullptr; }
+    /// The row of cells (., j, k), at i = 0.
+    T* row(int j, int k) { return origin_ + sy_ * j + sz_ * k; }
+    const T* row(int j, int k) const { return origin_ + sy_ * j + sz_ * k; }
+    T& operator()(int i, int j, int k) { return row(j, k)[i]; }
+    T operator()(int i, int j, int k) const { return row(j, k)[i]; }
+    ptrdiff_t stride(int axis) const { return axis == 0 ? 1 : axis == 1 ? sy_ : sz_; }
+    size_t bytes() const { return size_ * sizeof(T); }
+
+    void swap(Field& other) noexcept
+    {
+        std::swap(data_, other.data_), std::swap(origin_, other.origin_), std::swap(size_, other.size_);
+        std::swap(sy_, other.sy_), std::swap(sz_, other.sz_);
+    }
+
+private:
+    struct Free {
+        void operator()(T* p) const { ::operator delete(p, std::align_val_t(64)); }
+    };
+    std::unique_ptr<T, Free> data_;
+    T* origin_ = nullptr;
+    size_t size_ = 0;
+    ptrdiff_t sy_ = 0, sz_ = 0;
+};
+
+/// What a field is, hence how it continues beyond its box.
+enum class Place { Centre, FaceX, FaceY, FaceZ };
+
+/// Fills the halo: periodic copies; at walls, floor and lid mirror images, with the sign changed for the velocity
+/// through them, which is itself set to 0; at open sides the nearest value. Parallel over planes.
+template<typename T> void fill_halo(const Lattice&, Place, Field<T>&);
+
+extern template void fill_halo(const Lattice&, Place, Field<float>&);
+extern template void fill_halo(const Lattice&, Place, Field<double>&);
+
+}  // namespace vdbcloud::sim
