@@ -1,9 +1,9 @@
 #pragma once
 // The film: named layers of pixels, and how they gather samples.
 #include "vdbcloud/core/progress.h"
+#include "vdbcloud/render/pixel_filter.h"
 #include "vdbcloud/scene/camera.h"
 
-#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -23,28 +23,6 @@ struct LayerSpec {
     bool half = true;                   ///< stored as half in files: colour; false for Z, variance and transmittance
     Combine combine = Combine::Mean;
 };
-
-enum class FilterKind { Box, Gaussian, BlackmanHarris };
-
-const char* name(FilterKind);
-FilterKind filter_kind(const std::string& name);  ///< Throws InputError with the names that there are.
-
-struct SamplingOptions {
-    int samples = 1;                    ///< per pixel; 1 is taken at the pixel's centre, whatever the filter
-    FilterKind filter = FilterKind::Box;
-    double filter_width = 0;            ///< full width [pixels]; 0: the filter's own (1 box, 3 Gaussian, 3 Blackman-Harris)
-    uint64_t seed = 0;
-};
-
-/// A place on the film, relative to the pixel's centre [pixels].
-struct SampleOffset {
-    double x, y;
-};
-
-/// The k-th of the samples of pixel (i, j): stratified over the filter's support, jittered by a hash of (seed, i, j, k),
-/// and placed with the filter as density (inverse cumulative distribution), so that every sample has the weight
-/// 1/samples: weights sum to one by construction and no pixel needs its neighbours' samples.
-SampleOffset sample_offset(const SamplingOptions&, int i, int j, int k);
 
 /// Layers of floats over the wanted window of a picture.
 class Film {

@@ -32,9 +32,9 @@ struct PixelWindow {
 struct ImageSize {
     int width = 512, height = 512;
     double pixel_aspect = 1;  ///< width of a pixel over its height
-    PixelWindow crop;         ///< empty (the default): all of it
+    PixelWindow crop;         ///< all zero (the default): all of it
 
-    PixelWindow window() const { return crop.width() > 0 ? crop : PixelWindow{0, 0, width, height}; }
+    PixelWindow window() const { return crop == PixelWindow{} ? PixelWindow{0, 0, width, height} : crop; }
 };
 
 /// A ray in world space: origin + t * direction, t >= 0 a distance [world unit].

@@ -1,0 +1,136 @@
+// Auto-framing: everything in the picture, as large as it fits, wherever and however large the cloud is.
+#include "vdbcloud/scene/camera.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/random.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbcloud {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+struct Placement {
+    Vec3d axis{0, 1, 0};
+    double angle = 0, scale = 1;
+    Vec3d shift{0, 0, 0};
+    Vec3d turned(const Vec3d& v) const
+    {
+        const Vec3d k = axis / axis.length();
+        return v * std::cos(angle) + k.cross(v) * std::sin(angle) + k * (k.dot(v) * (1 - std::cos(angle)));
+    }
+    Vec3d placed(const Vec3d& p) const { return turned(p) * scale + shift; }
+};
+
+std::vector<Vec3d> box(const Placement& where)
+{
+    std::vector<Vec3d> out;
+    for (int corner = 0; corner < 8; ++corner)
+        out.push_back(where.placed(Vec3d(corner & 1 ? 2 : -1, corner & 2 ? 1 : 0, corner & 4 ? 0.5 : -1.5)));
+    return out;
+}
+
+/// Where a point appears, as fractions of the picture from its upper left corner.
+Vec3d in_picture(const CameraView& view, const Vec3d& p)
+{
+    const Matrix44 m = view.world_to_ndc();
+    double out[4];
+    for (size_t c = 0; c < 4; ++c) out[c] = p[0] * m[c] + p[1] * m[4 + c] + p[2] * m[8 + c] + m[12 + c];
+    EXPECT_GT(out[3], 0) << "behind the camera";
+    return Vec3d(out[0], out[1], out[2]) / out[3];
+}
+
+std::vector<Placement> placements()
+{
+    std::vector<Placement> out{Placement{}};
+    for (int k = 0; k < 40; ++k) {
+        const auto u = [k](int d) { return uniform(hash_bits(7, uint64_t(k), uint64_t(d))) * 2 - 1; };
+        out.push_back({Vec3d(u(0), u(1), u(2)), pi * u(3), std::pow(10.0, 4 * u(4)), Vec3d(u(5), u(6), u(7)) * 20.0});
+    }
+    return out;
+}
+
+class Framing : public testing::TestWithParam<Projection> {};
+
+TEST_P(Framing, HoldsEveryCornerWithinTheMarginAndTouchesIt)
+{
+    for (const ImageSize& size : {ImageSize{512, 512, 1, {}}, ImageSize{640, 200, 1, {}}, ImageSize{100, 300, 1.5, {}}})
+        for (const Placement& where : placements()) {
+            FramingOptions options;
+            options.projection = GetParam();
+            options.margin = 0.1;
+            const auto corners = box(where);
+            const CameraView view(frame_points(corners, size, options), size);
+            double left = 1, right = 1, top = 1, bottom = 1;  // room left at each edge
+            for (const Vec3d& corner : corners) {
+                const Vec3d at = in_picture(view, corner);
+                left = std::min(left, at[0]);
+                right = std::min(right, 1 - at[0]);
+                top = std::min(top, at[1]);
+                bottom = std::min(bottom, 1 - at[1]);
+            }
+            const double slack = 1e-9 * (1 + where.shift.length() / where.scale);  // rounding far from the origin
+            EXPECT_GE(std::min({left, right, top, bottom}), 0.1 - slack);
+            // As large as it fits: both edges of one axis are reached.
+            EXPECT_NEAR(std::min(std::max(left, right), std::max(top, bottom)), 0.1, slack);
+        }
+}
+
+TEST_P(Framing, TurnsAndScalesWithItsScene)
+{
+    const ImageSize size{320, 240, 1, {}};
+    FramingOptions options;
+    options.projection = GetParam();
+    const Placement rest;
+    const CameraView before(frame_points(box(rest), size, options), size);
+    for (const Placement& where : placements()) {
+        FramingOptions moved = options;
+        moved.up = where.turned(options.up);
+        moved.direction = where.turned(default_view_direction(options.up));
+        const CameraView after(frame_points(box(where), size, moved), size);
+        const double unit = where.scale + where.shift.length();
+        EXPECT_LT((after.camera().position - where.placed(before.camera().position)).length(), 1e-10 * unit);
+        const Vec3d w = before.ray(31, 200).direction;
+        EXPECT_LT((after.ray(31, 200).direction - where.turned(w)).length(), 1e-9 * unit / where.scale);
+    }
+}
+
+TEST_P(Framing, TakesALineAlongTheView)
+{
+    FramingOptions options;
+    options.projection = GetParam();
+    options.direction = Vec3d(0, 0, -1);
+    const ImageSize size{64, 64, 1, {}};
+    const CameraView view(frame_points({Vec3d(0, 0, 0), Vec3d(0, 0, 3)}, size, options), size);
+    for (const double z : {0.0, 3.0}) EXPECT_NEAR(in_picture(view, Vec3d(0, 0, z))[0], 0.5, 1e-12);
+}
+
+INSTANTIATE_TEST_SUITE_P(Both, Framing, testing::Values(Projection::Perspective, Projection::Orthographic));
+
+TEST(DefaultView, IsNearlyLevelFromTheFrontWhicheverWayIsUp)
+{
+    const Vec3d y = default_view_direction(Vec3d(0, 1, 0));
+    EXPECT_NEAR(y.length(), 1, 1e-14);
+    EXPECT_LT(y[2], -0.5);           // from +Z
+    EXPECT_LT(y[0], 0);              // and +X
+    EXPECT_GT(y[1], 0);              // a little upwards
+    EXPECT_LT(y[1], 0.3);
+    const Vec3d z = default_view_direction(Vec3d(0, 0, 2));  // +Y to +Z takes +Z to -Y: a front view of a Z-up program
+    EXPECT_NEAR(z[2], y[1], 1e-14);
+    EXPECT_NEAR(z[1], -y[2], 1e-14);
+    EXPECT_NEAR(default_view_direction(Vec3d(0, -1, 0)).dot(Vec3d(0, -1, 0)), y[1], 1e-14);
+}
+
+TEST(Framing, RefusesNothingToLookAt)
+{
+    EXPECT_THROW(frame_points({}, {}), InputError);
+    EXPECT_THROW(frame_points({Vec3d(1, 1, 1), Vec3d(1, 1, 1)}, {}), InputError);
+    EXPECT_THROW(frame_points({Vec3d(1, 1, 1), Vec3d(1, std::nan(""), 1)}, {}), InputError);
+}
+
+}  // namespace
+}  // namespace vdbcloud
