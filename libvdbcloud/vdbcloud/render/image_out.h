@@ -1,0 +1,46 @@
+#pragma once
+// Pictures on disk, through OpenImageIO: .exr with every layer and its metadata, .png for looking at.
+#include "vdbcloud/render/film.h"
+#include "vdbcloud/render/view.h"
+#include "vdbcloud/scene/camera.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace vdbcloud {
+
+enum class ImageFormat { Exr, Png };
+
+/// By extension, in any case: .exr or .png. "-" and a device (/dev/...) are exr. Throws UsageError for others.
+ImageFormat image_format(const std::string& path);
+
+/// What a picture says of itself. No clock and no host name: equal runs make equal bytes.
+struct ImageMetadata {
+    std::string creator;    ///< "render 0.1.0"; also OpenEXR's Software
+    std::string history;    ///< one command line a line, oldest first
+    std::string date_time = "1970:01:01 00:00:00";  ///< OpenImageIO would write the clock's
+    std::vector<std::pair<std::string, std::string>> texts;    ///< "vdbcloud:..."
+    std::vector<std::pair<std::string, double>> numbers;       ///< "vdbcloud:..."
+};
+
+struct ImageOptions {
+    bool no_clobber = false;
+    bool draw_background = false;  ///< exr: background into R, G, B, and A = 1; png always shows it
+    bool background_layer = false;  ///< exr: also as a layer of its own
+    int png_bits = 8;              ///< 8 or 16
+    ViewOptions view;              ///< png
+};
+
+/// Writes a film whose beauty layer is R, G, B, A, premultiplied, whole or not at all (core/atomic_file.h).
+///
+/// exr: scan lines, zip; the display window is the whole picture, the data window the film's; linear Rec. 709. Layers are
+/// channels LAYER.CHANNEL ("Z" stays "Z"): half where the layer says so and every value fits into one, else float,
+/// which `warn` is told. Attributes worldToCamera, worldToNDC, chromaticities, Software, creator, history, DateTime.
+/// png: beauty over background, exposed and encoded by the view, of the film's window only, no alpha.
+///
+/// Throws IoError, path first (full disk, missing folder, closed pipe), UsageError for a png to "-", InputError.
+void write_image(const std::string& path, const Film&, const CameraView&, const ImageMetadata&, const ImageOptions& = {},
+                 const Warn& = {});
+
+}  // namespace vdbcloud

@@ -1,0 +1,98 @@
+// How the coefficients of a medium travel: there and back, inherited where absent, refused where impossible.
+#include "vdbcloud/optics/medium.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/schema.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace vdbcloud {
+namespace {
+
+Medium cloud()
+{
+    Medium medium;
+    medium.sigma_t_per_density = Vec3d(3, 4, 5.5);
+    medium.albedo = Vec3d(0.9, 0.99, 1);
+    medium.g = -0.25;
+    medium.phase = PhaseKind::Rayleigh;
+    return medium;
+}
+
+void expect_equal(const Medium& a, const Medium& b)
+{
+    EXPECT_EQ(a.sigma_t_per_density, b.sigma_t_per_density);
+    EXPECT_EQ(a.albedo, b.albedo);
+    EXPECT_EQ(a.g, b.g);
+    EXPECT_EQ(a.phase, b.phase);
+}
+
+TEST(Medium, ComesBackAsItWasWritten)
+{
+    MetaMap metadata;
+    write_medium(metadata, cloud());
+    expect_equal(read_medium(metadata), cloud());
+}
+
+TEST(Medium, KeepsWhatMetadataDoesNotGive)
+{
+    MetaMap metadata;
+    expect_equal(read_medium(metadata, cloud()), cloud());
+    set_number(metadata, schema::g, 0.5);
+    Medium expected = cloud();
+    expected.g = 0.5;
+    expect_equal(read_medium(metadata, cloud()), expected);
+}
+
+TEST(Medium, IsGreyWhereExtinctionIsTheSameInAllChannels)
+{
+    EXPECT_FALSE(cloud().grey());
+    EXPECT_TRUE(Medium{}.grey());
+}
+
+TEST(Medium, RefusesCoefficientsThatCannotBeAndNamesThem)
+{
+    const auto refused = [](const char* key, auto change) {
+        Medium medium = cloud();
+        change(medium);
+        MetaMap metadata;
+        try {
+            write_medium(metadata, medium);
+            ADD_FAILURE() << "took a wrong " << key;
+        } catch (const InputError& error) {
+            EXPECT_NE(std::string(error.what()).find(key), std::string::npos) << error.what();
+        }
+        EXPECT_EQ(metadata.metaCount(), 0u) << "wrote before it checked";
+    };
+    refused(schema::sigma_t_per_density, [](Medium& m) { m.sigma_t_per_density[1] = -1; });
+    refused(schema::sigma_t_per_density, [](Medium& m) { m.sigma_t_per_density[2] = INFINITY; });
+    refused(schema::albedo, [](Medium& m) { m.albedo[0] = 1.01; });
+    refused(schema::albedo, [](Medium& m) { m.albedo[0] = std::nan(""); });
+    refused(schema::g, [](Medium& m) { m.g = 1; });
+}
+
+TEST(Medium, RefusesWhatAFileMayClaim)
+{
+    MetaMap metadata;
+    set_text(metadata, schema::phase, "mie\n\x1b[31m");
+    try {
+        read_medium(metadata);
+        FAIL() << "took an unknown phase function";
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("henyey-greenstein"), std::string::npos);
+        EXPECT_EQ(std::string(error.what()).find('\x1b'), std::string::npos) << "printed what a file said, uncleaned";
+    }
+    MetaMap number;
+    set_number(number, schema::albedo, 0.5);  // a scalar where a vector belongs
+    EXPECT_THROW(read_medium(number), InputError);
+    MetaMap g;
+    set_number(g, schema::g, 2);
+    EXPECT_THROW(read_medium(g), InputError);
+}
+
+}  // namespace
+}  // namespace vdbcloud
