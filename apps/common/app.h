@@ -1,6 +1,8 @@
 #pragma once
 // What every executable shares: options, exit status, threads, progress, signals, report, provenance, reading and
 // writing. The library never includes this.
+#include "options.h"
+
 #include "vdbcloud/core/progress.h"
 #include "vdbcloud/grid/io.h"
 
@@ -13,21 +15,22 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace vdbcloud::app {
 
-/// Exit status: what a Makefile sees.
+/// Exit status: what a Makefile sees. Signals end as the shell shows them: 130, 143, 141.
 enum Exit { ok = 0, failed = 1, usage = 2, unconverged = 3 };
 
-extern const CLI::Validator positive;     ///< a finite number above 0
-extern const CLI::Validator nonnegative;  ///< a finite number, 0 or above
-extern const CLI::Validator finite;       ///< a finite number
-/// A finite number within [low, high].
-CLI::Validator within(double low, double high);
-
 /// A CLI::App with the options every tool has:
-/// --threads --quiet --verbose --progress --json --config --print-config --dry-run --force --version --help-all, and for
-/// tools that write grids: --compression --half --no-clobber --keep; for tools that read grids: --trust-input --max-input.
+/// --threads --quiet --verbose --progress --json --config --print-config --dry-run --werror --force --version --help
+/// --help-all, and for tools that write grids: --compression --half --no-clobber --keep; for tools that read grids:
+/// --trust-input --max-input.
+///
+/// A tool declares its output as "-o,--output", a required option of one path: run() then looks at the folder, the
+/// terminal and --no-clobber before the work begins. Paths are plain std::string, without CLI::ExistingFile: a file
+/// that is not there is status 1, found by read(), where a wrong option is status 2.
 class App : public CLI::App {
 public:
     App(const std::string& name, const std::string& summary);
@@ -36,45 +39,140 @@ public:
     /// Declares the shared options of tools that read one .vdb / write one .vdb. Call while declaring.
     void reads_grids();
     void writes_grids();
+    /// The same for --no-clobber alone, for tools that write no grids.
+    void never_clobbers();
+    /// The same for --time-limit [s]; see seconds_left().
+    void stops_in_time();
+
+    /// An option bound to `value`, whose present value is the default (shown in help, in --print-config and in the
+    /// history, exactly). Numbers must be finite. A Vec3d takes one word of three numbers, "0.3,1,0.2"; a vector
+    /// takes one word each time the option is given. Positionals: a name without dashes.
+    template<typename T>
+    CLI::Option* add_option(const std::string& names, T& value, const std::string& description)
+    {
+        CLI::Option* option = CLI::App::add_option(names, value, description);
+        if constexpr (traits::holds_numbers<T>) option->check(finite);
+        if constexpr (traits::holds_unsigned<T>) option->check(nonnegative);  // CLI11 wraps -1 around
+        if constexpr (traits::is_vector<T>) {
+            option->allow_extra_args(false);
+            if (value.empty()) option->default_str("");
+        }
+        return option;
+    }
+    CLI::Option* add_option(const std::string& names, double& value, const std::string& description);
+    CLI::Option* add_option(const std::string& names, Vec3d& value, const std::string& description);
+    CLI::Option* add_option(const std::string& names, std::vector<Vec3d>& values, const std::string& description);
+
+    /// A switch; "--haze,!--no-haze" has a negative form.
+    CLI::Option* add_flag(const std::string& names, bool& value, const std::string& description);
+
+    /// As add_option with a Vec3d.
+    CLI::Option* add_vec3(const std::string& names, Vec3d& value, const std::string& description);
+    /// The same, given as often as wanted.
+    CLI::Option* add_vec3s(const std::string& names, std::vector<Vec3d>& values, const std::string& description);
+    /// Three numbers "r,g,b", or one for all three channels.
+    CLI::Option* add_rgb(const std::string& names, Vec3d& value, const std::string& description);
+
+    /// One of several words, each standing for a value.
+    template<typename E>
+    CLI::Option* add_choice(const std::string& names, E& value, const std::vector<std::pair<std::string, E>>& choices,
+                            const std::string& description)
+    {
+        std::vector<std::string> words;
+        std::string present;
+        for (const auto& [word, meaning] : choices) {
+            words.push_back(word);
+            if (meaning == value) present = word;
+        }
+        const auto chosen = [&value, choices](const std::string& text) {
+            for (const auto& [word, meaning] : choices)
+                if (word == text) value = meaning;
+        };
+        return word_option(names, words, present, chosen, description);
+    }
 
     /// Parses, limits threads, installs signal handling, runs `body`, writes the --json report, and reports what was
     /// thrown as one sentence "name: message" on stderr. Returns the exit status. The only `try` of the program.
     int run(int argc, char** argv, const std::function<void()>& body);
 
-    /// A bar on a terminal, a line each 10 % with --progress always, JSON lines with machine, else nothing.
+    /// A bar on a terminal, a line each 10 % with --progress always, a JSON line each second with machine, else nothing.
     Progress progress(const std::string& label);
 
-    /// Warnings: one line on stderr, and into the report.
+    /// Warnings: one line on stderr, and into the report. With --werror the first one ends the run (InputError).
     Warn warnings();
 
     /// A line for a person on stderr, not with --quiet.
     void say(const std::string& line);
 
-    /// Times a phase from here to the end of the returned object's life (wall and CPU seconds, into the report).
-    class Phase;
+    /// Times from here to the end of its life (wall and CPU seconds of the process) into the report's phases.
+    class Phase {
+    public:
+        Phase(App&, const std::string& name);
+        ~Phase();
+        Phase(const Phase&) = delete;
+        Phase& operator=(const Phase&) = delete;
+
+    private:
+        App& app_;
+        std::string name_;
+        double wall_, cpu_;
+    };
     std::unique_ptr<Phase> phase(const std::string& name);
 
     /// The report that --json writes: fill "counts", "accuracy", "estimate" and what the tool adds.
     nlohmann::json& report();
 
     bool dry_run() const;
+    bool verbose() const;
+    /// How many threads this run may use, at least 1.
+    int threads() const;
+    /// Of --time-limit; infinite without it.
+    double seconds_left() const;
 
-    /// True if the user gave `option` on the command line or in the --config file (not its default).
+    /// True if the user gave `option` ("--sun") on the command line or in the --config file (not its default).
     bool given(const std::string& option) const;
+
+    /// Throws UsageError if `path` is "-" and standard output is a terminal without --force; IoError if `path` is a
+    /// folder, its folder is not there, or --no-clobber and it exists. run() does this for --output.
+    void check_output(const std::string& path) const;
+    /// True with --no-clobber, for tools that write by other means than write().
+    bool no_clobber() const;
 
     /// Reads a .vdb under the shared options; notes path, bytes, digest, grids and statistics in the report.
     GridFile read(const std::string& path);
 
-    /// Stamps creator and history (what `file` inherited plus this command line), applies --keep, writes, notes it in the report.
-    /// Refuses a terminal without --force (UsageError). Does nothing under --dry-run.
+    /// Stamps creator and history (what `file` inherited plus this command line), applies --keep, writes, notes it in
+    /// the report. Does nothing under --dry-run.
     void write(const std::string& path, GridFile& file);
 
+    /// Names a grid that --keep never drops, for it was used here and later stages need it. The density is, always.
+    void uses(const std::string& grid_name);
+
     /// `inherited` plus one line for this run: version, and every option with its value, in --config syntax; no clock
-    /// and no host name, so equal runs give equal files.
+    /// and no host name, so equal runs give equal files. Neither the output nor an input that has a history of its own
+    /// is named, and of paths only the last part: a pipe leaves the same line as files.
     std::string history(const std::string& inherited) const;
 
 private:
     struct Shared;
+    struct Outcome {
+        int status = ok;
+        std::string message;
+    };
+
+    void declare_shared();
+    void declare_common();
+    bool parse_line(int argc, char** argv);  // false: all that was asked for is printed
+    void begin();                            // looks at what was asked, before the work
+    Outcome attempt(const std::function<void()>& work);
+    std::string explain(const CLI::ParseError&) const;
+    static std::string json_asked(int argc, char** argv);
+    nlohmann::json finished_report(const nlohmann::json& status, const std::string& error) const;
+
+    CLI::Option* word_option(const std::string& names, const std::vector<std::string>& words,
+                             const std::string& present, const std::function<void(const std::string&)>& chosen,
+                             const std::string& description);
+
     std::unique_ptr<Shared> shared_;
 };
 

@@ -1,0 +1,270 @@
+#include "app.h"
+
+#include "config.h"
+#include "shared.h"
+#include "signals.h"
+#include "threads.h"
+#include "version.h"
+
+#include "vdbcloud/core/error.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <new>
+
+namespace vdbcloud::app {
+
+namespace {
+
+constexpr const char *reading = "Reading", *writing = "Writing", *common = "Every tool";
+
+void print(const std::string& text)
+{
+    const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+    if (std::fflush(stdout) != 0 || !written) throw IoError("standard output: cannot write to it");
+}
+
+/// Throws IoError if a file cannot come to be at `path`.
+void check_target(const std::string& path, bool no_clobber)
+{
+    namespace fs = std::filesystem;
+    if (path == "-") return;
+    if (path.empty()) throw IoError("'': expected a file name to write to");
+    std::error_code none;
+    if (fs::is_directory(path, none)) throw IoError(one_line(path) + ": expected a file to write to, this is a folder");
+    if (no_clobber && fs::exists(path, none)) throw IoError(one_line(path) + ": is there already, and --no-clobber was given");
+    const fs::path folder = fs::path(path).parent_path();
+    if (!folder.empty() && !fs::is_directory(folder, none))
+        throw IoError(one_line(path) + ": there is no folder " + one_line(folder.string()));
+}
+
+}  // namespace
+
+App::App(const std::string& name, const std::string& summary)
+    : CLI::App(summary, name), shared_(std::make_unique<Shared>())
+{
+    option_defaults()->always_capture_default();
+    allow_config_extras(CLI::config_extras_mode::error);
+    config_formatter(std::make_shared<Toml>(*this));
+    get_formatter()->column_width(36);
+
+}
+
+App::~App() = default;
+
+void App::reads_grids() { shared_->reads = true; }
+void App::writes_grids() { shared_->writes = shared_->may_clobber = true; }
+void App::never_clobbers() { shared_->may_clobber = true; }
+void App::stops_in_time() { shared_->stops = true; }
+
+/// After the tool's own options, so that its help begins with those.
+void App::declare_shared()
+{
+    Shared& s = *shared_;
+    const auto in = [](const char* group, CLI::Option* option) { return option->group(group); };
+    if (s.reads) {
+        in(reading, add_flag("--trust-input", s.trust_input, "read without the guard process against damaged files"))
+            ->configurable(false);
+        in(reading, add_option("--max-input", s.max_input, "refuse larger inputs [GiB]"))
+            ->check(positive)->configurable(false);
+    }
+    if (s.may_clobber)
+        in(writing, add_flag("--no-clobber", s.no_clobber, "never replace a file that is there"))->configurable(false);
+    if (s.writes) {
+        in(writing, add_choice<Compression>("--compression", s.compression, {{"blosc", Compression::Blosc},
+                    {"zip", Compression::Zip}, {"none", Compression::None}}, "of the grids written"));
+        in(writing, add_flag("--half", s.half, "write density and Cd as 16-bit floats"));
+        in(writing, add_option("--keep", s.keep, "grids to pass on that were not used here: all, none, or names a,b,c"));
+    }
+    if (s.stops)
+        in(common, add_option("--time-limit", s.time_limit, "stop refining then and write what there is [s]; 0: never"))
+            ->check(nonnegative);
+    declare_common();
+}
+
+void App::declare_common()
+{
+    Shared& s = *shared_;
+    const auto machine = [](CLI::Option* option) { return option->configurable(false)->group(common); };
+    machine(add_option("--threads", s.threads, "how many to use; 0: all this process is allowed"))->check(within(0, 4096));
+    machine(add_choice<int>("--progress", s.progress_choice, {{"auto", 0}, {"always", 1}, {"never", 2}, {"machine", 3}},
+                            "a bar on a terminal; lines; nothing; a JSON line a second"));
+    machine(add_flag("-q,--quiet", s.quiet, "only warnings and errors on standard error"));
+    machine(CLI::App::add_flag("-v,--verbose", s.verbosity, "say more on standard error"));
+    machine(add_flag("--werror", s.werror, "the first warning ends the run with status 1"));
+    machine(add_option("--json", s.json, "write a report of the run to FILE, or - for standard output"))->type_name("FILE");
+    machine(add_flag("--dry-run", s.dry_run, "look at the input and estimate, compute and write nothing"));
+    machine(add_flag("-f,--force", s.force, "write binary data to a terminal, too"));
+    machine(set_config("--config", "", "read options from FILE, lines key = value; the command line wins"))->type_name("FILE");
+    machine(add_flag("--print-config", s.print_config, "print all options as a --config file, and exit"));
+    const std::string name = get_name();
+    set_version_flag("--version", [name] { return version_text(name); }, "print versions and codecs, and exit")->group(common);
+    set_help_flag("-h,--help", "print this and exit")->group(common);
+    set_help_all_flag("--help-all", "the same with files, exit status and signals, and exit")->group(common);
+    CLI::App::add_option("--completion", s.completion)->configurable(false)->group("");
+}
+
+bool App::dry_run() const { return shared_->dry_run; }
+bool App::verbose() const { return shared_->verbosity > 0; }
+bool App::no_clobber() const { return shared_->no_clobber; }
+nlohmann::json& App::report() { return shared_->report; }
+void App::uses(const std::string& grid_name) { shared_->used.insert(grid_name); }
+
+int App::threads() const
+{
+    return shared_->threads > 0 ? shared_->threads : allowed_threads();
+}
+
+double App::seconds_left() const
+{
+    if (!(shared_->time_limit > 0)) return std::numeric_limits<double>::infinity();
+    return shared_->time_limit - (wall_seconds() - shared_->wall_start);
+}
+
+bool App::given(const std::string& option) const
+{
+    const CLI::Option* found = get_option_no_throw(option);
+    return found && found->count() > 0;
+}
+
+Progress App::progress(const std::string& label) { return shared_->meter.of(label); }
+
+void App::say(const std::string& line)
+{
+    if (!shared_->quiet) shared_->meter.line(get_name() + ": " + one_line(line));
+}
+
+Warn App::warnings()
+{
+    return [this](const std::string& sentence) {
+        Shared& s = *shared_;
+        {
+            const std::lock_guard<std::mutex> lock(s.mutex);
+            s.warnings.push_back(one_line(sentence));
+        }
+        if (s.werror) throw InputError(sentence + " (a warning, and --werror was given)");
+        const bool colour = coloured();
+        s.meter.line(get_name() + ": " + (colour ? "\033[33mwarning:\033[0m " : "warning: ") + one_line(sentence));
+    };
+}
+
+void App::check_output(const std::string& path) const
+{
+    if (path == "-" && ::isatty(STDOUT_FILENO) && !shared_->force)
+        throw UsageError("standard output is a terminal: redirect it, name a file, or insist with --force");
+    check_target(path, shared_->no_clobber);
+}
+
+void App::begin()
+{
+    Shared& s = *shared_;
+    const bool tty = ::isatty(STDERR_FILENO);
+    Meter::Mode mode = s.quiet || !tty ? Meter::Off : Meter::Bar;
+    if (s.progress_choice == 1) mode = tty ? Meter::Bar : Meter::Lines;
+    if (s.progress_choice == 2) mode = Meter::Off;
+    if (s.progress_choice == 3) mode = Meter::Machine;
+    s.meter.set(mode, get_name());
+
+    const CLI::Option* output = get_option_no_throw("--output");
+    const std::string path = output && output->count() ? output->results().back() : "";
+    if (s.json == "-" && path == "-") {
+        s.json.clear();
+        throw UsageError("--json - and --output - cannot both have standard output");
+    }
+    if (!s.json.empty()) check_target(s.json, false);
+    if (!path.empty() && path.find('%') == std::string::npos && !s.dry_run) check_output(path);
+
+    s.parameters = parameters_of(*this);
+    s.limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, size_t(threads()));
+    if (!s.json.empty() && s.json != "-") {
+        const nlohmann::json ended = finished_report("STATUS", "ended by SIGNAL");
+        report_if_ended(s.json, ended.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    }
+}
+
+bool App::parse_line(int argc, char** argv)
+{
+    Shared& s = *shared_;
+    declare_shared();
+    for (int k = 1; k < argc && std::string(argv[k]) != "--"; ++k) {
+        const std::string word = argv[k];
+        if (word.size() > 3 && word.rfind("--", 0) == 0 && word.back() == '=' && word.find('=') == word.size() - 1)
+            throw UsageError(word.substr(0, word.size() - 1) + ": expected a value after =");
+    }
+    try {
+        parse(argc, argv);
+    } catch (const CLI::CallForHelp&) {
+        return print(help()), false;
+    } catch (const CLI::CallForAllHelp&) {
+        return print(help("", CLI::AppFormatMode::All)), false;
+    } catch (const CLI::CallForVersion& versions) {
+        return print(versions.what()), false;
+    } catch (const CLI::RequiredError&) {
+        if (remaining_size() > 0) throw CLI::ExtrasError(remaining());
+        if (!s.print_config && s.completion.empty()) throw;
+    }
+    if (!s.completion.empty()) return print(completion_script(*this, s.completion)), false;
+    if (s.print_config) return print(config_to_str(true, true)), false;
+    return true;
+}
+
+App::Outcome App::attempt(const std::function<void()>& work)
+{
+    try {
+        work();
+        return {};
+    } catch (const Cancelled&) {
+        return {128 + SIGINT, "interrupted"};
+    } catch (const UsageError& error) {
+        return {usage, error.what()};
+    } catch (const ConvergenceError& error) {
+        return {unconverged, error.what()};
+    } catch (const CLI::FileError& error) {
+        return {failed, error.what()};
+    } catch (const CLI::ParseError& error) {
+        return {usage, explain(error)};
+    } catch (const std::bad_alloc&) {
+        return {failed, "not enough memory for this; a smaller grid, or a higher limit, would do"};
+    } catch (const std::exception& error) {
+        return {failed, error.what()};
+    } catch (...) {
+        return {failed, "internal error: something that is no exception was thrown"};
+    }
+}
+
+int App::run(int argc, char** argv, const std::function<void()>& body)
+{
+    Shared& s = *shared_;
+    install_signals(get_name());
+    bool ran = false;
+    Outcome outcome = attempt([&] {
+        if (!parse_line(argc, argv)) return;
+        ran = true;
+        begin();
+        body();
+    });
+    s.meter.clear();
+    if (s.json.empty() && !ran) s.json = json_asked(argc, argv);
+    if (!s.json.empty() && (ran || outcome.status != ok)) {
+        const Outcome reported =
+            attempt([&] { write_report(s.json, finished_report(outcome.status, outcome.message)); });
+        if (outcome.status == ok) outcome = reported;
+        else if (reported.status != ok) outcome.message += "; and " + reported.message;
+    }
+    report_if_ended("", "");
+    if (outcome.status == 128 + SIGINT) end_by(SIGINT);
+    if (outcome.status != ok) {
+        const std::string what = outcome.message.empty() ? "failed, and does not say why" : one_line(outcome.message);
+        s.meter.line((coloured() ? "\033[31m" + get_name() + ":\033[0m " : get_name() + ": ") + what);
+    }
+    return outcome.status;
+}
+
+}  // namespace vdbcloud::app

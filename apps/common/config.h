@@ -1,0 +1,33 @@
+#pragma once
+// The --config file: a subset of TOML, strict, because a mistyped key must not pass.
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+
+#include <string>
+#include <vector>
+
+namespace vdbcloud::app {
+
+/// Reads and writes lines `key = value`, where a key is the name of an option and a value is a number, true, false,
+/// "text" with TOML's escapes, 'text' as it stands, or a [list] of these over any number of lines; `#` begins a comment.
+/// A list of numbers for an option of one word is the word "1,2,3". Tables ([name]) are not used.
+///
+/// Reading throws UsageError "FILE: line N: ...": for what is not TOML, for a key that is no option or belongs on the
+/// command line, and for a key that is there twice.
+class Toml : public CLI::Config {
+public:
+    explicit Toml(const CLI::App& app) : app_(app) {}
+    std::vector<CLI::ConfigItem> from_config(std::istream&) const override;
+    std::string to_config(const CLI::App*, bool default_also, bool descriptions, std::string prefix) const override;
+
+private:
+    const CLI::App& app_;
+};
+
+/// `text` between quotes, with TOML's escapes.
+std::string quoted(const std::string& text);
+
+/// "; did you mean X?" if an option has a name much like `name`, else nothing.
+std::string suggestion(const CLI::App&, const std::string& name);
+
+}  // namespace vdbcloud::app

@@ -1,0 +1,88 @@
+// Reading and writing .vdb files under the shared options.
+#include "shared.h"
+
+#include "version.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/schema.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+
+namespace vdbcloud::app {
+
+namespace {
+
+std::set<std::string> listed(const std::string& text)
+{
+    std::set<std::string> names;
+    for (size_t from = 0; from <= text.size();) {
+        const size_t comma = std::min(text.find(',', from), text.size());
+        if (comma > from) names.insert(text.substr(from, comma - from));
+        from = comma + 1;
+    }
+    return names;
+}
+
+/// Grids that no --keep drops: results of earlier stages, and the density they belong to.
+bool ours(const std::string& name)
+{
+    const std::vector<std::string> densities = schema::aliases(schema::density);
+    return std::count(densities.begin(), densities.end(), name) > 0 ||
+           name.rfind(schema::transmittance_prefix, 0) == 0 || name == schema::phi ||
+           name.rfind(schema::flux_prefix, 0) == 0 || name == schema::solid;
+}
+
+}  // namespace
+
+GridFile App::read(const std::string& path)
+{
+    Shared& s = *shared_;
+    if (path == "-" && ::isatty(STDIN_FILENO))
+        throw UsageError("standard input is a terminal: pipe a .vdb into it, or name a file");
+    const Phase reading(*this, "read");
+    ReadOptions options;
+    options.trust = s.trust_input;
+    options.max_bytes = uint64_t(std::min(s.max_input * 0x1p30, 0x1p62));
+    ReadCost cost;
+    GridFile file = read_grid_file(path, options, &cost);
+    for (const GridBasePtr& grid : file.grids) s.inherited_grids.insert(grid->getName());
+    if (!get_text(*file.metadata, schema::history, "").empty()) s.traced_inputs.insert(path);
+    nlohmann::json input = {{"path", path}, {"bytes", cost.bytes}, {"digest", cost.digest},
+                            {"guard_seconds", cost.guard_seconds}, {"read_seconds", cost.read_seconds}};
+    if (!s.json.empty()) input["grids"] = describe(file);
+    report()["inputs"].push_back(input);
+    return file;
+}
+
+void App::write(const std::string& path, GridFile& file)
+{
+    Shared& s = *shared_;
+    if (s.dry_run) return;
+    check_output(path);
+    const Phase writing(*this, "write");
+    set_text(*file.metadata, schema::creator, get_name() + " " + project_version());
+    set_text(*file.metadata, schema::history, history(get_text(*file.metadata, schema::history, "")));
+
+    GridFile kept = file;
+    if (s.keep != "all") {
+        const std::set<std::string> names = s.keep == "none" ? std::set<std::string>() : listed(s.keep);
+        for (const std::string& name : names)
+            if (!find_grid(file, name)) throw UsageError("--keep: there is no grid '" + one_line(name) + "' to keep");
+        remove_grids(kept, [&](const std::string& name) {
+            return s.inherited_grids.count(name) && !names.count(name) && !s.used.count(name) && !ours(name);
+        });
+    }
+    WriteOptions options;
+    options.compression = s.compression;
+    options.half = s.half;
+    options.no_clobber = s.no_clobber;
+    write_grid_file(path, kept, options);
+    nlohmann::json output = {{"path", path}};
+    if (!s.json.empty()) output["grids"] = describe(kept);
+    report()["outputs"].push_back(output);
+}
+
+}  // namespace vdbcloud::app

@@ -1,0 +1,220 @@
+#include "app.h"
+
+#include "options.h"
+
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace vdbcloud::app {
+
+namespace {
+
+std::vector<std::string> split(const std::string& text, char at)
+{
+    std::vector<std::string> parts(1);
+    for (char c : text)
+        if (c == at) parts.emplace_back();
+        else parts.back() += c;
+    return parts;
+}
+
+/// A validator that holds for each number of a list; the sentence names the word as the user wrote it.
+CLI::Validator each(const std::string& expected, const std::string& shown, std::function<bool(double)> holds)
+{
+    const auto check = [=](const std::string& text) -> std::string {
+        const auto values = numbers(text);
+        bool good = values.has_value();
+        for (size_t k = 0; good && k < values->size(); ++k) good = holds((*values)[k]);
+        return good ? std::string() : "'" + text + "': expected " + expected;
+    };
+    return CLI::Validator(check, shown);
+}
+
+CLI::Validator vector_of(bool one_will_do)
+{
+    const std::string expected = one_will_do ? "one finite number, or three as r,g,b" : "three finite numbers x,y,z";
+    return CLI::Validator(
+        [=](const std::string& text) -> std::string {
+            const auto values = numbers(text);
+            const bool good = values && (values->size() == 3 || (one_will_do && values->size() == 1));
+            return good ? std::string() : "'" + text + "': expected " + expected;
+        },
+        "");
+}
+
+bool read_vector(const std::string& text, Vec3d& out)
+{
+    const auto values = numbers(text);
+    if (!values) return false;
+    const std::vector<double>& v = *values;
+    if (v.size() == 1) out = Vec3d(v[0], v[0], v[0]);
+    else if (v.size() == 3) out = Vec3d(v[0], v[1], v[2]);
+    else return false;
+    return true;
+}
+
+}  // namespace
+
+std::optional<double> number(const std::string& text)
+{
+    const char *begin = text.data(), *end = begin + text.size();
+    if (text.size() > 1 && *begin == '+' && begin[1] != '-') ++begin;
+    double x = 0;
+    const auto [rest, error] = std::from_chars(begin, end, x);
+    if (error != std::errc() || rest != end || !std::isfinite(x)) return std::nullopt;
+    return x;
+}
+
+std::optional<std::vector<double>> numbers(const std::string& text)
+{
+    std::vector<double> all;
+    for (const std::string& part : split(text, ',')) {
+        const auto x = number(part);
+        if (!x) return std::nullopt;
+        all.push_back(*x);
+    }
+    return all;
+}
+
+std::string shortest(double x)
+{
+    char text[40];
+    const auto end = std::to_chars(text, text + sizeof text, x).ptr;
+    return std::string(text, end);
+}
+
+std::string shortest(const Vec3d& v) { return shortest(v[0]) + "," + shortest(v[1]) + "," + shortest(v[2]); }
+
+const CLI::Validator positive = each("a finite number above 0", ">0", [](double x) { return x > 0; });
+const CLI::Validator nonnegative = each("a finite number, 0 or above", ">=0", [](double x) { return x >= 0; });
+const CLI::Validator finite = each("a finite number", "", [](double) { return true; });
+
+CLI::Validator within(double low, double high)
+{
+    const std::string a = shortest(low), b = shortest(high);
+    return each("a number in [" + a + ", " + b + "]", a + ".." + b, [=](double x) { return x >= low && x <= high; });
+}
+
+CLI::Option* App::add_option(const std::string& names, double& value, const std::string& description)
+{
+    const auto read = [&value](const CLI::results_t& words) {
+        const auto x = number(words.front());
+        if (x) value = *x;
+        return x.has_value();
+    };
+    return CLI::App::add_option(names, CLI::callback_t(read), description)
+        ->default_str(shortest(value))
+        ->type_name("NUMBER")
+        ->check(finite);
+}
+
+CLI::Option* App::add_option(const std::string& names, Vec3d& value, const std::string& description)
+{
+    const auto read = [&value](const CLI::results_t& words) { return read_vector(words.front(), value); };
+    return CLI::App::add_option(names, CLI::callback_t(read), description)
+        ->default_str(shortest(value))
+        ->type_name("X,Y,Z")
+        ->check(vector_of(false));
+}
+
+CLI::Option* App::add_option(const std::string& names, std::vector<Vec3d>& values, const std::string& description)
+{
+    const auto read = [&values](const CLI::results_t& words) {
+        values.assign(words.size(), Vec3d(0, 0, 0));
+        for (size_t k = 0; k < words.size(); ++k)
+            if (!read_vector(words[k], values[k])) return false;
+        return true;
+    };
+    std::string present;
+    for (const Vec3d& v : values) present += (present.empty() ? "" : " ") + shortest(v);
+    return CLI::App::add_option(names, CLI::callback_t(read), description)
+        ->default_str(present)
+        ->type_name("X,Y,Z ...")
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+        ->check(vector_of(false));
+}
+
+CLI::Option* App::add_vec3(const std::string& names, Vec3d& value, const std::string& description)
+{
+    return add_option(names, value, description);
+}
+
+CLI::Option* App::add_vec3s(const std::string& names, std::vector<Vec3d>& values, const std::string& description)
+{
+    return add_option(names, values, description);
+}
+
+CLI::Option* App::add_rgb(const std::string& names, Vec3d& value, const std::string& description)
+{
+    const bool grey = value[0] == value[1] && value[1] == value[2];
+    const auto read = [&value](const CLI::results_t& words) { return read_vector(words.front(), value); };
+    return CLI::App::add_option(names, CLI::callback_t(read), description)
+        ->default_str(grey ? shortest(value[0]) : shortest(value))
+        ->type_name("R,G,B")
+        ->check(vector_of(true));
+}
+
+CLI::Option* App::add_flag(const std::string& names, bool& value, const std::string& description)
+{
+    const bool present = value;  // CLI11 may set it to false on the way
+    CLI::Option* option = CLI::App::add_flag(names, value, description);
+    value = present;
+    return option->default_str(present ? "true" : "");
+}
+
+CLI::Option* App::word_option(const std::string& names, const std::vector<std::string>& words,
+                              const std::string& present, const std::function<void(const std::string&)>& chosen,
+                              const std::string& description)
+{
+    std::string shown;
+    for (const std::string& word : words) shown += (shown.empty() ? "" : "|") + word;
+    const auto check = [=](const std::string& text) -> std::string {
+        for (const std::string& word : words)
+            if (word == text) return {};
+        return "'" + text + "': expected " + shown;
+    };
+    const auto read = [=](const CLI::results_t& given) { return chosen(given.front()), true; };
+    return CLI::App::add_option(names, CLI::callback_t(read), description)
+        ->default_str(present)
+        ->type_name(shown)
+        ->check(CLI::Validator(check, ""));
+}
+
+namespace {
+
+std::vector<std::string> default_words(const CLI::Option& option, Setting::Kind kind)
+{
+    std::string text = option.get_default_str();
+    if (kind == Setting::Flag) return {text.empty() ? "false" : text};
+    if (text.empty()) return {};
+    if (kind == Setting::One) return {text};
+    const char between = text.front() == '[' ? ',' : ' ';  // CLI11 shows a container as [a,b]
+    if (between == ',') text = text.substr(1, text.size() - 2);
+    if (text.empty()) return {};
+    return split(text, between);
+}
+
+}  // namespace
+
+std::vector<Setting> settings(const CLI::App& app)
+{
+    std::vector<Setting> all;
+    for (const CLI::Option* option : app.get_options()) {
+        if (!option->get_configurable()) continue;
+        Setting one{option, option->get_single_name(), {}, Setting::One, false};
+        const bool several = option->get_items_expected_max() > 1 ||
+                             option->get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll;
+        if (option->get_items_expected_max() == 0) one.kind = Setting::Flag;
+        else if (several) one.kind = Setting::Many;
+        one.words = option->count() > 0 ? option->reduced_results() : default_words(*option, one.kind);
+        const bool text = option->get_type_name().rfind("TEXT", 0) == 0;
+        one.numeric = one.kind != Setting::Flag && !text;
+        for (const std::string& word : one.words) one.numeric = one.numeric && numbers(word);
+        all.push_back(std::move(one));
+    }
+    return all;
+}
+
+}  // namespace vdbcloud::app

@@ -1,0 +1,59 @@
+#pragma once
+// The inside of App.
+#include "app.h"
+#include "progress.h"
+
+#include <tbb/global_control.h>
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace vdbcloud::app {
+
+double wall_seconds();  ///< of a clock that only goes forward
+double cpu_seconds();   ///< of all threads of this process
+
+struct App::Shared {
+    // What the tool does.
+    bool reads = false, writes = false, may_clobber = false, stops = false;
+
+    // Options.
+    int threads = 0, verbosity = 0;
+    bool quiet = false, dry_run = false, werror = false, force = false, print_config = false;
+    bool half = false, no_clobber = false, trust_input = false;
+    double max_input = 16;  // [GiB]
+    double time_limit = 0;  // [s], 0: none
+    std::string json, keep = "all", completion;
+    int progress_choice = 0;  // auto, always, never, machine
+    Compression compression = Compression::Blosc;
+
+    // State.
+    nlohmann::json report;
+    nlohmann::json parameters;
+    std::vector<std::string> warnings;
+    std::mutex mutex;  // of warnings
+    Meter meter;
+    std::unique_ptr<tbb::global_control> limit;
+    double wall_start = wall_seconds();
+    std::set<std::string> used;             // grids --keep never drops
+    std::set<std::string> inherited_grids;  // names in what was read
+    std::set<std::string> traced_inputs;    // paths of inputs that bring a history
+};
+
+/// Options and their values as an object, numbers as numbers.
+nlohmann::json parameters_of(const CLI::App&);
+
+/// Writes `report` to `path` ("-": standard output), whole or not at all. Throws IoError.
+void write_report(const std::string& path, const nlohmann::json& report);
+
+/// What is known of the grids of a file: names, types, extent, number of active voxels, least, greatest and mean value.
+nlohmann::json describe(const GridFile&);
+
+/// A script for `shell` (bash, zsh or fish) that completes the options of `app`. Throws UsageError for another shell.
+std::string completion_script(const CLI::App& app, const std::string& shell);
+
+}  // namespace vdbcloud::app

@@ -1,0 +1,130 @@
+#include "signals.h"
+
+#include "vdbcloud/core/atomic_file.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+
+namespace vdbcloud::app {
+
+namespace {
+
+struct Ending {
+    int signal;
+    const char* name;
+};
+constexpr Ending endings[] = {{SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}, {SIGHUP, "SIGHUP"}, {SIGPIPE, "SIGPIPE"}};
+
+/// What a handler needs must be there before, as memory that no longer changes.
+struct LastWords {
+    std::string path, temporary, before, between, after;
+};
+std::atomic<const LastWords*> last_words{nullptr};
+std::string tool_name;
+
+void put(int file, const char* text, size_t size)
+{
+    while (size > 0) {
+        const ssize_t n = ::write(file, text, size);
+        if (n <= 0) return;
+        text += n;
+        size -= size_t(n);
+    }
+}
+void put(int file, const std::string& text) { put(file, text.data(), text.size()); }
+
+/// Only calls that are safe in a handler.
+void leave_report(const LastWords& words, int signal)
+{
+    const int file = ::open(words.temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (file < 0) return;
+    put(file, words.before);
+    for (const Ending& ending : endings)
+        if (ending.signal == signal) put(file, ending.name, std::strlen(ending.name));
+    put(file, words.between);
+    const int status = 128 + signal;
+    const char digits[] = {char('0' + status / 100), char('0' + status / 10 % 10), char('0' + status % 10)};
+    put(file, digits, 3);
+    put(file, words.after);
+    ::close(file);
+    ::rename(words.temporary.c_str(), words.path.c_str());
+}
+
+void handle(int signal)
+{
+    // The first of several wins; the others wait in their threads for the end.
+    static std::atomic_flag ending = ATOMIC_FLAG_INIT;
+    if (ending.test_and_set())
+        for (;;) ::pause();
+    remove_temporaries();
+    if (const LastWords* words = last_words.load()) leave_report(*words, signal);
+
+    struct sigaction action = {};
+    action.sa_handler = SIG_DFL;
+    ::sigaction(signal, &action, nullptr);
+    sigset_t these;
+    sigemptyset(&these);
+    sigaddset(&these, signal);
+    ::pthread_sigmask(SIG_UNBLOCK, &these, nullptr);
+    ::kill(::getpid(), signal);
+    for (;;) ::pause();
+}
+
+[[noreturn]] void terminated()
+{
+    remove_temporaries();
+    put(STDERR_FILENO, tool_name + ": internal error: an exception left its thread; please report it\n");
+    std::_Exit(1);
+}
+
+}  // namespace
+
+void install_signals(const std::string& tool)
+{
+    tool_name = tool;
+    std::set_terminate(terminated);
+    ::signal(SIGXFSZ, SIG_IGN);
+    struct sigaction action = {}, before = {};
+    action.sa_handler = handle;
+    sigfillset(&action.sa_mask);
+    sigset_t pipe;
+    sigemptyset(&pipe);
+    sigaddset(&pipe, SIGPIPE);
+    ::pthread_sigmask(SIG_UNBLOCK, &pipe, nullptr);
+    for (const Ending& ending : endings) {
+        ::sigaction(ending.signal, nullptr, &before);
+        if (before.sa_handler == SIG_IGN && ending.signal != SIGPIPE) continue;
+        ::sigaction(ending.signal, &action, nullptr);
+    }
+}
+
+void report_if_ended(const std::string& path, const std::string& text)
+{
+    static LastWords words;
+    last_words = nullptr;
+    const size_t name = text.find("SIGNAL"), status = text.find("\"STATUS\"");
+    if (path.empty() || name == std::string::npos || status == std::string::npos || status < name) return;
+    const size_t slash = path.rfind('/');
+    const size_t base = slash == std::string::npos ? 0 : slash + 1;
+    words.path = path;
+    words.temporary = path.substr(0, base) + "." + path.substr(base) + "." + std::to_string(::getpid());
+    words.before = text.substr(0, name);
+    words.between = text.substr(name + 6, status - name - 6);
+    words.after = text.substr(status + 8);
+    last_words = &words;
+}
+
+void end_by(int signal)
+{
+    ::raise(signal);
+    std::_Exit(128 + signal);
+}
+
+}  // namespace vdbcloud::app

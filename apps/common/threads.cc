@@ -1,0 +1,76 @@
+#include "threads.h"
+
+#include <sched.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+namespace vdbcloud::app {
+
+namespace {
+
+int by_affinity()
+{
+    // More processors than fit a cpu_set_t are possible: EINVAL asks for a larger set.
+    for (int most = CPU_SETSIZE; most <= 1 << 16; most *= 2) {
+        cpu_set_t* set = CPU_ALLOC(most);
+        if (!set) break;
+        const size_t bytes = CPU_ALLOC_SIZE(most);
+        const int count = ::sched_getaffinity(0, bytes, set) == 0 ? CPU_COUNT_S(bytes, set) : 0;
+        CPU_FREE(set);
+        if (count > 0) return count;
+    }
+    return std::max(1, int(::sysconf(_SC_NPROCESSORS_ONLN)));
+}
+
+/// Processors that quota and period of one control group come to, or `otherwise`.
+int by_quota(const std::string& folder, int otherwise)
+{
+    double quota = 0, period = 0;
+    if (std::ifstream two(folder + "/cpu.max"); two >> quota >> period && quota > 0 && period > 0)
+        return std::max(1, int(std::ceil(quota / period)));
+    std::ifstream q(folder + "/cpu.cfs_quota_us"), p(folder + "/cpu.cfs_period_us");
+    if (q >> quota && p >> period && quota > 0 && period > 0) return std::max(1, int(std::ceil(quota / period)));
+    return otherwise;
+}
+
+/// Over this process's control group and those that hold it.
+int by_control_groups(int count)
+{
+    std::ifstream groups("/proc/self/cgroup");
+    for (std::string line; std::getline(groups, line);) {
+        std::istringstream fields(line);
+        std::string id, controllers, path;
+        std::getline(fields, id, ':');
+        std::getline(fields, controllers, ':');
+        std::getline(fields, path);
+        const bool first = controllers.find("cpu") != std::string::npos, second = controllers.empty();
+        if (!first && !second) continue;
+        const std::string root = second ? "/sys/fs/cgroup" : "/sys/fs/cgroup/" + controllers;
+        while (!path.empty() && path != "/") {
+            count = std::min(count, by_quota(root + path, count));
+            path.erase(path.rfind('/'));
+        }
+        count = std::min(count, by_quota(root, count));
+    }
+    return count;
+}
+
+}  // namespace
+
+int allowed_threads()
+{
+    int count = by_control_groups(by_affinity());
+    if (const char* slurm = std::getenv("SLURM_CPUS_PER_TASK")) {
+        const long given = std::strtol(slurm, nullptr, 10);
+        if (given > 0) count = int(std::min<long>(count, given));
+    }
+    return std::max(1, count);
+}
+
+}  // namespace vdbcloud::app

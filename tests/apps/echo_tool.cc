@@ -1,0 +1,115 @@
+// A program built on App that does nothing but what it is told, so that the contract of all programs can be tested.
+#include "app.h"
+
+#include "vdbcloud/core/error.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <new>
+#include <thread>
+
+using namespace vdbcloud;
+
+namespace {
+
+enum class Method { Cells, Steps };
+
+struct Options {
+    std::string input, output, act = "nothing", note;
+    double density = 1.0 / 3.0;
+    int count = 3;
+    uint64_t seed = 7;
+    Vec3d sun{0.3, 1, 0.2}, albedo{1, 1, 1};
+    std::vector<Vec3d> lamps;
+    std::vector<std::string> names;
+    std::vector<double> widths{1, 0.1};
+    bool haze = true, fast = false;
+    Method method = Method::Cells;
+};
+
+void declare(app::App& app, Options& o)
+{
+    app.add_option("input", o.input, "a file, or -");
+    app.add_option("-o,--output", o.output, "what to write")->required();
+    app.add_option("--act", o.act, "what to do");
+    app.add_option("--note", o.note, "any text");
+    app.add_option("--density", o.density, "a number above 0")->check(app::positive);
+    app.add_option("--count", o.count, "a whole number")->check(app::within(0, 100));
+    app.add_option("--seed", o.seed, "64 bits");
+    app.add_option("--sun", o.sun, "a direction");
+    app.add_rgb("--albedo", o.albedo, "a colour")->check(app::within(0, 1));
+    app.add_option("--lamp", o.lamps, "positions");
+    app.add_option("--name", o.names, "texts");
+    app.add_option("--width", o.widths, "numbers");
+    app.add_flag("--haze,!--no-haze", o.haze, "on unless switched off");
+    app.add_flag("--fast", o.fast, "off unless switched on");
+    app.add_choice<Method>("--method", o.method, {{"cells", Method::Cells}, {"steps", Method::Steps}}, "how");
+}
+
+[[noreturn]] void sleep_long(app::App& app)
+{
+    const Progress progress = app.progress("waiting");
+    for (int k = 0;; ++k) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        report(progress, std::min(0.9, k * 0.01));
+    }
+}
+
+/// The most threads that were ever inside a parallel loop at once.
+int most_at_once()
+{
+    std::atomic<int> inside{0}, most{0};
+    tbb::parallel_for(0, 64, [&](int) {
+        const int now = ++inside;
+        for (int seen = most; now > seen && !most.compare_exchange_weak(seen, now);) {}
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        --inside;
+    });
+    return most;
+}
+
+void act(app::App& app, const Options& o)
+{
+    const std::string& what = o.act;
+    if (what == "input-error") throw InputError("w.vdb: no grid 'density'; it has: water");
+    if (what == "io-error") throw IoError("x.vdb: cannot read it");
+    if (what == "usage-error") throw UsageError("--sun 0,1,0: the light was computed with 1,0,0");
+    if (what == "unconverged") throw ConvergenceError("residual 0.1 after 7 iterations: expected 1e-6");
+    if (what == "cancelled") throw Cancelled();
+    if (what == "no-memory") throw std::bad_alloc();
+    if (what == "huge") { std::vector<char> all(size_t(1) << 46, 1); }
+    if (what == "int") throw 7;
+    if (what == "silent") throw std::runtime_error("");
+    if (what == "lines") throw InputError("first\nsecond \033[31mred " + std::string(100000, 'x'));
+    if (what == "thread") { std::thread([] { throw InputError("in a thread"); }).join(); }
+    if (what == "warn") app.warnings()("2 negative values became 0");
+    if (what == "sleep") { app.say("sleeping"); sleep_long(app); }
+    if (what == "pipe") { for (;;) std::cout << std::string(65536, 'x') << std::flush; }
+    if (what == "threads") app.report()["counts"]["threads_at_once"] = most_at_once();
+    if (what == "say") app.say("hello");
+    if (what == "steps") { for (int k = 0; k <= 100; ++k) report(app.progress("steps"), k / 100.0); }
+    if (what == "history") std::cout << app.history(o.note) << "\n";
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    app::App app("echo_tool", "Does what it is told.");
+    app.reads_grids();
+    app.writes_grids();
+    app.stops_in_time();
+    Options o;
+    declare(app, o);
+    return app.run(argc, argv, [&] {
+        const auto acting = app.phase("act");
+        act(app, o);
+        if (o.output != "-" && !app.dry_run()) std::ofstream(o.output) << "done\n";
+    });
+}
