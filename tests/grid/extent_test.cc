@@ -1,0 +1,65 @@
+// Occupied corners: around what is dense, by voxels and not by leaves, under any transform.
+#include "vdbcloud/grid/extent.h"
+
+#include "vdbcloud/core/vdb.h"
+
+#include <gtest/gtest.h>
+
+namespace vdbcloud {
+namespace {
+
+using openvdb::Coord;
+using openvdb::CoordBBox;
+
+openvdb::BBoxd box_of(const std::vector<Vec3d>& points)
+{
+    openvdb::BBoxd box;
+    for (const Vec3d& p : points) box.expand(p);
+    return box;
+}
+
+TEST(OccupiedCorners, AreTightAroundVoxels)
+{
+    auto grid = openvdb::FloatGrid::create(0.0f);
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(0.5));
+    grid->tree().setValueOn(Coord(3, 4, 5), 1.0f);
+    grid->tree().setValueOn(Coord(10, 4, 5), 0.5f);
+    const auto points = occupied_corners(*grid);
+    EXPECT_EQ(points.size(), 16u);  // two leaves
+    EXPECT_LT((box_of(points).min() - Vec3d(1.25, 1.75, 2.25)).length(), 1e-12);
+    EXPECT_LT((box_of(points).max() - Vec3d(5.25, 2.25, 2.75)).length(), 1e-12);
+}
+
+TEST(OccupiedCorners, PassOverWhatIsTooThinToSee)
+{
+    auto grid = openvdb::FloatGrid::create(0.0f);
+    grid->sparseFill(CoordBBox(Coord(0, 0, 0), Coord(127, 127, 127)), 0.01f);
+    grid->tree().setValueOn(Coord(200, 0, 0), 1.0f);
+    EXPECT_EQ(occupied_corners(*grid, 0.02).size(), 8u);
+    const auto all = box_of(occupied_corners(*grid, 0.001));
+    EXPECT_EQ(all.min(), Vec3d(-0.5, -0.5, -0.5));
+    EXPECT_EQ(all.max(), Vec3d(200.5, 127.5, 127.5));
+}
+
+TEST(OccupiedCorners, FollowARotation)
+{
+    auto transform = openvdb::math::Transform::createLinearTransform(1.0);
+    transform->postRotate(openvdb::math::pi<double>() / 2, openvdb::math::Z_AXIS);
+    auto grid = openvdb::FloatGrid::create(0.0f);
+    grid->setTransform(transform);
+    grid->tree().setValueOn(Coord(10, 0, 0), 1.0f);
+    const Vec3d centre = box_of(occupied_corners(*grid)).getCenter();
+    EXPECT_LT((centre - transform->indexToWorld(Vec3d(10, 0, 0))).length(), 1e-12);
+    EXPECT_NEAR(std::abs(centre[1]), 10, 1e-12);
+}
+
+TEST(OccupiedCorners, OfNothingAreNone)
+{
+    auto grid = openvdb::FloatGrid::create(0.0f);
+    EXPECT_TRUE(occupied_corners(*grid).empty());
+    grid->tree().setValueOn(Coord(1, 1, 1), 0.0f);
+    EXPECT_TRUE(occupied_corners(*grid).empty());
+}
+
+}  // namespace
+}  // namespace vdbcloud
