@@ -4,7 +4,8 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 
-#include "support/scratch.h"
+#include "support/grids.h"
+#include "support/run.h"
 
 #include <gtest/gtest.h>
 
@@ -15,34 +16,22 @@ namespace {
 
 using openvdb::Coord;
 using openvdb::CoordBBox;
+using test::file_of;
 using test::Scratch;
 
-/// A ball of smooth density, radius 9 voxels, with an active tile beside it.
+/// The ball of support/grids.h with an active tile of 128^3 voxels beside it.
 FloatGridPtr ball(const std::string& name)
 {
-    const auto grid = FloatGrid::create(0.0f);
-    grid->setName(name);
-    grid->setGridClass(openvdb::GRID_FOG_VOLUME);
-    for (int i = -9; i <= 9; ++i)
-        for (int j = -9; j <= 9; ++j)
-            for (int k = -9; k <= 9; ++k)
-                if (const double r = std::sqrt(double(i * i + j * j + k * k)); r < 9)
-                    grid->tree().setValue(Coord(i, j, k), float(1 - r / 9));
+    const auto grid = test::ball(name);
     grid->tree().fill(CoordBBox(Coord(128, 0, 0), Coord(255, 127, 127)), 0.25f);
     return grid;
-}
-
-GridFile file_of(std::vector<GridBasePtr> grids)
-{
-    openvdb::initialize();
-    return {"memory", std::move(grids), std::make_shared<MetaMap>()};
 }
 
 GridFile again(const GridFile& file, const WriteOptions& options = {})
 {
     const Scratch folder;
     write_grid_file(folder / "a.vdb", file, options);
-    EXPECT_EQ(folder.names(), std::vector<std::string>{"a.vdb"});
+    EXPECT_EQ(folder.list(), std::vector<std::string>{"a.vdb"});
     return read_grid_file(folder / "a.vdb");
 }
 
@@ -85,11 +74,11 @@ TEST(GridIo, EqualGridsAreEqualBytes)
     const Scratch folder;
     write_grid_file(folder / "a.vdb", file_of({ball("density")}));
     write_grid_file(folder / "b.vdb", file_of({ball("density")}));
-    EXPECT_EQ(test::bytes_of(folder / "a.vdb"), test::bytes_of(folder / "b.vdb"));
+    EXPECT_EQ(test::read_text(folder / "a.vdb"), test::read_text(folder / "b.vdb"));
     auto other = ball("density");
     other->tree().setValue(Coord(1, 2, 3), 0.5f);
     write_grid_file(folder / "b.vdb", file_of({other}));
-    const std::string a = test::bytes_of(folder / "a.vdb"), b = test::bytes_of(folder / "b.vdb");
+    const std::string a = test::read_text(folder / "a.vdb"), b = test::read_text(folder / "b.vdb");
     EXPECT_NE(a.substr(21, 36), b.substr(21, 36));
     EXPECT_EQ(a[29], '-');
 }

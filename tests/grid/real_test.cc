@@ -3,7 +3,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/io.h"
 
-#include "support/scratch.h"
+#include "support/run.h"
 
 #include <gtest/gtest.h>
 

@@ -39,7 +39,7 @@ private:
     void spool(uint64_t max_bytes);
     void close()
     {
-        if (descriptor_ > 0) ::close(descriptor_);
+        if (descriptor_ >= 0) ::close(descriptor_);
     }
     [[noreturn]] void fail(const std::string& what) const { throw IoError(printable(path_, 4096) + ": " + what); }
 
@@ -63,16 +63,17 @@ Input::Input(const std::string& path, uint64_t max_bytes) : path_(path)
 {
     if (path == "-") {
         if (::isatty(0)) fail("standard input is a terminal: expected a .vdb through a pipe");
-        descriptor_ = 0;
-    } else if ((descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC)) < 0) {
-        throw IoError(system_message(path, "cannot read", errno));
+        descriptor_ = ::fcntl(0, F_DUPFD_CLOEXEC, 3);  // one of our own: the guard closes the streams of its process
+    } else {
+        descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     }
+    if (descriptor_ < 0) throw IoError(system_message(path, "cannot read", errno));
     struct stat status = {};
     try {
         if (::fstat(descriptor_, &status) != 0) throw IoError(system_message(path, "cannot read", errno));
         if (S_ISDIR(status.st_mode)) throw IoError(system_message(path, "cannot read", EISDIR));
         size_ = uint64_t(status.st_size);
-        if (!S_ISREG(status.st_mode) || (descriptor_ == 0 && ::lseek(0, 0, SEEK_CUR) != 0)) spool(max_bytes);
+        if (!S_ISREG(status.st_mode) || ::lseek(descriptor_, 0, SEEK_CUR) != 0) spool(max_bytes);
         if (size_ > max_bytes)
             fail(std::to_string(size_) + " bytes: expected at most " + std::to_string(max_bytes));
     } catch (...) {
@@ -121,30 +122,15 @@ struct Contents {
     uint64_t end = 0;  // of the last grid, in the file
 };
 
-/// Reads everything, none of it later. Whatever OpenVDB throws becomes an IoError, but for std::bad_alloc.
-Contents load(const std::string& path, const Input& input)
-{
-    DescriptorSource source(input.descriptor(), input.size());
-    std::istream stream(&source);
-    stream.exceptions(std::ios_base::badbit | std::ios_base::failbit);
-    try {
-        openvdb::io::Stream archive(stream, /*delayLoad=*/false);
-        return {archive.getGrids(), archive.getMetadata(), source.position()};
-    } catch (const std::bad_alloc&) {
-        throw;
-    } catch (const std::ios_base::failure&) {
-        throw IoError(printable(path, 4096) + ": malformed .vdb: ends too early, at " + std::to_string(input.size()) + " bytes");
-    } catch (const std::system_error& e) {
-        throw IoError(system_message(path, "cannot read", e.code().value()));
-    } catch (const std::exception& e) {
-        throw IoError(printable(path, 4096) + ": malformed .vdb: " + printable(e.what()));
-    }
-}
-
 void check_transform(const Transform& transform, const std::string& what)
 {
     if (!transform.isLinear()) return;  // whoever needs an affine one says so
-    const auto matrix = transform.baseMap()->getAffineMap()->getMat4();
+    openvdb::Mat4d matrix;
+    try {
+        matrix = transform.baseMap()->getAffineMap()->getMat4();
+    } catch (const openvdb::ArithmeticError&) {
+        throw IoError(what + ": its transform is not finite or not invertible");
+    }
     for (int k = 0; k < 16; ++k)
         if (!std::isfinite(matrix.asPointer()[k])) throw IoError(what + ": its transform is not finite");
     const Vec3d edges = transform.voxelSize();
@@ -178,6 +164,30 @@ void check_grid(const GridBase& grid, const std::string& path, bool count)
         throw IoError(what + ": " + std::to_string(voxels) + " active voxels: expected at most 2^31");
 }
 
+/// Reads everything, none of it later, and checks it. What OpenVDB throws becomes an IoError, but for std::bad_alloc.
+Contents load(const std::string& path, const Input& input, bool count)
+{
+    DescriptorSource source(input.descriptor(), input.size());
+    std::istream stream(&source);
+    stream.exceptions(std::ios_base::badbit | std::ios_base::failbit);
+    try {
+        openvdb::io::Stream archive(stream, /*delayLoad=*/false);
+        Contents contents{archive.getGrids(), archive.getMetadata(), source.position()};
+        for (const auto& grid : *contents.grids) check_grid(*grid, path, count);
+        return contents;
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const IoError&) {
+        throw;
+    } catch (const std::ios_base::failure&) {
+        throw IoError(printable(path, 4096) + ": malformed .vdb: ends too early, at " + std::to_string(input.size()) + " bytes");
+    } catch (const std::system_error& e) {
+        throw IoError(system_message(path, "cannot read", e.code().value()));
+    } catch (const std::exception& e) {
+        throw IoError(printable(path, 4096) + ": malformed .vdb: " + printable(e.what()));
+    }
+}
+
 /// Touches every value as a stage would; the sum only keeps that from being optimised away.
 template<typename GridT>
 void walk(const GridBase& base)
@@ -198,9 +208,8 @@ void try_in_guard(const std::string& path, const Input& input, const ReadOptions
     limits.cpu_seconds = options.guard_cpu_seconds > 0 ? options.guard_cpu_seconds : 5 + double(input.size()) / 10e6;
     const std::string said = run_guarded(
         [&] {
-            const Contents contents = load(path, input);
+            const Contents contents = load(path, input, /*count=*/false);
             for (const auto& grid : *contents.grids) {
-                check_grid(*grid, path, /*count=*/false);
                 walk<FloatGrid>(*grid);
                 walk<Vec3SGrid>(*grid);
             }
@@ -232,8 +241,7 @@ GridFile read_grid_file(const std::string& path, const ReadOptions& options, Rea
     start = std::chrono::steady_clock::now();
     Contents contents;
     try {
-        contents = load(path, input);
-        for (const auto& grid : *contents.grids) check_grid(*grid, path, /*count=*/true);
+        contents = load(path, input, /*count=*/true);
     } catch (const std::bad_alloc&) {
         throw IoError(printable(path, 4096) + ": too large: there is not enough memory to read it");
     }

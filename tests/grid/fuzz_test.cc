@@ -1,0 +1,154 @@
+// Damaged files: whatever a byte is changed to, reading ends with a grid or with a sentence, in bounded time and
+// memory, and never with the end of this process.
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/random.h"
+#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/statistics.h"
+
+#include "support/grids.h"
+#include "support/redirect.h"
+#include "support/run.h"
+#include "support/size.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <cstring>
+#include <map>
+
+namespace vdbcloud {
+namespace {
+
+using namespace test;
+
+/// Numbers from a seed and a place in a sequence.
+class Dice {
+public:
+    explicit Dice(uint64_t seed) : seed_(seed) {}
+    uint64_t bits() { return hash_bits(seed_, ++count_); }
+    size_t below(size_t n) { return size_t(bits() % n); }
+
+private:
+    uint64_t seed_, count_ = 0;
+};
+
+template<typename T>
+void put(std::string& bytes, size_t at, T value)
+{
+    if (at + sizeof value <= bytes.size()) std::memcpy(&bytes[at], &value, sizeof value);
+}
+
+/// One small damage: what disks, networks and wrong programs do, and what someone might do on purpose.
+std::string damaged(std::string bytes, Dice& dice)
+{
+    const size_t reach = dice.below(10) < 6 ? std::min<size_t>(bytes.size(), 4096) : bytes.size();
+    const size_t at = dice.below(reach), length = 1 + dice.below(64);
+    static const int64_t numbers[] = {0, 1, -1, 2, 127, 255, 256, 32767, 65535, 0x7fffffff, int64_t(0x80000000),
+                                      int64_t(0xffffffff), 0x7fffffffffffffff, 1000000000, 4096, -4096};
+    static const float floats[] = {NAN, INFINITY, -INFINITY, 1e38f, -1.0f, 1e-40f, 0.0f};
+    switch (dice.below(12)) {
+    case 0: bytes[at] = char(bytes[at] ^ (1 << dice.below(8))); break;
+    case 1:
+        for (int k = 0; k < 8; ++k) bytes[dice.below(reach)] ^= char(1 << dice.below(8));
+        break;
+    case 2: bytes[at] = char(dice.bits()); break;
+    case 3: bytes.resize(dice.below(bytes.size())); break;
+    case 4: put(bytes, at, int32_t(numbers[dice.below(std::size(numbers))])); break;
+    case 5: put(bytes, at, numbers[dice.below(std::size(numbers))]); break;
+    case 6: put(bytes, at, floats[dice.below(std::size(floats))]); break;
+    case 7: std::fill(bytes.begin() + at, bytes.begin() + std::min(bytes.size(), at + length), '\0'); break;
+    case 8: bytes.insert(at, bytes.substr(dice.below(bytes.size()), length)); break;
+    case 9: bytes.erase(at, 1 + dice.below(8)); break;
+    case 10: bytes.insert(at, std::string(1 + dice.below(8), char(dice.bits()))); break;
+    default: {
+        const size_t other = dice.below(bytes.size());
+        const std::string part = bytes.substr(other, length);
+        bytes.replace(at, part.size(), part);
+    }
+    }
+    return bytes;
+}
+
+/// Files to damage: every type, layout, and compression that there is, and what the folder of odd files holds.
+std::map<std::string, std::string> seeds(const Scratch& folder)
+{
+    std::map<std::string, std::string> all;
+    const auto fog = ball("density", 12, openvdb::Coord(24));
+    fog->tree().addTile(1, openvdb::Coord(64, 0, 0), 0.5f, true);
+    const auto velocity = Vec3SGrid::create(Vec3f(0));
+    velocity->setName("vel");
+    velocity->tree().setValue(openvdb::Coord(1, 2, 3), Vec3f(1, 2, 3));
+    auto file = file_of({fog, velocity, ball("heat", 3, openvdb::Coord(4))});
+    set_text(*file.metadata, "history", "fractalgen 0.1.0 seed=7");
+    set_vector(*fog, "vdbcloud:albedo", Vec3d(1));
+    WriteOptions options;
+    for (const auto compression : {Compression::Blosc, Compression::Zip, Compression::None}) {
+        options.compression = compression;
+        options.half = compression == Compression::None;
+        write_grid_file(folder / "seed.vdb", file, options);
+        all["made" + std::to_string(int(compression))] = read_text(folder / "seed.vdb");
+    }
+    all["stream"] = output_of([&] { write_grid_file("-", file); });
+    for (const char* variable : {"VDBCLOUD_ODD", "VDBCLOUD_REAL"})
+        if (const char* where = std::getenv(variable))
+            for (const auto& entry : std::filesystem::directory_iterator(where))
+                if (entry.path().extension() == ".vdb" && entry.file_size() < 400000)
+                    all[entry.path().filename()] = read_text(entry.path());
+    return all;
+}
+
+/// Reads as a tool would. The outcome, for the record.
+std::string outcome(const std::string& path)
+{
+    ReadOptions options;
+    options.guard_cpu_seconds = 2;
+    try {
+        auto file = read_grid_file(path, options);
+        file_statistics(file);
+        const auto density = density_of(file);
+        grid_digest(*density);
+        write_grid_file("/dev/null", file);
+        return "used";
+    } catch (const IoError& e) {
+        EXPECT_EQ(std::string(e.what()).find(path + ": "), 0u) << e.what();
+        EXPECT_LT(std::strlen(e.what()), path.size() + 1200);
+        return std::string(e.what()).find("breaks the reader") != std::string::npos ? "would have crashed"
+               : std::string(e.what()).find("too large") != std::string::npos       ? "would have hung or filled memory"
+                                                                                    : "refused";
+    } catch (const InputError&) {
+        return "read, no density";
+    }
+}
+
+TEST(Fuzz, DamagedFilesAreReadOrRefusedNeverMore)
+{
+    const Scratch folder;
+    const auto files = seeds(folder);
+    const size_t each = std::max<size_t>(1, sized<size_t>(300, 5000) / files.size());
+    std::map<std::string, int> outcomes;
+    double slowest = 0;
+    uint64_t number = 0;
+    for (const auto& [name, bytes] : files) {
+        ++number;
+        for (size_t k = 0; k < each; ++k) {
+            Dice dice(hash_bits(1984, number, k));
+            write_text(folder / "mutant.vdb", damaged(bytes, dice));
+            const auto start = std::chrono::steady_clock::now();
+            const std::string what = outcome(folder / "mutant.vdb");
+            slowest = std::max(slowest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+            ++outcomes[what];
+        }
+    }
+    for (const auto& [what, count] : outcomes) {
+        RecordProperty(what, count);
+        std::printf("%6d %s\n", count, what.c_str());
+    }
+    std::printf("slowest %.2f s of %zu\n", slowest, each * files.size());
+    EXPECT_GT(outcomes["used"], 0);
+    EXPECT_GT(outcomes["refused"], 0);
+    EXPECT_EQ(folder.list(), (std::vector<std::string>{"mutant.vdb", "seed.vdb"}));
+}
+
+}  // namespace
+}  // namespace vdbcloud

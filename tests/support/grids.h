@@ -1,0 +1,46 @@
+#pragma once
+// Small grids that tests write and read.
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/io.h"
+
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace vdbcloud::test {
+
+/// A fog ball, 1 at its centre and 0 at `radius` voxels, around `centre`.
+inline FloatGridPtr ball(const std::string& name, int radius = 9, openvdb::Coord centre = openvdb::Coord(0))
+{
+    const auto grid = FloatGrid::create(0.0f);
+    grid->setName(name);
+    grid->setGridClass(openvdb::GRID_FOG_VOLUME);
+    auto accessor = grid->getAccessor();
+    for (int i = -radius; i <= radius; ++i)
+        for (int j = -radius; j <= radius; ++j)
+            for (int k = -radius; k <= radius; ++k)
+                if (const double r = std::sqrt(double(i * i + j * j + k * k)); r < radius)
+                    accessor.setValue(centre + openvdb::Coord(i, j, k), float(1 - r / radius));
+    return grid;
+}
+
+inline GridFile file_of(std::vector<GridBasePtr> grids)
+{
+    openvdb::initialize();
+    return {"memory", std::move(grids), std::make_shared<MetaMap>()};
+}
+
+/// What `work` throws as an E, as text; empty if it throws nothing.
+template<typename E, typename Work>
+std::string sentence(const Work& work)
+{
+    try {
+        work();
+    } catch (const E& e) {
+        return e.what();
+    }
+    return {};
+}
+
+}  // namespace vdbcloud::test
