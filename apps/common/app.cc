@@ -52,7 +52,7 @@ App::App(const std::string& name, const std::string& summary)
 {
     option_defaults()->always_capture_default();
     allow_config_extras(CLI::config_extras_mode::error);
-    config_formatter(std::make_shared<Toml>(*this));
+    config_formatter(shared_->toml = std::make_shared<Toml>(*this));
     get_formatter()->column_width(36);
 
 }
@@ -227,7 +227,7 @@ App::Outcome App::attempt(const std::function<void()>& work)
     } catch (const ConvergenceError& error) {
         return {unconverged, error.what()};
     } catch (const CLI::FileError& error) {
-        return {failed, error.what()};
+        return {failed, explain(error)};
     } catch (const CLI::ParseError& error) {
         return {usage, explain(error)};
     } catch (const std::bad_alloc&) {

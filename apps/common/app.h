@@ -50,6 +50,7 @@ public:
     template<typename T>
     CLI::Option* add_option(const std::string& names, T& value, const std::string& description)
     {
+        if constexpr (traits::is_whole<T>) return add_whole(names, value, description);
         CLI::Option* option = CLI::App::add_option(names, value, description);
         if constexpr (traits::holds_numbers<T>) option->check(finite);
         if constexpr (traits::holds_unsigned<T>) option->check(nonnegative);  // CLI11 wraps -1 around
@@ -166,8 +167,27 @@ private:
     void begin();                            // looks at what was asked, before the work
     Outcome attempt(const std::function<void()>& work);
     std::string explain(const CLI::ParseError&) const;
+    std::string reworded(const CLI::ParseError&) const;
     static std::string json_asked(int argc, char** argv);
     nlohmann::json finished_report(const nlohmann::json& status, const std::string& error) const;
+
+    // CLI11's own reading of whole numbers wraps around.
+    template<typename T>
+    CLI::Option* add_whole(const std::string& names, T& value, const std::string& description)
+    {
+        const auto check = [](const std::string& text) -> std::string {
+            T read = 0;
+            const char* const said[] = {"", "expected a whole number", "expected a smaller whole number"};
+            const char* const natural[] = {"", "expected a whole number, 0 or above", "expected a smaller whole number"};
+            const int fault = read_whole(text, read);
+            return fault ? "'" + text + "': " + (std::is_unsigned_v<T> ? natural : said)[fault] : std::string();
+        };
+        const auto read = [&value](const CLI::results_t& words) { return read_whole(words.front(), value) == 0; };
+        return CLI::App::add_option(names, CLI::callback_t(read), description)
+            ->default_str(std::to_string(value))
+            ->type_name("N")
+            ->check(CLI::Validator(check, ""));
+    }
 
     CLI::Option* word_option(const std::string& names, const std::vector<std::string>& words,
                              const std::string& present, const std::function<void(const std::string&)>& chosen,

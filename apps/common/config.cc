@@ -9,7 +9,6 @@
 #include <istream>
 #include <iterator>
 #include <numeric>
-#include <set>
 
 namespace vdbcloud::app {
 
@@ -53,6 +52,7 @@ public:
         throw UsageError("line " + std::to_string(line_) + ": " + why);
     }
 
+    size_t line() const { return line_; }
     char peek() const { return at_ < text_.size() ? text_[at_] : '\0'; }
     bool done() const { return at_ >= text_.size(); }
 
@@ -104,7 +104,6 @@ public:
         std::vector<std::string> words;
         next();
         for (skip(true); peek() != ']'; skip(true)) {
-            if (done()) refuse("a list has no end");
             if (peek() == '[') {
                 if (inner) refuse("lists within lists of lists are not used here");
                 nested = true;
@@ -113,6 +112,7 @@ public:
                 words.push_back(word());
             }
             skip(true);
+            if (done()) refuse("a list has no end");
             if (peek() == ',') next();
             else if (peek() != ']') refuse("expected , or ] in a list");
         }
@@ -219,7 +219,7 @@ size_t edits(const std::string& a, const std::string& b)
 
 }  // namespace
 
-std::string suggestion(const CLI::App& app, const std::string& name)
+std::string suggestion(const CLI::App& app, const std::string& name, const std::string& dashes)
 {
     std::string best;
     size_t least = std::min<size_t>(3, 1 + name.size() / 3);
@@ -232,7 +232,7 @@ std::string suggestion(const CLI::App& app, const std::string& name)
             best = known;
         }
     }
-    return best.empty() ? "" : "; did you mean '" + best + "'?";
+    return best.empty() ? "" : "; did you mean '" + dashes + best + "'?";
 }
 
 std::string quoted(const std::string& text)
@@ -281,17 +281,23 @@ std::vector<CLI::ConfigItem> Toml::from_config(std::istream& input) const
     if (input.bad()) throw IoError(path + ": cannot read it");
     Reader in(std::move(text));
     std::vector<CLI::ConfigItem> all;
-    std::set<const CLI::Option*> seen;
     try {
         for (in.skip(true); !in.done(); in.skip(true)) {
+            const std::string place = path + ": line " + std::to_string(in.line()) + ": ";
             all.push_back(read_item(in, app_));
-            if (!seen.insert(option_called(app_, all.back().name)).second)
+            if (!places_.emplace(option_called(app_, all.back().name), place).second)
                 in.refuse("'" + all.back().name + "' is there twice");
         }
     } catch (const UsageError& error) {
         throw UsageError(path + ": " + error.what());
     }
     return all;
+}
+
+std::string Toml::place(const CLI::Option* option) const
+{
+    const auto found = places_.find(option);
+    return found == places_.end() ? "" : found->second;
 }
 
 std::string Toml::to_config(const CLI::App* app, bool default_also, bool descriptions, std::string prefix) const

@@ -3,6 +3,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -20,14 +21,18 @@ public:
     std::vector<CLI::ConfigItem> from_config(std::istream&) const override;
     std::string to_config(const CLI::App*, bool default_also, bool descriptions, std::string prefix) const override;
 
+    /// "FILE: line N: " where the file that was read gave `option`, else nothing.
+    std::string place(const CLI::Option* option) const;
+
 private:
     const CLI::App& app_;
+    mutable std::map<const CLI::Option*, std::string> places_;  // reading is const in CLI11's interface
 };
 
 /// `text` between quotes, with TOML's escapes.
 std::string quoted(const std::string& text);
 
 /// "; did you mean X?" if an option has a name much like `name`, else nothing.
-std::string suggestion(const CLI::App&, const std::string& name);
+std::string suggestion(const CLI::App&, const std::string& name, const std::string& dashes = {});
 
 }  // namespace vdbcloud::app

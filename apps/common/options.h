@@ -5,6 +5,7 @@
 #include <CLI/App.hpp>
 
 #include <array>
+#include <charconv>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -22,6 +23,17 @@ CLI::Validator within(double low, double high);
 /// The whole of `text` as a finite number, or nothing.
 std::optional<double> number(const std::string& text);
 
+/// The whole of `text` as a whole number that a T holds: 0, or 1 for no whole number, 2 for one too large.
+template<typename T>
+int read_whole(const std::string& text, T& value)
+{
+    const size_t plus = text.size() > 1 && text[0] == '+' && text[1] != '-';
+    const char* end = text.data() + text.size();
+    const auto [rest, error] = std::from_chars(text.data() + plus, end, value);
+    if (error == std::errc::result_out_of_range && rest == end) return 2;
+    return error != std::errc() || rest != end;
+}
+
 /// The numbers of "1,2,3", or nothing if any part is none.
 std::optional<std::vector<double>> numbers(const std::string& text);
 
@@ -38,6 +50,7 @@ template<typename T, size_t n> struct Element<std::array<T, n>> { using type = T
 template<typename T>
 inline constexpr bool holds_numbers =
     std::is_arithmetic_v<typename Element<T>::type> && !std::is_same_v<typename Element<T>::type, bool>;
+template<typename T> inline constexpr bool is_whole = std::is_integral_v<T> && !std::is_same_v<T, bool>;
 template<typename T>
 inline constexpr bool holds_unsigned = holds_numbers<T> && std::is_unsigned_v<typename Element<T>::type>;
 template<typename T> inline constexpr bool is_vector = false;

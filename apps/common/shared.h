@@ -1,6 +1,7 @@
 #pragma once
 // The inside of App.
 #include "app.h"
+#include "config.h"
 #include "progress.h"
 
 #include <tbb/global_control.h>
@@ -32,6 +33,7 @@ struct App::Shared {
     Compression compression = Compression::Blosc;
 
     // State.
+    std::shared_ptr<Toml> toml;
     nlohmann::json report;
     nlohmann::json parameters;
     std::vector<std::string> warnings;

@@ -3,15 +3,14 @@
 
 #include "config.h"
 
+#include <algorithm>
+
 namespace vdbcloud::app {
 
 namespace {
 
 std::string expected(const CLI::Option* option)
 {
-    const std::string type = option ? option->get_type_name() : "";
-    if (type.rfind("UINT", 0) == 0) return "expected a whole number, 0 or above";
-    if (type.rfind("INT", 0) == 0) return "expected a whole number";
     if (option && option->get_items_expected_max() == 0) return "expected true or false";
     return "not a value this can take";
 }
@@ -20,12 +19,24 @@ std::string expected(const CLI::Option* option)
 
 std::string App::explain(const CLI::ParseError& error) const
 {
+    const std::string text = reworded(error);
+    if (text.rfind("--", 0) != 0) return text;
+    const CLI::Option* option = get_option_no_throw(text.substr(0, text.find(':')));
+    const std::vector<CLI::Option*> typed = parse_order();
+    const bool on_command_line = std::count(typed.begin(), typed.end(), option) > 0;
+    return (option && !on_command_line ? shared_->toml->place(option) : "") + text;
+}
+
+std::string App::reworded(const CLI::ParseError& error) const
+{
     const std::string what = error.what();
+    if (dynamic_cast<const CLI::FileError*>(&error))
+        return what.substr(0, what.rfind(" was not readable")) + ": cannot read this configuration file";
     if (dynamic_cast<const CLI::ExtrasError*>(&error)) {
         const std::string extra = what.substr(what.find(": ") + 2);
         const std::string word = extra.substr(0, extra.find_first_of("= "));
         if (word.size() < 2 || word[0] != '-') return "unexpected argument '" + extra + "'";
-        return "unknown option '" + word + "'" + suggestion(*this, word.substr(word[1] == '-' ? 2 : 1));
+        return "unknown option '" + word + "'" + suggestion(*this, word.substr(word[1] == '-' ? 2 : 1), "--");
     }
     if (error.get_name() == "RequiredError") {
         const std::string name = what.substr(0, what.find(' '));

@@ -2,9 +2,214 @@
 #include "support/run.h"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
 
 namespace vdbcloud::test {
 namespace {
-TEST(Contract, Starts) { EXPECT_EQ(run({program("echo_tool"), "-o", "-"}).status, 0); }
+
+using Words = std::vector<std::string>;
+
+RunResult echo(const Words& words, const RunOptions& options = {})
+{
+    Words command{program("echo_tool")};
+    command.insert(command.end(), words.begin(), words.end());
+    return run(command, options);
+}
+
+/// One line, the program's name first, and no control characters in it.
+void expect_one_line(const std::string& text)
+{
+    EXPECT_EQ(text.rfind("echo_tool: ", 0), 0u) << text;
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
+    EXPECT_EQ(text.empty() ? '\0' : text.back(), '\n');
+    EXPECT_LT(text.size(), 5000u);
+    for (char c : text) EXPECT_TRUE(c == '\n' || static_cast<unsigned char>(c) >= 0x20);
+}
+
+struct Act {
+    const char* act;
+    int status;
+    const char* said;
+};
+
+class Acts : public testing::TestWithParam<Act> {};
+
+TEST_P(Acts, EndWithTheirStatusAndOneLine)
+{
+    const Scratch scratch;
+    const RunResult r = echo({"-o", scratch / "out", "--act", GetParam().act});
+    EXPECT_EQ(r.status, GetParam().status);
+    EXPECT_NE(r.err.find(GetParam().said), std::string::npos) << r.err;
+    if (r.status != 130) expect_one_line(r.err);
+    EXPECT_EQ(scratch.list(), Words());
+}
+
+INSTANTIATE_TEST_SUITE_P(Contract, Acts, testing::Values(
+    Act{"input-error", 1, "w.vdb: no grid 'density'; it has: water"}, Act{"io-error", 1, "x.vdb: cannot read it"},
+    Act{"usage-error", 2, "--sun 0,1,0: the light was computed with 1,0,0"},
+    Act{"unconverged", 3, "residual 0.1 after 7 iterations"}, Act{"cancelled", 130, ""},
+    Act{"no-memory", 1, "not enough memory"}, Act{"huge", 1, "not enough memory"}, Act{"int", 1, "internal error"},
+    Act{"silent", 1, "does not say why"}, Act{"lines", 1, "first second ?[31mred xxx"},
+    Act{"thread", 1, "internal error"}), [](const auto& p) {
+        std::string name = p.param.act;
+        std::replace(name.begin(), name.end(), '-', '_');
+        return name;
+    });
+
+TEST(Contract, DoneIsStatusZeroAndSilent)
+{
+    const Scratch scratch;
+    const RunResult r = echo({"-o", scratch / "out"});
+    EXPECT_EQ(r.status, 0);
+    EXPECT_EQ(r.out + r.err, "");
+    EXPECT_EQ(read_text(scratch / "out"), "done\n");
+}
+
+struct Wrong {
+    Words words;
+    const char* said;
+};
+
+TEST(Contract, AWrongCommandLineIsStatusTwoAndSaysWhatWasExpected)
+{
+    const Wrong table[] = {
+        {{}, "the option --output is required"},
+        {{"-o"}, "--output: expected a value"},
+        {{"-o", "x", "--densty", "3"}, "unknown option '--densty'; did you mean '--density'?"},
+        {{"-o", "x", "--qqqqqqqqq=3"}, "unknown option '--qqqqqqqqq'"},
+        {{"--outptu", "x"}, "unknown option '--outptu'; did you mean '--output'?"},
+        {{"-o", "x", "in", "more"}, "unexpected argument 'more'"},
+        {{"-o", "x", "--density", "nan"}, "--density: 'nan': expected a finite number"},
+        {{"-o", "x", "--density", "inf"}, "--density: 'inf': expected a finite number"},
+        {{"-o", "x", "--density", "1e400"}, "--density: '1e400': expected a finite number"},
+        {{"-o", "x", "--density", "0"}, "--density: '0': expected a finite number above 0"},
+        {{"-o", "x", "--density", "-1"}, "--density: '-1': expected a finite number above 0"},
+        {{"-o", "x", "--density", ""}, "--density: '': expected a finite number"},
+        {{"-o", "x", "--density", " 1"}, "--density: ' 1': expected a finite number"},
+        {{"-o", "x", "--density", "1x"}, "--density: '1x': expected a finite number"},
+        {{"-o", "x", "--density", "1,2"}, "--density: '1,2'"},
+        {{"-o", "x", "--density="}, "--density: expected a value after ="},
+        {{"-o", "x", "--density", "1", "--density", "2"}, "--density: given more often than once"},
+        {{"-o", "x", "--count", "4.5"}, "--count: '4.5': expected a whole number"},
+        {{"-o", "x", "--count", "101"}, "--count: '101': expected a number in [0, 100]"},
+        {{"-o", "x", "--count", "99999999999999999999"}, "--count: '99999999999999999999'"},
+        {{"-o", "x", "--seed", "-1"}, "--seed: '-1': expected a whole number, 0 or above"},
+        {{"-o", "x", "--seed", "18446744073709551616"}, "--seed: '18446744073709551616': expected a smaller whole number"},
+        {{"-o", "x", "--sun", "1,2"}, "--sun: '1,2': expected three finite numbers x,y,z"},
+        {{"-o", "x", "--sun", "1,2,nan"}, "--sun: '1,2,nan'"},
+        {{"-o", "x", "--sun", "1,2,3,4"}, "--sun: '1,2,3,4'"},
+        {{"-o", "x", "--sun", "1,,3"}, "--sun: '1,,3'"},
+        {{"-o", "x", "--albedo", "1,2"}, "--albedo: '1,2': expected one finite number, or three as r,g,b"},
+        {{"-o", "x", "--albedo", "0.5,0.5,1.5"}, "--albedo: '0.5,0.5,1.5': expected a number in [0, 1]"},
+        {{"-o", "x", "--method", "foo"}, "--method: 'foo': expected cells|steps"},
+        {{"-o", "x", "--fast=maybe"}, "--fast: 'maybe': expected true or false"},
+        {{"-o", "x", "--threads", "-1"}, "--threads: '-1': expected a number in [0, 4096]"},
+        {{"-o", "-", "--json", "-"}, "cannot both have standard output"},
+    };
+    for (const Wrong& wrong : table) {
+        const RunResult r = echo(wrong.words);
+        EXPECT_EQ(r.status, 2) << wrong.said;
+        EXPECT_EQ(r.out, "");
+        EXPECT_NE(r.err.find(wrong.said), std::string::npos) << r.err << "\nexpected: " << wrong.said;
+        expect_one_line(r.err);
+    }
+}
+
+TEST(Contract, VectorsMayBeginWithAMinus)
+{
+    const RunResult r = echo({"-o", "-", "--sun", "-1,0,-2e-1", "--albedo", "0.5", "--lamp=-1,-2,-3", "--print-config"});
+    EXPECT_EQ(r.status, 0) << r.err;
+    EXPECT_NE(r.out.find("\nsun = [-1, 0, -0.2]\n"), std::string::npos) << r.out;
+    EXPECT_NE(r.out.find("\nalbedo = 0.5\n"), std::string::npos) << r.out;
+    EXPECT_NE(r.out.find("\nlamp = [[-1, -2, -3]]\n"), std::string::npos) << r.out;
+}
+
+TEST(Contract, AnOutputThatCannotBeIsSeenBeforeTheWork)
+{
+    const Scratch scratch;
+    write_text(scratch / "there", "old");
+    const Words act{"--act", "unconverged"};  // status 3 if the work began
+    for (const Words& words : {Words{"-o", scratch / "none/x"}, Words{"-o", scratch.path()},
+                               Words{"-o", scratch / "there", "--no-clobber"}, Words{"-o", "x", "--json", scratch / "no/j"},
+                               Words{"-o", "x", "--json", scratch.path()}, Words{"-o", scratch / "there/x"}}) {
+        Words all = words;
+        all.insert(all.end(), act.begin(), act.end());
+        const RunResult r = echo(all);
+        EXPECT_EQ(r.status, 1) << r.err;
+        expect_one_line(r.err);
+        EXPECT_NE(r.err.find(scratch.path()), std::string::npos) << r.err;
+    }
+    EXPECT_EQ(read_text(scratch / "there"), "old");
+}
+
+TEST(Contract, HelpAndVersionGoToStandardOutputAndNoticeAFullDisk)
+{
+    for (const char* word : {"--help", "-h", "--help-all", "--version", "--print-config"}) {
+        const RunResult good = echo({word});
+        EXPECT_EQ(good.status, 0) << word << good.err;
+        EXPECT_EQ(good.err, "");
+        EXPECT_GT(good.out.size(), 60u);
+        RunOptions full;
+        full.stdout_to = "/dev/full";
+        const RunResult bad = echo({word}, full);
+        EXPECT_EQ(bad.status, 1) << word;
+        expect_one_line(bad.err);
+    }
+    const std::string version = echo({"--version"}).out;
+    for (const char* part : {"echo_tool", "OpenVDB 10.", "file format 22", "blosc", "zip", "compiler"})
+        EXPECT_NE(version.find(part), std::string::npos) << version;
+}
+
+TEST(Contract, QuietLeavesWarningsOnly)
+{
+    EXPECT_EQ(echo({"-o", "-", "--act", "say"}).err, "echo_tool: hello\n");
+    EXPECT_EQ(echo({"-o", "-", "--act", "say", "-q"}).err, "");
+    EXPECT_EQ(echo({"-o", "-", "--act", "warn", "-q"}).err, "echo_tool: warning: 2 negative values became 0\n");
+}
+
+TEST(Contract, WithWerrorAWarningEndsTheRun)
+{
+    const Scratch scratch;
+    const RunResult r = echo({"-o", scratch / "out", "--act", "warn", "--werror"});
+    EXPECT_EQ(r.status, 1);
+    expect_one_line(r.err);
+    EXPECT_NE(r.err.find("2 negative values became 0"), std::string::npos);
+    EXPECT_EQ(scratch.list(), Words());
+}
+
+TEST(Contract, DryRunWritesNothing)
+{
+    const Scratch scratch;
+    EXPECT_EQ(echo({"-o", scratch / "out", "--dry-run"}).status, 0);
+    EXPECT_EQ(scratch.list(), Words());
+}
+
+TEST(Contract, HistoryKeepsWhatWasAndHidesFolders)
+{
+    const Words words{"/home/someone/cloud.vdb", "-o", "/tmp/secret.vdb", "--act", "history", "--threads", "2", "--dry-run",
+                      "--note", "old 1 a=2\nold 2 b=\"\033[31m\"", "--density", "0.1"};
+    const std::string text = echo(words).out;
+    EXPECT_EQ(text.rfind("old 1 a=2\nold 2 b=\"?[31m\"\necho_tool ", 0), 0u) << text;
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);
+    EXPECT_NE(text.find(" input=\"cloud.vdb\" "), std::string::npos) << text;
+    EXPECT_NE(text.find(" density=0.1 "), std::string::npos) << text;
+    EXPECT_NE(text.find(" sun=[0.3, 1, 0.2] "), std::string::npos) << text;
+    for (const char* absent : {"someone", "secret", "threads", "/tmp"})
+        EXPECT_EQ(text.find(absent), std::string::npos) << text;
+}
+
+TEST(Contract, TimeLimitCountsFromTheStart)
+{
+    const auto left = [](const char* limit) {
+        const RunResult r = echo({"-o", "/dev/null", "--act", "countdown", "--json", "-", "--time-limit", limit});
+        return nlohmann::json::parse(r.out)["counts"]["seconds_left"];
+    };
+    EXPECT_GT(left("1000").get<double>(), 900);
+    EXPECT_LT(left("1000").get<double>(), 1000);
+    EXPECT_TRUE(left("0").is_null());  // no limit is no number
+}
+
 }  // namespace
 }  // namespace vdbcloud::test

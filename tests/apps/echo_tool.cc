@@ -1,6 +1,7 @@
 // A program built on App that does nothing but what it is told, so that the contract of all programs can be tested.
 #include "app.h"
 
+#include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
 
 #include <tbb/parallel_for.h>
@@ -89,11 +90,23 @@ void act(app::App& app, const Options& o)
     if (what == "lines") throw InputError("first\nsecond \033[31mred " + std::string(100000, 'x'));
     if (what == "thread") { std::thread([] { throw InputError("in a thread"); }).join(); }
     if (what == "warn") app.warnings()("2 negative values became 0");
-    if (what == "sleep") { app.say("sleeping"); sleep_long(app); }
-    if (what == "pipe") { for (;;) std::cout << std::string(65536, 'x') << std::flush; }
+    if (what == "sleep" || what == "pipe") {
+        const AtomicFile half_done(o.output);
+        app.say("sleeping");
+        if (what == "sleep") sleep_long(app);
+        for (;;) std::cout << std::string(65536, 'x') << std::flush;
+    }
+    if (what == "copy") {
+        GridFile file = app.read(o.input);
+        app.write(o.output, file);
+    }
+    if (what == "countdown") app.report()["counts"]["seconds_left"] = app.seconds_left();
     if (what == "threads") app.report()["counts"]["threads_at_once"] = most_at_once();
     if (what == "say") app.say("hello");
-    if (what == "steps") { for (int k = 0; k <= 100; ++k) report(app.progress("steps"), k / 100.0); }
+    if (what == "steps") {
+        const Progress progress = app.progress("steps");
+        for (int k = 0; k <= 100; ++k) report(progress, k / 100.0);
+    }
     if (what == "history") std::cout << app.history(o.note) << "\n";
 }
 
@@ -110,6 +123,6 @@ int main(int argc, char** argv)
     return app.run(argc, argv, [&] {
         const auto acting = app.phase("act");
         act(app, o);
-        if (o.output != "-" && !app.dry_run()) std::ofstream(o.output) << "done\n";
+        if (o.output != "-" && o.act != "copy" && !app.dry_run()) std::ofstream(o.output) << "done\n";
     });
 }

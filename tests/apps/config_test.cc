@@ -1,0 +1,162 @@
+// --config and --print-config: what is printed reproduces the run, and nothing mistyped passes.
+#include "support/run.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <random>
+
+namespace vdbcloud::test {
+namespace {
+
+using Words = std::vector<std::string>;
+
+RunResult echo(Words words)
+{
+    words.insert(words.begin(), program("echo_tool"));
+    return run(words);
+}
+
+nlohmann::json parameters(Words words)
+{
+    words.insert(words.end(), {"-o", "/dev/null", "--json", "-"});
+    const RunResult r = echo(words);
+    EXPECT_EQ(r.status, 0) << r.err;
+    return r.status == 0 ? nlohmann::json::parse(r.out)["parameters"] : nlohmann::json();
+}
+
+/// Runs with `words`, and with what --print-config says of them.
+void expect_round_trip(const Words& words)
+{
+    const Scratch scratch;
+    Words printing = words;
+    printing.push_back("--print-config");
+    const RunResult printed = echo(printing);
+    ASSERT_EQ(printed.status, 0) << printed.err;
+    write_text(scratch / "c.toml", printed.out);
+    EXPECT_EQ(parameters(words), parameters({"--config", scratch / "c.toml"}));
+    EXPECT_EQ(echo({"--config", scratch / "c.toml", "--print-config"}).out, printed.out);
+}
+
+TEST(Config, DefaultsRoundTrip) { expect_round_trip({}); }
+
+TEST(Config, EveryKindOfOptionRoundTrips)
+{
+    expect_round_trip({"in put.vdb", "--density", "0.1234567890123456789", "--count", "0", "--seed", "18446744073709551615",
+                       "--sun", "-1e-300,.5,+7", "--albedo", "0.1,0.2,0.3", "--lamp", "1,2,3", "--lamp", "-4,5,6",
+                       "--width", "1e-5", "--width", "3", "--no-haze", "--fast", "--method", "steps", "--keep", "none"});
+}
+
+TEST(Config, OneOfSeveralRoundTrips)
+{
+    expect_round_trip({"--lamp", "1,2,3", "--name", "alone", "--width", "7"});
+}
+
+TEST(Config, OddTextRoundTrips)
+{
+    Words words;
+    for (const char* text : {"", " ", " a ", "a#b", "a = b", "\"", "'", "\"'\\", "\\n", "a\nb\tc\r", "true", "false", "1e5", "-3",
+                             ".5", "0x10", "007", "[a]", "[1, 2]", "{}", "--x", "a,b", "%%", "\001\037\177", "Wölkchen ☁",
+                             "++", "nan"})
+        words.insert(words.end(), {"--name=" + std::string(text).append(text[0] ? "" : "x")});
+    words.insert(words.end(), {"--note", "\\\"# x"});
+    expect_round_trip(words);
+}
+
+TEST(Config, RandomTextRoundTrips)
+{
+    std::mt19937 random(1984);
+    Words words;
+    for (int k = 0; k < 300; ++k) {
+        std::string text = "x";
+        for (unsigned n = random() % 12; n > 0; --n) text += char(1 + random() % 127);
+        words.insert(words.end(), {"--name", text.substr(random() % 2 && text.size() > 2 && text[1] != '-')});
+    }
+    expect_round_trip(words);
+}
+
+TEST(Config, TheCommandLineWins)
+{
+    const Scratch scratch;
+    write_text(scratch / "c.toml", "density = 5\ncount = 4 # four\n\n# a comment\nfast = true\nlamp = [[0,1,2],\n [3,4,5],]\n");
+    const nlohmann::json all = parameters({"--config", scratch / "c.toml", "--density", "6"});
+    EXPECT_EQ(all["density"], 6);
+    EXPECT_EQ(all["count"], 4);
+    EXPECT_EQ(all["fast"], true);
+    EXPECT_EQ(all["lamp"], (nlohmann::json{{0, 1, 2}, {3, 4, 5}}));
+}
+
+TEST(Config, AcceptsTheWaysTomlWritesAVector)
+{
+    const Scratch scratch;
+    for (const char* line : {"sun = [1, 2.5, -3]", "sun = \"1,2.5,-3\"", "sun = '1,2.5,-3'", "\"sun\" = [ 1 , 2.5 , -3 , ]",
+                             "sun=[1,\n# odd\n2.5,\n-3]\n", "sun = \"1\\u002c2.5,-3\""}) {
+        write_text(scratch / "c.toml", line);
+        EXPECT_EQ(parameters({"--config", scratch / "c.toml"})["sun"], (nlohmann::json{1, 2.5, -3})) << line;
+    }
+    write_text(scratch / "c.toml", "lamp = [1, 2, 3]");
+    EXPECT_EQ(parameters({"--config", scratch / "c.toml"})["lamp"], (nlohmann::json{{1, 2, 3}}));
+}
+
+TEST(Config, RefusesWhatItDoesNotKnowWithFileLineAndKey)
+{
+    const struct {
+        const char *text, *said;
+    } table[] = {
+        {"count = 1\ndensty = 2", "line 2: unknown key 'densty'; did you mean 'density'?"},
+        {"[section]\ncount = 1", "line 1: tables are not used"},
+        {"count = 1\ncount = 2", "line 2: 'count' is there twice"},
+        {"input = \"a\"\n\nthreads = 2", "line 3: 'threads' belongs on the command line"},
+        {"config = \"x\"", "'config' belongs on the command line"},
+        {"count", "line 1: expected = after 'count'"},
+        {"count =", "expected a value"},
+        {"count = 1 2", "expected the end of the line"},
+        {"count = nan", "'nan': text goes between quotes, and numbers are finite"},
+        {"density = 1e400", "'1e400'"},
+        {"note = open", "'open': text goes between quotes"},
+        {"note = \"open", "a string has no closing quote"},
+        {"note = \"\\q\"", "an unknown escape"},
+        {"note = \"\\ud800\"", "no character has this code"},
+        {"width = [1, 2", "a list has no end"},
+        {"width = [1 2]", "expected , or ] in a list"},
+        {"lamp = [[[1]]]", "lists within lists"},
+        {"fast = 3", "'fast': expected true or false"},
+        {"fast = [true, false]", "'fast': expected true or false"},
+        {"density = -1", "--density: '-1': expected a finite number above 0"},
+        {"sun = [1, 2]", "--sun: '1,2': expected three"},
+        {"method = \"foo\"", "--method: 'foo': expected cells|steps"},
+        {"density = [1, 2]", "--density: '1,2'"},
+        {"= 3", "line 1: expected a line like key = value"},
+        {"\x1f\x8b binary", "line 1: expected a line like key = value"},
+    };
+    const Scratch scratch;
+    for (const auto& wrong : table) {
+        write_text(scratch / "c.toml", wrong.text);
+        const RunResult r = echo({"--config", scratch / "c.toml", "-o", "/dev/null"});
+        EXPECT_EQ(r.status, 2) << wrong.text;
+        EXPECT_NE(r.err.find(wrong.said), std::string::npos) << r.err << "expected: " << wrong.said;
+        EXPECT_NE(r.err.find("c.toml: "), std::string::npos) << r.err;
+        EXPECT_EQ(r.err.find('\n'), r.err.size() - 1) << r.err;
+    }
+}
+
+TEST(Config, AFileThatCannotBeReadIsStatusOne)
+{
+    const Scratch scratch;
+    for (const std::string& path : {scratch / "missing.toml", scratch.path()}) {
+        const RunResult r = echo({"--config", path, "-o", "/dev/null"});
+        EXPECT_EQ(r.status, 1);
+        EXPECT_NE(r.err.find(path + ": "), std::string::npos) << r.err;
+    }
+}
+
+TEST(Config, ArgumentsNeededMayComeFromTheFile)
+{
+    const Scratch scratch;
+    write_text(scratch / "c.toml", "output = \"" + (scratch / "out") + "\"\n");
+    EXPECT_EQ(echo({"--config", scratch / "c.toml"}).status, 0);
+    EXPECT_EQ(read_text(scratch / "out"), "done\n");
+}
+
+}  // namespace
+}  // namespace vdbcloud::test
