@@ -125,6 +125,17 @@ TEST(DefaultView, IsNearlyLevelFromTheFrontWhicheverWayIsUp)
     EXPECT_NEAR(default_view_direction(Vec3d(0, -1, 0)).dot(Vec3d(0, -1, 0)), y[1], 1e-14);
 }
 
+TEST(DefaultSun, StandsHighToTheLeftOnTheViewersSideWhicheverWayIsUp)
+{
+    for (const Vec3d& up : {Vec3d(0, 1, 0), Vec3d(0, 0, 1), Vec3d(-3, 0, 0)}) {
+        const Vec3d sun = default_sun_direction(up), view = default_view_direction(up);
+        EXPECT_NEAR(sun.length(), 1, 1e-14);
+        EXPECT_GT(sun.dot(up) / up.length(), 0.5);
+        EXPECT_LT(sun.dot(view.cross(up)), 0);  // view x up is to the right
+        EXPECT_LT(sun.dot(view), -0.1);
+    }
+}
+
 TEST(Framing, RefusesNothingToLookAt)
 {
     EXPECT_THROW(frame_points({}, {}), InputError);

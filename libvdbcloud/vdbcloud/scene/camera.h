@@ -89,6 +89,9 @@ private:
 /// The direction in which one looks, unit, given where up is (Y: seen from +Z and +X; turned along for any other).
 Vec3d default_view_direction(const Vec3d& up);
 
+/// The direction TOWARDS a sun that goes with that view: high to the left, a little on the viewer's side. Unit.
+Vec3d default_sun_direction(const Vec3d& up);
+
 struct FramingOptions {
     Projection projection = Projection::Perspective;
     Vec3d up{0, 1, 0};

@@ -58,15 +58,22 @@ struct Stand {
     double middle() const { return low + (high - low) / 2; }  // at any depth
 };
 
+constexpr double view_azimuth = 35, view_elevation = -6;  // of the default camera, seen from the cloud [degrees]
+constexpr double sun_azimuth = view_azimuth - 65, sun_elevation = 42;
+
+/// Unit vector at an angle from +Z towards +X and one above the horizon [degrees], turned along with `up`.
+Vec3d at_angles(double azimuth, double elevation, const Vec3d& up)
+{
+    const double a = azimuth * pi / 180, e = elevation * pi / 180;
+    const Vec3d y_up(std::sin(a) * std::cos(e), std::sin(e), std::cos(a) * std::cos(e));
+    return turned_with_up(y_up, up / up.length());
+}
+
 }  // namespace
 
-Vec3d default_view_direction(const Vec3d& up)
-{
-    const double azimuth = 35 * pi / 180, elevation = -6 * pi / 180;  // of the camera, seen from the cloud
-    const Vec3d to_camera(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
-                          std::cos(azimuth) * std::cos(elevation));
-    return turned_with_up(-to_camera, up / up.length());
-}
+Vec3d default_view_direction(const Vec3d& up) { return -at_angles(view_azimuth, view_elevation, up); }
+
+Vec3d default_sun_direction(const Vec3d& up) { return at_angles(sun_azimuth, sun_elevation, up); }
 
 Camera frame_points(const std::vector<Vec3d>& points, const ImageSize& size, const FramingOptions& options)
 {
