@@ -31,8 +31,8 @@ struct Lattice {
     }
 };
 
-/// Cells beyond each end of an axis that the widest stencil reads.
-inline constexpr int halo = 3;
+/// Cells beyond each end of an axis: the widest stencil reads 3, and one more past the last face of an open side.
+inline constexpr int halo = 4;
 
 /// A scalar on a lattice with `halo` more values on every side (none along a flat axis), zero at first. Rows along x are
 /// contiguous and begin at 32 bytes. An empty field, as a default one is, has no memory.

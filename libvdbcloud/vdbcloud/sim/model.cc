@@ -1,0 +1,433 @@
+#include "vdbcloud/sim/model.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/random.h"
+
+#include <cmath>
+#include <sstream>
+
+namespace vdbcloud::sim {
+
+const std::vector<Stage>& stages(TimeScheme scheme)
+{
+    static const std::vector<Stage> euler{{0, 0, 1, 0, 0, 1, 0, 1, 1, 1}};
+    static const std::vector<Stage> rk2{{0, 0, 1, 0, 0, 1, 0, 1, 1, 0.5}, {1, 1, 0, 1, 1, 1, 0, 0.5, 1, 0.5}};
+    // eSSPRK+(3,3) of Isherwood, Grant and Gottlieb 2018: abscissae 0, 2/3, 2/3, so that the factor exp(-t/t_f) of friction
+    // is only ever applied forwards, and convex sums of Euler steps of 4/3 dt, so that limited scalars stay bounded.
+    static const std::vector<Stage> rk3{{0, 0, 1, 0, 0, 2.0 / 3, 0, 1, 2.0 / 3, 0.25},
+                                        {1, 1, 2, 2.0 / 3, 2.0 / 3, 2.0 / 3, 0, 1.0 / 3, 4.0 / 3, 3.0 / 16},
+                                        {2, 1, 0, 2.0 / 3, 2.0 / 3, 1, 30.0 / 128, 54.0 / 128, 4.0 / 3, 9.0 / 16}};
+    return scheme == TimeScheme::Rk3 ? rk3 : scheme == TimeScheme::Rk2 ? rk2 : euler;
+}
+
+Simulation::Simulation(const Parameters& p, const Sounding& s)
+    : parameters_((check(p, s), p)), column_(make_column(p, s)), thermo_(p.constants, p.moist, p.moisture)
+{}
+Simulation::~Simulation() = default;
+
+std::unique_ptr<Simulation> Simulation::make(const Parameters& p, const Sounding& s)
+{
+    if (p.precision == Precision::Double) return std::make_unique<Model<double>>(p, s);
+    return std::make_unique<Model<float>>(p, s);
+}
+
+template<typename T>
+Model<T>::Model(const Parameters& p, const Sounding& s)
+    : Simulation(p, s), lattice_(p.lattice), rho_{column_.rho_centre, column_.rho_face}
+{
+    const int count = p.time_scheme == TimeScheme::Rk3 ? 3 : 2;
+    const auto allocate = [&](Variable<T>& v, Quantity q, Place place, int arrays) {
+        v.quantity = q, v.place = place;
+        for (int i = 0; i < arrays; ++i) v.a[size_t(i)] = Field<T>(lattice_);
+    };
+    const Quantity names[3] = {Quantity::U, Quantity::V, Quantity::W};
+    const Place places[3] = {Place::FaceX, Place::FaceY, Place::FaceZ};
+    for (int axis = 0; axis < 3; ++axis) {
+        wind_[size_t(axis)].quantity = names[axis], wind_[size_t(axis)].place = places[axis];
+        if (axis < 2 && lattice_.flat(axis)) continue;
+        allocate(wind_[size_t(axis)], names[axis], places[axis], p.momentum ? count : 1);
+    }
+    if (p.buoyancy || p.moisture) allocate(theta_, Quantity::Theta, Place::Centre, count);
+    if (p.moisture) allocate(water_, Quantity::Water, Place::Centre, count);
+    if (p.rain) allocate(rain_, Quantity::Rain, Place::Centre, count);
+    if (p.dye) allocate(dye_, Quantity::Dye, Place::Centre, count);
+    drain_ = Field<T>(lattice_);
+    if (p.momentum) pressure_.emplace(lattice_, rho_);
+    add_terms();
+    for (Variable<T>* v : scalars())
+        if (!v->terms.empty() || lattice_.side[0] == Side::Open || lattice_.side[1] == Side::Open)
+            v->row_source.assign(size_t(lattice_.n[1]) * size_t(lattice_.n[2]), 0.0);
+    set_initial_air();
+}
+
+template<typename T> Variable<T>& Model<T>::of(Quantity q)
+{
+    switch (q) {
+        case Quantity::U: return wind_[0];
+        case Quantity::V: return wind_[1];
+        case Quantity::W: return wind_[2];
+        case Quantity::Theta: return theta_;
+        case Quantity::Water: return water_;
+        case Quantity::Rain: return rain_;
+        default: return dye_;
+    }
+}
+
+template<typename T> std::vector<Variable<T>*> Model<T>::scalars()
+{
+    std::vector<Variable<T>*> list;
+    for (Variable<T>* v : {&theta_, &water_, &rain_, &dye_})
+        if (*v) list.push_back(v);
+    return list;
+}
+
+template<typename T> std::vector<Variable<T>*> Model<T>::velocities()
+{
+    std::vector<Variable<T>*> list;
+    for (Variable<T>& v : wind_)
+        if (v) list.push_back(&v);
+    return list;
+}
+
+template<typename T> void Model<T>::set_initial_air()
+{
+    const auto [nx, ny, nz] = lattice_.n;
+    const auto [dx, dy, dz] = lattice_.h;
+    const Parameters& p = parameters_;
+    const auto noise = [&](int which, int i, int j, int k) {
+        return 2 * uniform(hash_bits(p.noise.seed, uint64_t(which), uint64_t(i), uint64_t(j), uint64_t(k))) - 1;
+    };
+    for (int k = 0; k < nz; ++k) {
+        const Level& level = column_.level[size_t(k)];
+        const bool noisy = level.z < p.noise.below;
+        for (int j = 0; j < ny; ++j)
+            for (int i = 0; i < nx; ++i) {
+                double theta = level.theta_env, water = level.q_env, smoke = 0;
+                if (noisy) theta += p.noise.theta * noise(0, i, j, k), water += p.noise.water * noise(1, i, j, k);
+                for (const Bubble& b : p.bubbles) {
+                    const double x = ((i + 0.5) * dx - b.centre[0]) / b.radius;
+                    const double y = lattice_.flat(1) ? 0 : ((j + 0.5) * dy - b.centre[1]) / b.radius;
+                    const double r = std::hypot(x, y, (level.z - b.centre[2]) / b.height);
+                    if (r >= 1) continue;
+                    const double shape = std::pow(std::cos(M_PI / 2 * r), 2);
+                    theta += b.theta * shape, water += b.water * shape, smoke += b.dye * shape;
+                }
+                if (theta_) theta_.a[0](i, j, k) = T(theta);
+                if (water_) water_.a[0](i, j, k) = T(std::max(0.0, water));
+                if (dye_) dye_.a[0](i, j, k) = T(smoke);
+                if (wind_[0]) wind_[0].a[0](i, j, k) = T(column_.u[size_t(k)]);
+                if (wind_[1]) wind_[1].a[0](i, j, k) = T(column_.v[size_t(k)]);
+            }
+        if (wind_[0] && lattice_.side[0] == Side::Open)
+            for (int j = 0; j < ny; ++j) wind_[0].a[0](nx, j, k) = T(column_.u[size_t(k)]);
+        if (wind_[1] && lattice_.side[1] == Side::Open)
+            for (int i = 0; i < nx; ++i) wind_[1].a[0](i, ny, k) = T(column_.v[size_t(k)]);
+    }
+}
+
+/// Halos of the arrays `at` after they were written; scalars beyond open sides are the environment's where air comes in.
+template<typename T> void Model<T>::finish_state(int at)
+{
+    for (Variable<T>* v : velocities()) fill_halo(lattice_, v->place, v->a[parameters_.momentum ? size_t(at) : 0]);
+    for (Variable<T>* v : scalars()) {
+        Field<T>& f = v->a[size_t(at)];
+        fill_halo(lattice_, v->place, f);
+        if (lattice_.side[0] != Side::Open && lattice_.side[1] != Side::Open) continue;
+        const auto [nx, ny, nz] = lattice_.n;
+        for (int k = 0; k < nz; ++k) {
+            const Level& level = column_.level[size_t(k)];
+            const T env = T(v->quantity == Quantity::Theta ? level.theta_env
+                                                           : v->quantity == Quantity::Water ? level.q_env : 0);
+            if (lattice_.side[0] == Side::Open && wind_[0])
+                for (int j = 0; j < ny; ++j) {
+                    const Field<T>& u = wind_[0].a[parameters_.momentum ? size_t(at) : 0];
+                    for (int m = 1; m <= halo; ++m) {
+                        if (u(0, j, k) > 0) f(-m, j, k) = env;
+                        if (u(nx, j, k) < 0) f(nx - 1 + m, j, k) = env;
+                    }
+                }
+            if (lattice_.side[1] == Side::Open && wind_[1])
+                for (int i = 0; i < nx; ++i) {
+                    const Field<T>& w = wind_[1].a[parameters_.momentum ? size_t(at) : 0];
+                    for (int m = 1; m <= halo; ++m) {
+                        if (w(i, 0, k) > 0) f(i, -m, k) = env;
+                        if (w(i, ny, k) < 0) f(i, ny - 1 + m, k) = env;
+                    }
+                }
+        }
+    }
+}
+
+template<typename T> void Model<T>::take_courant(int at)
+{
+    const auto [nx, ny, nz] = lattice_.n;
+    const size_t now = parameters_.momentum ? size_t(at) : 0;
+    const Field<T>&u = wind_[0].a[now], &v = wind_[1].a[now], &w = wind_[2].a[now];
+    std::vector<double> rate(size_t(nz), 0.0);
+    for_blocks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
+        for (int k = k0; k < k1; ++k) {
+            const double z0 = rho_.face[size_t(k)] / rho_.centre[size_t(k)] / lattice_.h[2];
+            const double z1 = rho_.face[size_t(k) + 1] / rho_.centre[size_t(k)] / lattice_.h[2];
+            double top = 0;
+            for (int j = 0; j < ny && std::isfinite(top); ++j)
+                courant(CourantRows<T>{u ? u.row(j, k) : nullptr, v ? v.row(j, k) : nullptr, v ? v.row(j + 1, k) : nullptr,
+                                       lattice_.flat(2) ? nullptr : w.row(j, k), lattice_.flat(2) ? nullptr : w.row(j, k + 1),
+                                       T(1 / lattice_.h[0]), T(1 / lattice_.h[1]), T(z0), T(z1)},
+                        drain_.row(j, k), top, nx);
+            rate[size_t(k)] = top;
+        }
+    });
+    rate_ = 0;
+    for (const double r : rate)
+        if (!(r <= rate_)) rate_ = r;
+    for (const double r : rate)
+        if (!std::isfinite(r)) rate_ = r;
+    if (!std::isfinite(rate_)) name_bad_cell();
+    fill_halo(lattice_, Place::Centre, drain_);
+}
+
+template<typename T> void Model<T>::name_bad_cell() const
+{
+    const auto [nx, ny, nz] = lattice_.n;
+    const char* names[] = {"u", "v", "w", "theta_l", "q_t", "rain", "dye"};
+    for (const Quantity q : {Quantity::Theta, Quantity::Water, Quantity::Rain, Quantity::Dye, Quantity::U, Quantity::V,
+                             Quantity::W}) {
+        const Variable<T>& v = of(q);
+        for (const Field<T>& f : v.a)
+            if (f)
+                for (int k = 0; k < nz; ++k)
+                    for (int j = 0; j < ny; ++j)
+                        for (int i = 0; i < nx; ++i) {
+                            if (std::isfinite(f(i, j, k))) continue;
+                            std::ostringstream text;
+                            text << names[int(q)] << " at cell [" << i << ", " << j << ", " << k << "] = " << f(i, j, k)
+                                 << " after " << time_ << " s: expected a finite number";
+                            throw ConvergenceError(text.str());
+                        }
+    }
+    throw ConvergenceError("velocity after " + std::to_string(time_) + " s: expected finite numbers");
+}
+
+/// Buoyancy at centres, into the planes that the projection will overwrite.
+template<typename T> void Model<T>::find_buoyancy(int at)
+{
+    const auto [nx, ny, nz] = lattice_.n;
+    for_blocks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
+        for (int k = k0; k < k1; ++k)
+            for (int j = 0; j < ny; ++j)
+                thermo_.buoyancy_row(column_.level[size_t(k)], theta_.a[size_t(at)].row(j, k),
+                                     water_ ? water_.a[size_t(at)].row(j, k) : nullptr,
+                                     rain_ && parameters_.moist.loading ? rain_.a[size_t(at)].row(j, k) : nullptr,
+                                     pressure_->scratch().row(j, k), nx);
+    });
+}
+
+template<typename T> void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double dt)
+{
+    const size_t in = size_t(stage.in), now = parameters_.momentum ? in : 0;
+    const Field<T>& q = variable.a[in];
+    const ScalarStage s{stage.alpha, stage.beta, stage.tau * dt};
+    const T inv_tau = T(1 / s.tau);
+    const auto [nx, ny, nz] = lattice_.n;
+    const bool open_x = lattice_.side[0] == Side::Open && !lattice_.flat(0);
+    const bool open_y = lattice_.side[1] == Side::Open && !lattice_.flat(1);
+
+    const auto flux = [&](int axis, int j, int k, T* out, int n) {
+        const ScalarFlux<T> f{wind_[size_t(axis)].a[now].row(j, k), q.row(j, k), drain_.row(j, k), inv_tau, q.stride(axis)};
+        scalar_flux(parameters_.scalar_scheme, f, out, n);
+    };
+    const auto coefficients = [&](int k, FluxRows<T>& rows) {
+        const double rho = rho_.centre[size_t(k)] * lattice_.h[2];
+        rows.cx = T(1 / lattice_.h[0]), rows.cy = T(1 / lattice_.h[1]);
+        rows.cz0 = T(rho_.face[size_t(k)] / rho), rows.cz1 = T(rho_.face[size_t(k) + 1] / rho);
+    };
+    const auto sink = [&, nx = nx, ny = ny](int j, int k, T* tendency, const FluxRows<T>& rows) {
+        if (!variable.row_source.empty()) {
+            T source[4096];
+            std::fill_n(source, nx, T(0));
+            for (const auto& term : variable.terms) term(stage.in, j, k, source);
+            double sum = 0;
+            for (int i = 0; i < nx; ++i) sum += double(source[i]), tendency[i] += source[i];
+            if (open_x) sum -= double(rows.cx) * (double(rows.x[nx]) - double(rows.x[0]));
+            if (open_y && j == 0)
+                for (int i = 0; i < nx; ++i) sum += double(rows.cy) * double(rows.y0[i]);
+            if (open_y && j == ny - 1)
+                for (int i = 0; i < nx; ++i) sum -= double(rows.cy) * double(rows.y1[i]);
+            variable.row_source[size_t(k) * size_t(ny) + size_t(j)] = sum * rho_.centre[size_t(k)];
+        }
+        scalar_stage({variable.a[size_t(stage.out)].row(j, k), variable.a[0].row(j, k), variable.a[size_t(stage.x1)].row(j, k),
+                      q.row(j, k), tendency},
+                     s, nx);
+    };
+    sweep<T>({nx, ny, 0, nz, !lattice_.flat(0), !lattice_.flat(1), !lattice_.flat(2)}, coefficients, flux, sink);
+    for (const double sum : variable.row_source) variable.sources += stage.weight * dt * sum;
+}
+
+template<typename T> void Model<T>::advance_velocity(int axis, const Stage& stage, double dt)
+{
+    Variable<T>& variable = wind_[size_t(axis)];
+    const size_t in = size_t(stage.in);
+    const Field<T>& q = variable.a[in];
+    // The integrating factor of friction, from each array's time to the one that is written.
+    const auto decay = [&](double from) { return std::exp(-(stage.time_out - from) * dt / parameters_.friction_time); };
+    const double f0 = decay(0), f1 = decay(stage.time_x1), fx = decay(stage.time_in);
+    const MomentumStage s{(1 - stage.alpha - stage.beta) * f0, stage.alpha * f1, stage.beta * fx,
+                          stage.beta * stage.tau * dt * fx};
+    const bool vertical = axis == 2;
+
+    const auto flux = [&](int d, int j, int k, T* out, int n) {
+        const Field<T>& carrier = wind_[size_t(d)].a[in];
+        const T* b = carrier.row(j, k);
+        // Mean of the two mass fluxes beside the edge or centre; weights matter in an anelastic base state only.
+        double wa = 0.5, wb = 0.5;
+        if (vertical && d != 2) wa *= rho_.centre[size_t(k)], wb *= rho_.centre[size_t(k) - 1];
+        if (vertical && d == 2) wa *= rho_.face[size_t(k)], wb *= rho_.face[size_t(k) - 1];
+        momentum_flux(parameters_.momentum_scheme, {b, b - carrier.stride(axis), T(wa), T(wb), q.row(j, k), q.stride(d)}, out,
+                      n);
+    };
+    const auto coefficients = [&](int k, FluxRows<T>& rows) {
+        if (vertical) {
+            const double rho = rho_.face[size_t(k)];
+            rows.cx = T(1 / lattice_.h[0] / rho), rows.cy = T(1 / lattice_.h[1] / rho);
+            rows.cz0 = rows.cz1 = T(1 / lattice_.h[2] / rho);
+            return;
+        }
+        const double rho = rho_.centre[size_t(k)] * lattice_.h[2];
+        rows.cx = T(1 / lattice_.h[0]), rows.cy = T(1 / lattice_.h[1]);
+        rows.cz0 = T(rho_.face[size_t(k)] / rho), rows.cz1 = T(rho_.face[size_t(k) + 1] / rho);
+    };
+    const int width = axis == 0 ? lattice_.faces(0) : lattice_.n[0];
+    const int rows = axis == 1 ? lattice_.faces(1) : lattice_.n[1];
+    const auto sink = [&](int j, int k, T* tendency, const FluxRows<T>&) {
+        if (vertical && parameters_.buoyancy)
+            add_sum(tendency, pressure_->scratch().row(j, k), pressure_->scratch().row(j, k - 1), T(0.5), width);
+        for (const auto& term : variable.terms) term(stage.in, j, k, tendency);
+        momentum_stage({variable.a[size_t(stage.out)].row(j, k), variable.a[0].row(j, k), variable.a[size_t(stage.x1)].row(j, k),
+                        q.row(j, k), tendency},
+                       s, width);
+    };
+    sweep<T>({width, rows, vertical ? 1 : 0, lattice_.n[2], !lattice_.flat(0), !lattice_.flat(1), !lattice_.flat(2)},
+             coefficients, flux, sink);
+}
+
+/// Makes the air that a stage has written incompressible, with halos.
+template<typename T> void Model<T>::settle(const Stage& stage, double)
+{
+    const size_t out = size_t(stage.out);
+    if (parameters_.momentum) {
+        for (Variable<T>* v : velocities()) fill_halo(lattice_, v->place, v->a[out]);
+        pressure_->project(wind_[0].a[out], wind_[1].a[out], wind_[2].a[out]);
+    }
+    finish_state(stage.out);
+    if (parameters_.momentum) take_courant(stage.out);
+}
+
+/// Takes one step if the air allows: false, with the state untouched, if it speeds up too much within it.
+template<typename T> bool Model<T>::step(double dt)
+{
+    const auto& list = stages(parameters_.time_scheme);
+    std::vector<double> sources;
+    for (Variable<T>* v : scalars()) sources.push_back(v->sources);
+    for (const Stage& stage : list) {
+        if (stage.tau * dt * rate_ > 1) {  // never in the first stage: dt was chosen for it
+            size_t i = 0;
+            for (Variable<T>* v : scalars()) v->sources = sources[i++];
+            take_courant(0);
+            return false;
+        }
+        for (const auto& prepare : before_stage_) prepare(stage.in);
+        if (parameters_.momentum && parameters_.buoyancy) find_buoyancy(stage.in);
+        for (Variable<T>* v : scalars()) advance_scalar(*v, stage, dt);
+        if (parameters_.momentum)
+            for (int axis = 0; axis < 3; ++axis)
+                if (wind_[size_t(axis)] && !(axis == 2 && lattice_.flat(2))) advance_velocity(axis, stage, dt);
+        settle(stage, dt);
+    }
+    if (list.back().out != 0) {
+        for (Variable<T>* v : scalars()) v->a[0].swap(v->a[1]);
+        if (parameters_.momentum)
+            for (Variable<T>* v : velocities()) v->a[0].swap(v->a[1]);
+    }
+    if (parameters_.rain) rain(dt);
+    return true;
+}
+
+template<typename T> double Model<T>::stratification() const
+{
+    if (!theta_ || !parameters_.buoyancy || lattice_.n[2] < 2) return 0;
+    const auto [nx, ny, nz] = lattice_.n;
+    const double steepest = reduce_planes(nz - 1, 0.0, [&, nx = nx, ny = ny](int k) {
+        T most[16] = {};
+        for (int j = 0; j < ny; ++j) {
+            const T *a = theta_.a[0].row(j, k), *b = theta_.a[0].row(j, k + 1);
+            for (int i = 0; i < nx; ++i) {
+                const T d = std::abs(b[i] - a[i]);
+                most[i & 15] = d > most[i & 15] ? d : most[i & 15];
+            }
+        }
+        return double(*std::max_element(most, most + 16));
+    }, [](double a, double b) { return std::max(a, b); });
+    return std::sqrt(parameters_.constants.g / parameters_.constants.theta0 * steepest / lattice_.h[2]);
+}
+
+template<typename T> double Model<T>::step_limit() const
+{
+    double limit = parameters_.dt_max;
+    if (rate_ > 0) limit = std::min(limit, parameters_.cfl / rate_);
+    const double n = stratification();
+    if (n > 0) limit = std::min(limit, 0.5 / n);
+    if (fastest_rate_ > 0) limit = std::min(limit, 1 / fastest_rate_);
+    return limit;
+}
+
+template<typename T> void Model<T>::start()
+{
+    for (Variable<T>* v : velocities()) fill_halo(lattice_, v->place, v->a[0]);
+    if (parameters_.momentum) pressure_->project(wind_[0].a[0], wind_[1].a[0], wind_[2].a[0]);
+    finish_state(0);
+    take_courant(0);
+    started_ = true;
+    const Budget now = budget();
+    theta_.start = now.theta_mean, theta_.low = now.theta_min, theta_.high = now.theta_max;
+    water_.start = now.water_mean, water_.low = now.water_min, water_.high = now.water_max;
+}
+
+template<typename T> void Model<T>::advance_to(double end, const Progress& progress)
+{
+    if (!started_) start();
+    const double begin = time_;
+    double halving = 1;
+    while (time_ < end) {
+        report(progress, (time_ - begin) / (end - begin));
+        const double left = end - time_;
+        if (parameters_.time_scheme == TimeScheme::HugeStep) {
+            const double asked = parameters_.dt > 0 ? parameters_.dt : left;
+            const double count = std::max(1.0, std::ceil(left / asked - 1e-9));
+            dt_ = left / count;
+            huge_step(dt_);
+            time_ = count <= 1 ? end : time_ + dt_;
+            ++steps_;
+            continue;
+        }
+        // The step asked for is split into equal parts within the limits, and the last lands on the end.
+        const double asked = parameters_.dt > 0 ? std::min(parameters_.dt, left) : left;
+        const double whole = std::max(1.0, std::ceil(left / asked - 1e-9));
+        const double parts = std::max(1.0, std::ceil(left / whole / (step_limit() * halving) - 1e-9));
+        dt_ = left / (whole * parts);
+        if (!(dt_ > 1e-9 * std::max(1.0, time_)))
+            throw ConvergenceError("time step after " + std::to_string(time_) + " s: expected above 1e-9 of the time");
+        if (!step(dt_)) {
+            halving *= 0.5;
+            ++retries_;
+            continue;
+        }
+        halving = 1;
+        time_ = whole * parts <= 1 ? end : time_ + dt_;
+        ++steps_;
+    }
+}
+
+template class Model<float>;
+template class Model<double>;
+
+}  // namespace vdbcloud::sim

@@ -1,0 +1,136 @@
+#pragma once
+// Everything that can be asked of a simulation: SI units, z up, x and y along the floor, the origin at a lower corner.
+#include "vdbcloud/sim/field.h"
+#include "vdbcloud/sim/rows.h"
+#include "vdbcloud/sim/thermodynamics.h"
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace vdbcloud::sim {
+
+inline constexpr double never = std::numeric_limits<double>::infinity();
+
+enum class Precision { Float, Double };
+enum class TimeScheme {
+    Euler,    ///< forward differencing, first order
+    Rk2,      ///< Heun, strong stability preserving, second order
+    Rk3,      ///< third order, strong stability preserving, of stages that never go back in time (Isherwood et al. 2018)
+    HugeStep,  ///< semi-Lagrangian, stable at any step, first order, conserves nothing (Stam 1999)
+};
+
+/// A round warm or moist place in the initial air: amplitude cos^2 of the normalised distance from its centre.
+struct Bubble {
+    std::array<double, 3> centre{0, 0, 0};  ///< [m]
+    double radius = 500;                    ///< horizontal [m], > 0
+    double height = 500;                    ///< vertical half axis [m], > 0
+    double theta = 0;                       ///< [K]
+    double water = 0;                       ///< [kg/kg]
+    double dye = 0;
+};
+
+/// A round patch of floor that heats, moistens or smokes, with a Gaussian profile.
+struct Patch {
+    std::array<double, 2> centre{0, 0};  ///< [m]
+    double radius = 500;                 ///< where the flux has fallen to 1/e [m], > 0
+    double heat = 0;                     ///< kinematic heat flux at the centre [K m/s]
+    double moisture = 0;                 ///< [kg/kg m/s], >= 0
+    double dye = 0;                      ///< [1/s m], >= 0
+};
+
+struct Floor {
+    double heat = 0;      ///< uniform kinematic heat flux [K m/s]
+    double moisture = 0;  ///< uniform [kg/kg m/s], >= 0
+    double until = never;  ///< fluxes stop then [s]
+    std::vector<Patch> patches;
+    std::vector<double> map;  ///< empty, or a factor for the uniform fluxes, one a cell of the floor, x fastest, >= 0
+};
+
+struct Noise {
+    double theta = 0;   ///< amplitude of uniform noise on theta_l [K]
+    double water = 0;   ///< on q_t [kg/kg]
+    double below = never;  ///< only below this height [m]
+    uint64_t seed = 1;
+};
+
+struct Parameters {
+    Lattice lattice{{128, 128, 128}, {32, 32, 32}, {Side::Periodic, Side::Periodic}};
+    Precision precision = Precision::Float;
+
+    // Which effects act. What is off allocates no field and runs no kernel.
+    bool momentum = true;     ///< off: the environment's wind blows for ever (no momentum, no pressure)
+    bool buoyancy = true;
+    bool moisture = true;
+    bool rain = false;        ///< Kessler 1969: autoconversion, accretion, evaporation, fall
+    bool anelastic = false;   ///< density of the base state falls with height
+    bool dye = false;         ///< a passive scalar, e.g. smoke
+    bool subgrid = false;     ///< Smagorinsky-Lilly
+    MoistTerms moist;
+    double friction_time = never;  ///< drag -V/t_f [s], > 0
+    double viscosity = 0;          ///< [m^2/s]
+    double diffusivity = 0;        ///< of theta_l, q_t, dye [m^2/s]
+    double smagorinsky = 0.17;
+    double radiation = 0;          ///< long-wave cooling of cloud top: net flux lost to space [W/m^2]; 70 is usual
+    double radiation_kappa = 85;   ///< its absorption by cloud water [m^2/kg]
+    double sponge = 0;             ///< damping at the lid [1/s], sin^2 from sponge_depth below it
+    double sponge_depth = 0.2;     ///< fraction of the height
+    double wind_relaxation = never;  ///< horizontal mean wind returns to the environment's in this time [s]
+    double side_relaxation = 60;   ///< open sides: return to the environment in this time [s] ...
+    int side_cells = 6;            ///< ... within so many cells of them
+
+    Constants constants;
+    double q_surface = 0.02;    ///< A of q_s = A exp(-z/H) [kg/kg]
+    double q_scale_height = 0;  ///< H [m]; 0: height of the box / ln 10, the paper's rule
+
+    Floor floor;
+    std::vector<Bubble> bubbles;
+    Noise noise;
+
+    // Numerics.
+    TimeScheme time_scheme = TimeScheme::Rk3;
+    ScalarScheme scalar_scheme = ScalarScheme::Limited5;
+    MomentumScheme momentum_scheme = MomentumScheme::Upwind5;
+    double cfl = 0.7;      ///< steps so that dt (|u|/dx + |v|/dy + |w|/dz) stays below this
+    double dt = 0;         ///< asked for [s]; split where it is over a limit; 0: as long as the limits allow
+    double dt_max = 60;    ///< never longer [s] (adaptive)
+};
+
+/// The air before anything happens, at given heights; between them linear, beyond them constant.
+struct Sounding {
+    std::string name;
+    std::vector<double> z;      ///< [m], increasing
+    std::vector<double> theta;  ///< liquid water potential temperature [K]
+    std::vector<double> water;  ///< total water [kg/kg]
+    std::vector<double> u, v;   ///< wind [m/s]
+    double pressure = 0;        ///< at the floor [Pa]; 0: as the constants say
+
+    static Sounding uniform(double theta);
+};
+
+/// The environment and the base state on the levels of a lattice.
+struct Column {
+    std::vector<Level> level;   ///< nz, at cell centres
+    std::vector<double> u, v;   ///< nz [m/s]
+    std::vector<double> rho_centre, rho_face;  ///< relative to the floor; 1 unless anelastic
+};
+
+/// Throws InputError in one sentence that names the first value that cannot be used.
+void check(const Parameters&, const Sounding&);
+
+/// Hydrostatic base state: d(exner)/dz = -g / (cp theta_v). Throws InputError if the box reaches above the atmosphere.
+Column make_column(const Parameters&, const Sounding&);
+
+/// What a run will need, for people who plan one.
+struct Effect {
+    std::string name;
+    bool on;
+    std::string needs;  ///< fields and work, in words
+};
+std::vector<Effect> effects(const Parameters&);
+/// Bytes of all fields, from the same rules by which they are allocated.
+size_t memory_needed(const Parameters&);
+
+}  // namespace vdbcloud::sim

@@ -1,0 +1,55 @@
+#pragma once
+// The order in which a conservation law visits its rows: every flux is computed once and used on both of its sides.
+#include "vdbcloud/sim/parallel.h"
+#include "vdbcloud/sim/rows.h"
+
+#include <vector>
+
+namespace vdbcloud::sim {
+
+/// The control volumes of one transported quantity: rows j in [0, rows), planes k in [first, last), `width` of them a
+/// row; axes that are flat have no fluxes.
+struct SweepBox {
+    int width, rows, first, last;
+    bool x, y, z;
+};
+
+/// Calls sink(j, k, tendency, rows) for each row, where tendency is minus the divergence of the fluxes that
+/// flux(axis, j, k, out, n) fills: those through the lower faces of row (j, k), n = width + 1 for axis 0.
+/// coefficients(k, rows) sets the 1 / spacing of `rows`. In blocks of planes and rows that stay in cache; blocks
+/// run in parallel and recompute the fluxes on their lower edges, with the same values.
+template<typename T, typename Coefficients, typename Flux, typename Sink>
+void sweep(const SweepBox& box, const Coefficients& coefficients, const Flux& flux, const Sink& sink)
+{
+    const int planes = box.last - box.first;
+    const int deep = std::max(4, planes / 8), tall = std::max(8, std::min(box.rows, 32));
+    const int blocks_k = (planes + deep - 1) / deep, blocks_j = (box.rows + tall - 1) / tall;
+    const size_t width = size_t(box.width);
+    for_blocks(blocks_k * blocks_j, 1, [&](int block, int) {
+        const int k0 = box.first + block / blocks_j * deep, k1 = std::min(box.last, k0 + deep);
+        const int j0 = block % blocks_j * tall, j1 = std::min(box.rows, j0 + tall);
+        std::vector<T> below(box.z ? width * size_t(j1 - j0) : 0), above(width), fx(width + 1), south(width), north(width);
+        std::vector<T> tendency(width);
+        if (box.z)
+            for (int j = j0; j < j1; ++j) flux(2, j, k0, &below[size_t(j - j0) * width], box.width);
+        for (int k = k0; k < k1; ++k) {
+            FluxRows<T> rows{};
+            coefficients(k, rows);
+            if (box.y) flux(1, j0, k, south.data(), box.width);
+            for (int j = j0; j < j1; ++j) {
+                if (box.x) flux(0, j, k, fx.data(), box.width + 1), rows.x = fx.data();
+                if (box.y) flux(1, j + 1, k, north.data(), box.width), rows.y0 = south.data(), rows.y1 = north.data();
+                if (box.z) {
+                    flux(2, j, k + 1, above.data(), box.width);
+                    rows.z0 = &below[size_t(j - j0) * width], rows.z1 = above.data();
+                }
+                flux_tendency(rows, tendency.data(), box.width);
+                sink(j, k, tendency.data(), rows);
+                if (box.z) std::copy(above.begin(), above.end(), below.begin() + ptrdiff_t(size_t(j - j0) * width));
+                south.swap(north);
+            }
+        }
+    });
+}
+
+}  // namespace vdbcloud::sim
