@@ -20,9 +20,9 @@ namespace vdbcloud {
 /// and noise carries the surface in and out; with one, t is chosen so that this fraction of the envelope is filled, and
 /// nothing lies beyond the envelope as displaced. Lengths here are fractions of the domain's longest side.
 struct ShapeOptions {
-    double roughness = 0.04;   ///< how far noise moves the surface, per standard deviation; 0..10
-    double warp = 0.02;        ///< how far noise displaces the envelope, per standard deviation; 0..1
-    double billow = 0.5;       ///< 0: noise as it is, 1: its folds, round outwards and creased inwards
+    double roughness = 0.012;  ///< how far noise moves the surface, per standard deviation; 0..10
+    double warp = 0.012;       ///< how far noise displaces the envelope, per standard deviation; 0..1
+    double billow = 0.3;       ///< 0: noise as it is, 1: its folds, round outwards and creased inwards
     double edge = 0.012;       ///< from density 0 to 1; at least 1.5 voxels are taken; 0..1
     std::optional<double> coverage;  ///< fraction of the envelope that is to hold cloud, 0..1
     int up = 1;                ///< axis that points up: 0, 1 or 2

@@ -1,0 +1,121 @@
+#include "options.h"
+
+#include "vdbcloud/core/error.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbcloud::app {
+
+namespace {
+
+void declare_noise(App& app, Options& o)
+{
+    const auto group = "Noise";
+    app.add_option("--seed", o.seed, "chooses one of 2^64 clouds")->group(group);
+    app.add_option("--beta", o.spectrum.beta, "mean power of a wave falls as its wave number to -beta")
+        ->check(within(0, 12))->group(group);
+    app.add_option("--outer", o.spectrum.outer, "wave number below which the spectrum is flat [per longest side]")
+        ->check(nonnegative)->group(group);
+    app.add_option("--low-cut", o.spectrum.low_cut, "leave out waves below this wave number [per longest side]")
+        ->check(within(0, 256))->group(group);
+    app.add_option("--high-cut", o.spectrum.high_cut, "leave out waves above this wave number [per longest side]")
+        ->check(positive)->group(group);
+    app.add_vec3("--stretch", o.spectrum.stretch, "how many times longer features are along x,y,z")
+        ->check(within(0.01, 100))->group(group);
+}
+
+void declare_shape(App& app, Options& o)
+{
+    const auto group = "Shape; lengths are fractions of the longest side";
+    app.add_choice<Region>("--envelope", o.envelope,
+                           {{"cumulus", Region::Cumulus}, {"sphere", Region::Sphere}, {"ellipsoid", Region::Ellipsoid},
+                            {"slab", Region::Slab}, {"box", Region::Box}},
+                           "what the cloud fills")->group(group);
+    app.add_option("--towers", o.cumulus.towers, "towers of a cumulus")->check(within(1, 64))->group(group);
+    app.add_option("--height", o.cumulus.height, "of a cumulus, over the broader side of its footprint")
+        ->check(positive)->group(group);
+    app.add_option("--generations", o.cumulus.generations, "of bulges upon bulges of a cumulus")
+        ->check(within(1, 4))->group(group);
+    app.add_option("--coverage", o.shape.coverage, "fraction of the envelope to fill, by a threshold of the noise")
+        ->check(within(0, 1))->group(group);
+    app.add_option("--edge", o.shape.edge, "width of the edge, from no density to 1")
+        ->check(within(0, 1))->group(group);
+    app.add_option("--roughness", o.shape.roughness, "how far noise moves the surface")
+        ->check(within(0, 10))->group(group);
+    app.add_option("--warp", o.shape.warp, "how far noise displaces the envelope: wisps")
+        ->check(within(0, 1))->group(group);
+    app.add_option("--billow", o.shape.billow, "0: plain noise, 1: round outwards and creased inwards")
+        ->check(within(0, 1))->group(group);
+}
+
+}  // namespace
+
+void declare(App& app, Options& o)
+{
+    app.writes_grids();
+    app.add_option("-o,--output", o.output, "output .vdb, or - for standard output")->required();
+    declare_noise(app, o);
+    declare_shape(app, o);
+
+    const auto space = "Space";
+    app.add_option("--size", o.size, "voxels along the longest side, or NX,NY,NZ; at most 512 each")->group(space);
+    app.add_option("--bounds", o.bounds,
+                   "x0,y0,z0,x1,y1,z1 in world units; else two units broad, 1.25 high, standing on the origin")->group(space);
+    app.add_choice<int>("--up", o.up, {{"y", 1}, {"z", 2}}, "axis that points up")->group(space);
+
+    const auto medium = "Medium, written for later stages if given";
+    app.add_rgb("--extinction", o.medium.sigma_t_per_density, "sigma_t at density 1 [per world unit]")
+        ->check(nonnegative)->group(medium);
+    app.add_rgb("--albedo", o.medium.albedo, "sigma_s / sigma_t")->check(within(0, 1))->group(medium);
+    app.add_option("--g", o.medium.g, "mean cosine of scattering")->check(within(-0.999, 0.999))->group(medium);
+}
+
+namespace {
+
+Box bounds_of(const Options& o)
+{
+    Box box{{-1, -1, -1}, {1, 1, 1}};
+    box.low[o.up] = 0;
+    box.high[o.up] = 1.25;
+    if (o.bounds.empty()) return box;
+    const auto n = numbers(o.bounds);
+    if (!n || n->size() != 6) throw UsageError("--bounds " + o.bounds + ": expected six numbers x0,y0,z0,x1,y1,z1");
+    box = {{(*n)[0], (*n)[1], (*n)[2]}, {(*n)[3], (*n)[4], (*n)[5]}};
+    const Vec3d sides = box.sides();
+    const double least = std::min({sides[0], sides[1], sides[2]}), most = std::max({sides[0], sides[1], sides[2]});
+    if (!(least > 0)) throw UsageError("--bounds " + o.bounds + ": expected x0 < x1, y0 < y1, z0 < z1");
+    if (!(most <= 1e6 && least >= 1e-6 && most <= 1e4 * least))
+        throw UsageError("--bounds " + o.bounds + ": expected sides in 1e-6..1e6, at most 1e4 times each other");
+    return box;
+}
+
+int voxels(const Options& o, double n)
+{
+    if (n != std::floor(n) || n < 1 || n > 512)
+        throw UsageError("--size " + o.size + ": expected N or NX,NY,NZ, whole numbers in 1..512");
+    return int(n);
+}
+
+}  // namespace
+
+Domain domain_of(const Options& o)
+{
+    Domain domain{bounds_of(o), {}};
+    const auto n = numbers(o.size);
+    if (!n || (n->size() != 1 && n->size() != 3))
+        throw UsageError("--size " + o.size + ": expected N or NX,NY,NZ, whole numbers in 1..512");
+    if (n->size() == 3) {
+        domain.size = {voxels(o, (*n)[0]), voxels(o, (*n)[1]), voxels(o, (*n)[2])};
+        return domain;
+    }
+    const Vec3d sides = domain.box.sides();
+    const double h = std::max({sides[0], sides[1], sides[2]}) / voxels(o, (*n)[0]);
+    for (int d = 0; d < 3; ++d) {
+        domain.size[d] = std::max(1, int(std::ceil(sides[d] / h - 1e-6)));
+        domain.box.high[d] = domain.box.low[d] + domain.size[d] * h;
+    }
+    return domain;
+}
+
+}  // namespace vdbcloud::app
