@@ -13,15 +13,16 @@ namespace vdbcloud {
 
 namespace {
 
-using Leaf = openvdb::FloatTree::LeafNodeType;
-
 Vec3i brick_of(const openvdb::Coord& ijk) { return {ijk[0] >> 3, ijk[1] >> 3, ijk[2] >> 3}; }
 
 /// What fills an 8^3 block of voxels: a leaf, or a constant tile.
+template<typename GridT>
 struct Block {
+    using Value = typename GridT::ValueType;
+    using Leaf = typename GridT::TreeType::LeafNodeType;
     Vec3i b;
     const Leaf* leaf;
-    float tile;
+    Value tile;
     int low;  ///< bit a: some voxel of the first layer along axis a is not `outside`
 };
 
@@ -31,9 +32,10 @@ bool before(const Vec3i& p, const Vec3i& q)
 }
 
 /// Leaves and tiles of the active part of a tree, sorted by position.
-std::vector<Block> blocks_of(const FloatGrid& grid)
+template<typename GridT>
+std::vector<Block<GridT>> blocks_of(const GridT& grid)
 {
-    std::vector<Block> blocks;
+    std::vector<Block<GridT>> blocks;
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
         if (leaf->isEmpty()) continue;
         int low = 0;
@@ -41,7 +43,7 @@ std::vector<Block> blocks_of(const FloatGrid& grid)
             const auto n = v.pos();
             low |= (n < 64 ? 1 : 0) | ((n & 56) == 0 ? 2 : 0) | ((n & 7) == 0 ? 4 : 0);
         }
-        blocks.push_back({brick_of(leaf->origin()), leaf.getLeaf(), 0, low});
+        blocks.push_back({brick_of(leaf->origin()), leaf.getLeaf(), {}, low});
     }
     for (auto tile = grid.cbeginValueOn(); tile; ++tile) {
         if (tile.isVoxelValue()) continue;
@@ -56,14 +58,16 @@ std::vector<Block> blocks_of(const FloatGrid& grid)
     return blocks;
 }
 
-const Block* find(const std::vector<Block>& blocks, const Vec3i& b)
+template<typename B>
+const B* find(const std::vector<B>& blocks, const Vec3i& b)
 {
     const auto it = std::lower_bound(blocks.begin(), blocks.end(), b, [](auto& p, auto& q) { return before(p.b, q); });
     return it != blocks.end() && it->b == b ? &*it : nullptr;
 }
 
 /// A cell needs the voxels above it, so a block also feeds the bricks below those of its faces that hold something.
-std::vector<Vec3i> bricks_fed_by(const std::vector<Block>& blocks)
+template<typename B>
+std::vector<Vec3i> bricks_fed_by(const std::vector<B>& blocks)
 {
     std::vector<Vec3i> bricks;
     bricks.reserve(blocks.size() * 2);
@@ -76,22 +80,30 @@ std::vector<Vec3i> bricks_fed_by(const std::vector<Block>& blocks)
     return bricks;
 }
 
+float channel(float value, int) { return value; }
+float channel(const Vec3f& value, int c) { return value[c]; }
+
 /// Copies the corner values of brick b from the eight blocks it touches.
-void fill(const std::vector<Block>& blocks, const Vec3i& b, float outside, const BrickMap::Map& map, float* corner)
+template<typename B>
+void fill(const std::vector<B>& blocks, const Vec3i& b, float outside, int channels, const BrickMap::Map& map,
+          float* corner)
 {
-    std::fill(corner, corner + 729, outside);
+    std::fill(corner, corner + 729 * channels, outside);
     for (int n = 0; n < 8; ++n) {
         const Vec3i d(n & 1, (n >> 1) & 1, (n >> 2) & 1);
-        const Block* block = find(blocks, b + d);
+        const B* block = find(blocks, b + d);
         if (!block) continue;
         for (int x = 0; x < (d[0] ? 1 : 8); ++x)
             for (int y = 0; y < (d[1] ? 1 : 8); ++y)
                 for (int z = 0; z < (d[2] ? 1 : 8); ++z) {
                     const auto offset = openvdb::Index((x << 6) | (y << 3) | z);
                     if (block->leaf && !block->leaf->isValueOn(offset)) continue;
-                    const float value = block->leaf ? block->leaf->getValue(offset) : block->tile;
-                    corner[(x + 8 * d[0]) * BrickMap::sx + (y + 8 * d[1]) * BrickMap::sy + z + 8 * d[2]] =
-                        map ? map(value) : value;
+                    const auto value = block->leaf ? block->leaf->getValue(offset) : block->tile;
+                    float* to = corner + (x + 8 * d[0]) * BrickMap::sx + (y + 8 * d[1]) * BrickMap::sy + z + 8 * d[2];
+                    for (int c = 0; c < channels; ++c) {
+                        const float v = channel(value, c);
+                        to[729 * c] = map ? map(v) : v;
+                    }
                 }
     }
 }
@@ -121,8 +133,23 @@ Affine index_from_world(const Transform& transform, const std::string& grid_name
 }
 
 BrickMap::BrickMap(const FloatGrid& grid, float outside, const Map& map)
-    : outside_(outside), index_from_world_(vdbcloud::index_from_world(grid.transform(), grid.getName())),
+    : outside_(outside), channels_(1),
+      index_from_world_(vdbcloud::index_from_world(grid.transform(), grid.getName())),
       world_from_index_(vdbcloud::world_from_index(grid.transform(), grid.getName()))
+{
+    build(grid, map);
+}
+
+BrickMap::BrickMap(const Vec3SGrid& grid, float outside, const Map& map)
+    : outside_(outside), channels_(3),
+      index_from_world_(vdbcloud::index_from_world(grid.transform(), grid.getName())),
+      world_from_index_(vdbcloud::world_from_index(grid.transform(), grid.getName()))
+{
+    build(grid, map);
+}
+
+template<typename GridT>
+void BrickMap::build(const GridT& grid, const Map& map)
 {
     const auto blocks = blocks_of(grid);
     bricks_ = bricks_fed_by(blocks);
@@ -130,20 +157,22 @@ BrickMap::BrickMap(const FloatGrid& grid, float outside, const Map& map)
     // Bricks of one value (inside tiles) share storage; the others are filled in parallel, chunk by chunk, and the
     // chunks are joined in order, so that slots do not depend on threads.
     constexpr size_t chunk = 1024;
+    const size_t size_of_brick = 729 * size_t(channels_);
     std::map<float, int32_t> constants;
     std::vector<int32_t> slots;
-    std::vector<float> scratch(std::min(chunk, bricks_.size()) * 729);
+    std::vector<float> scratch(std::min(chunk, bricks_.size()) * size_of_brick);
     for (size_t begin = 0; begin < bricks_.size(); begin += chunk) {
         const size_t count = std::min(chunk, bricks_.size() - begin);
         tbb::parallel_for(size_t(0), count, [&](size_t n) {
-            fill(blocks, bricks_[begin + n], outside, map, scratch.data() + n * 729);
+            fill(blocks, bricks_[begin + n], outside_, channels_, map, scratch.data() + n * size_of_brick);
         });
         for (size_t n = 0; n < count; ++n) {
-            const float* corner = scratch.data() + n * 729;
-            const bool same = std::all_of(corner, corner + 729, [&](float v) { return v == corner[0]; });
-            auto slot = int32_t(values_.size() / 729);
+            const float* corner = scratch.data() + n * size_of_brick;
+            const bool same = std::all_of(corner, corner + size_of_brick, [&](float v) { return v == corner[0]; });
+            auto slot = int32_t(values_.size() / size_of_brick);
             if (same) slot = constants.emplace(corner[0], slot).first->second;
-            if (size_t(slot) * 729 == values_.size()) values_.insert(values_.end(), corner, corner + 729);
+            if (size_t(slot) * size_of_brick == values_.size())
+                values_.insert(values_.end(), corner, corner + size_of_brick);
             slots.push_back(slot);
         }
     }
@@ -200,20 +229,42 @@ const float* BrickMap::find(const Vec3i& b) const
     return slot < 0 ? nullptr : brick(slot);
 }
 
-double BrickMap::sample(const Vec3d& index) const
+const float* BrickMap::corners(const Vec3d& index, Vec3d& fraction) const
 {
     // Beyond the first and last cell all is outside; this also keeps the conversion to integers in range.
     for (int a = 0; a < 3; ++a)
-        if (!(index[a] >= first_cell_[a] && index[a] < double(last_cell_[a]) + 1)) return outside_;
+        if (!(index[a] >= first_cell_[a] && index[a] < double(last_cell_[a]) + 1)) return nullptr;
     const Vec3d low(std::floor(index[0]), std::floor(index[1]), std::floor(index[2]));
     const Vec3i cell{int(low[0]), int(low[1]), int(low[2])};
+    fraction = index - low;
     const float* c = find({cell[0] >> 3, cell[1] >> 3, cell[2] >> 3});
-    if (!c) return outside_;
-    c += (cell[0] & 7) * sx + (cell[1] & 7) * sy + (cell[2] & 7);
-    const Vec3d f = index - low;
+    return c ? c + (cell[0] & 7) * sx + (cell[1] & 7) * sy + (cell[2] & 7) : nullptr;
+}
+
+namespace {
+double interpolate(const float* c, const Vec3d& f)
+{
+    constexpr int sx = BrickMap::sx, sy = BrickMap::sy;
     const auto lerp = [](double p, double q, double t) { return p + (q - p) * t; };
     const auto edge = [&](const float* v) { return lerp(v[0], v[1], f[2]); };
     return lerp(lerp(edge(c), edge(c + sy), f[1]), lerp(edge(c + sx), edge(c + sx + sy), f[1]), f[0]);
+}
+}  // namespace
+
+double BrickMap::sample(const Vec3d& index) const
+{
+    Vec3d fraction;
+    const float* c = corners(index, fraction);
+    return c ? interpolate(c, fraction) : outside_;
+}
+
+Vec3d BrickMap::sample3(const Vec3d& index) const
+{
+    Vec3d fraction;
+    const float* c = corners(index, fraction);
+    if (!c) return Vec3d(outside_);
+    if (channels_ == 1) return Vec3d(interpolate(c, fraction));
+    return {interpolate(c, fraction), interpolate(c + 729, fraction), interpolate(c + 2 * 729, fraction)};
 }
 
 size_t BrickMap::bytes() const

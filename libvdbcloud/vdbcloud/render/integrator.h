@@ -25,6 +25,9 @@ struct Volume {
     std::vector<GridBasePtr> transmittance;
     Vec3SGridPtr phi;                  ///< collided fluence; may be null
     std::array<Vec3SGridPtr, 3> flux;  ///< collided flux of r, g, b; null where phi is
+    double forward = 0;      ///< delta scaling's f, 0: none. The image is then formed in the medium of extinction
+                             ///< (1 - f albedo) sigma_t, and `transmittance` must belong to that medium
+    double mean_cosine = 0;  ///< g' of the medium phi and flux belong to
 };
 
 /// What is to be rendered.
@@ -47,6 +50,8 @@ struct IntegratorOptions {
     Integrator kind = Integrator::Cells;
     double tolerance = 1e-4;  ///< Romberg: absolute, of a pixel's radiance relative to its largest source, > 0
     double step = 0.5;        ///< Steps: [voxel edge], > 0
+    int parts = 2;            ///< Cells: pieces of a cell on which the light's depth is taken as linear, >= 1
+    bool shadow_rays = false; ///< find the light at each point by a ray of its own: slow, and free of light grids
 };
 
 /// The layers render_image fills, for a scene, in the order of the film:

@@ -1,0 +1,218 @@
+#include "vdbcloud/render/media.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/optics/optical_depth.h"
+
+#include <cmath>
+#include <limits>
+
+namespace vdbcloud {
+
+namespace {
+
+constexpr size_t maps_before_lights = 7;
+
+float depth_of(float transmittance)
+{
+    // A stored 0 means beyond what a float holds: depth 103 and more.
+    return transmittance > 0 ? -std::log(transmittance) : 104.0f;
+}
+
+BrickMap light_depth_map(const GridBasePtr& grid)
+{
+    if (const auto grey = openvdb::gridPtrCast<openvdb::FloatGrid>(grid)) return BrickMap(*grey, 0, depth_of);
+    if (const auto coloured = openvdb::gridPtrCast<openvdb::Vec3SGrid>(grid)) return BrickMap(*coloured, 0, depth_of);
+    throw InputError("grid '" + printable(grid->getName()) + "': a transmittance of type " + grid->valueType() +
+                     ": expected float or vec3s");
+}
+
+std::unique_ptr<BrickMap> map_of(const Vec3SGridPtr& grid, float outside = 0)
+{
+    return grid ? std::make_unique<BrickMap>(*grid, outside) : nullptr;
+}
+
+/// The largest channel of a grid, which says where a ray has to stop.
+BrickMap extent_of(const Vec3SGrid& grid)
+{
+    auto largest = openvdb::FloatGrid::create(0.0f);
+    largest->setTransform(grid.transform().copy());
+    for (auto v = grid.cbeginValueOn(); v; ++v) {
+        const auto value = std::max({std::abs((*v)[0]), std::abs((*v)[1]), std::abs((*v)[2])});
+        openvdb::CoordBBox box;
+        v.getBoundingBox(box);
+        largest->fill(box, value);
+    }
+    return BrickMap(*largest);
+}
+
+bool same_channels(const Vec3d& v) { return v[0] == v[1] && v[1] == v[2]; }
+
+/// The mean of the albedo where a grid tints it: only whether channels differ matters here.
+bool extinction_is_grey(const Volume& volume)
+{
+    if (!volume.medium.grey()) return false;
+    return volume.forward == 0 || (same_channels(volume.medium.albedo) && !volume.colour);
+}
+
+}  // namespace
+
+PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& options)
+    : lights(scene.lights), shadow_rays(options.shadow_rays)
+{
+    for (const auto& volume : scene.volumes) {
+        auto& prepared = volumes.emplace_back(BrickMap(*volume.density));
+        prepared.kappa = volume.medium.sigma_t_per_density;
+        prepared.albedo = volume.medium.albedo;
+        prepared.phase = PhaseFunction(volume.medium);
+        prepared.forward = volume.forward;
+        prepared.mean_cosine = volume.mean_cosine;
+        prepared.colour = map_of(volume.colour, 1);
+        prepared.phi = map_of(volume.phi);
+        for (int c = 0; c < 3; ++c) prepared.flux[c] = map_of(volume.flux[size_t(c)]);
+        grey = grey && extinction_is_grey(volume);
+        if (!shadow_rays) {
+            if (volume.transmittance.size() != lights.size())
+                throw InputError("a volume has " + std::to_string(volume.transmittance.size()) +
+                                 " transmittance grids: expected one for each of " + std::to_string(lights.size()) +
+                                 " lights");
+            for (const auto& t : volume.transmittance) {
+                prepared.light_depth.push_back(std::make_unique<BrickMap>(light_depth_map(t)));
+                grey = grey && prepared.light_depth.back()->channels() == 1;
+            }
+        }
+        if (volume.emission) volumes.emplace_back(extent_of(*volume.emission)).emission = map_of(volume.emission);
+    }
+}
+
+RayMedia::RayMedia(const PreparedScene& scene) : scene_(scene)
+{
+    for (const auto& v : scene.volumes) {
+        first_.push_back(rays_.size());
+        for (size_t n = 0; n < maps_before_lights + v.light_depth.size(); ++n)
+            rays_.emplace_back(v.density.index_from_world(), WorldRay{Vec3d(0), Vec3d(0, 0, 1)});
+    }
+}
+
+void RayMedia::set(const WorldRay& ray)
+{
+    ray_ = ray;
+    for (size_t n = 0; n < scene_.volumes.size(); ++n) {
+        const auto& v = scene_.volumes[n];
+        IndexRay* to = &rays_[first_[n]];
+        to[0] = IndexRay(v.density.index_from_world(), ray);
+        const BrickMap* maps[] = {v.colour.get(), v.emission.get(), v.phi.get(),
+                                  v.flux[0].get(), v.flux[1].get(), v.flux[2].get()};
+        for (size_t m = 0; m < 6; ++m)
+            if (maps[m]) to[m + 1] = IndexRay(maps[m]->index_from_world(), ray);
+        for (size_t l = 0; l < v.light_depth.size(); ++l)
+            to[maps_before_lights + l] = IndexRay(v.light_depth[l]->index_from_world(), ray);
+    }
+}
+
+bool RayMedia::bounds(double& t0, double& t1) const
+{
+    t0 = std::numeric_limits<double>::infinity();
+    t1 = 0;
+    for (size_t n = 0; n < scene_.volumes.size(); ++n) {
+        const auto& map = scene_.volumes[n].density;
+        if (map.empty()) continue;
+        const Vec3d lo(map.first_cell()[0], map.first_cell()[1], map.first_cell()[2]);
+        const Vec3d hi(map.last_cell()[0] + 1.0, map.last_cell()[1] + 1.0, map.last_cell()[2] + 1.0);
+        double in = 0, out = std::numeric_limits<double>::infinity();
+        if (!clip(index_ray(n), lo, hi, in, out)) continue;
+        t0 = std::min(t0, in);
+        t1 = std::max(t1, out);
+    }
+    return t0 < t1;
+}
+
+double RayMedia::density(size_t volume, double t) const
+{
+    return scene_.volumes[volume].density.sample(ray_of(volume, 0).at(t));
+}
+
+Vec3d RayMedia::light_depth(size_t light, double t) const
+{
+    Vec3d sum(0);
+    for (size_t n = 0; n < scene_.volumes.size(); ++n) {
+        const auto& v = scene_.volumes[n];
+        if (scene_.shadow_rays) {
+            const Light& from = scene_.lights[light];
+            const Vec3d x = ray_.at(t), to = from.kind == LightKind::Point ? from.position - x : from.to_light;
+            const double length = to.length();
+            if (!(length > 0)) continue;
+            const double end = from.kind == LightKind::Point ? length : std::numeric_limits<double>::infinity();
+            sum += extinction(n, v.albedo) * density_depth(v.density, {x, to / length}, 0, end);
+        } else if (light < v.light_depth.size()) {
+            const auto& map = *v.light_depth[light];
+            const Vec3d p = ray_of(n, maps_before_lights + light).at(t);
+            if (map.channels() == 1) sum += Vec3d(map.sample(p));
+            else sum += map.sample3(p);
+        }
+    }
+    return sum;
+}
+
+Vec3d RayMedia::albedo(size_t volume, double t) const
+{
+    const auto& v = scene_.volumes[volume];
+    if (!v.colour) return v.albedo;
+    Vec3d a = v.albedo * v.colour->sample3(ray_of(volume, 1).at(t));
+    for (int c = 0; c < 3; ++c) a[c] = std::clamp(a[c], 0.0, 1.0);
+    return a;
+}
+
+Vec3d RayMedia::emission(size_t volume, double t) const
+{
+    const auto& v = scene_.volumes[volume];
+    return v.emission ? v.emission->sample3(ray_of(volume, 2).at(t)) : Vec3d(0);
+}
+
+Vec3d RayMedia::collided(size_t volume, double t) const
+{
+    const auto& v = scene_.volumes[volume];
+    if (!v.phi) return Vec3d(0);
+    Vec3d sum = v.phi->sample3(ray_of(volume, 3).at(t));
+    for (int c = 0; c < 3; ++c)
+        if (v.flux[c] && v.mean_cosine != 0)
+            sum[c] += 3 * v.mean_cosine * (-ray_.direction).dot(v.flux[c]->sample3(ray_of(volume, size_t(4 + c)).at(t)));
+    return sum / (4 * M_PI);
+}
+
+Vec3d RayMedia::extinction(size_t volume, const Vec3d& albedo) const
+{
+    const auto& v = scene_.volumes[volume];
+    return v.forward == 0 ? v.kappa : v.kappa * (Vec3d(1) - v.forward * albedo);
+}
+
+double RayMedia::cosine(const Light& light, double t) const
+{
+    if (light.kind == LightKind::Directional) return light.to_light.dot(ray_.direction);  // -to_light . -direction
+    const Vec3d to = light.position - ray_.at(t);
+    const double r = to.length();
+    return r > 0 ? to.dot(ray_.direction) / r : 1;
+}
+
+Vec3d RayMedia::arriving(size_t light, size_t volume, double t0, double t1) const
+{
+    const Light& from = scene_.lights[light];
+    const double p = scene_.volumes[volume].phase(std::clamp(cosine(from, (t0 + t1) / 2), -1.0, 1.0));
+    if (from.kind == LightKind::Directional) return p * from.irradiance;
+    // The mean of 1 / (b^2 + (t - foot)^2); b no less than a hundredth of the piece, so that a ray through the light
+    // itself stays finite.
+    const double foot = (from.position - ray_.origin).dot(ray_.direction);
+    const double b = std::max((from.position - ray_.at(foot)).length(), 0.01 * (t1 - t0));
+    return p * from.irradiance * (std::atan2((t1 - foot), b) - std::atan2((t0 - foot), b)) / (b * (t1 - t0));
+}
+
+void RayResult::clear(size_t lights)
+{
+    direct.assign(lights, Vec3d(0));
+    multiple = emission = tau = Vec3d(0);
+    half_way = 1e30;
+    cells = 0;
+    converged = true;
+}
+
+}  // namespace vdbcloud

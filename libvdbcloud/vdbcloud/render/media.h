@@ -1,0 +1,95 @@
+#pragma once
+// A scene's grids made ready for rays: what the integrators sample.
+#include "vdbcloud/grid/brick_map.h"
+#include "vdbcloud/optics/cell_march.h"
+#include "vdbcloud/optics/phase_function.h"
+#include "vdbcloud/render/integrator.h"
+
+#include <deque>
+#include <memory>
+#include <vector>
+
+namespace vdbcloud {
+
+/// One grid of the scene, shared by all rays. Members are null where the scene has no such grid.
+struct PreparedVolume {
+    explicit PreparedVolume(BrickMap map) : density(std::move(map)) {}
+
+    BrickMap density;  ///< for emission alone: where it is not 0, with no extinction
+    Vec3d kappa{0, 0, 0};   ///< extinction per density [1/world unit]
+    Vec3d albedo{1, 1, 1};
+    PhaseFunction phase;
+    double forward = 0;     ///< share f of the scattered light that the scaled medium counts as unscattered
+    double mean_cosine = 0; ///< g' of the scaled medium, for the flux term of multiple scattering
+    std::unique_ptr<BrickMap> colour, emission, phi, flux[3];
+    std::vector<std::unique_ptr<BrickMap>> light_depth;  ///< -log T towards each light
+};
+
+struct PreparedScene {
+    PreparedScene(const Scene&, const IntegratorOptions&);
+
+    std::deque<PreparedVolume> volumes;
+    std::vector<Light> lights;
+    bool grey = true;         ///< one extinction for all channels, so one exponential
+    bool shadow_rays = false; ///< the light's depth by a ray at each point, not from a grid
+};
+
+/// The scene along one ray. Holds an index-space ray for each grid, so keep one per thread and set() it.
+class RayMedia {
+public:
+    explicit RayMedia(const PreparedScene&);
+    void set(const WorldRay&);
+
+    const WorldRay& ray() const { return ray_; }
+    const IndexRay& index_ray(size_t volume) const { return rays_[first_[volume]]; }
+    /// The part of the ray, t >= 0, within which any volume can differ from 0; false if there is none.
+    bool bounds(double& t0, double& t1) const;
+
+    double density(size_t volume, double t) const;
+    /// Optical depth from the ray's point at t to a light, over all volumes.
+    Vec3d light_depth(size_t light, double t) const;
+    Vec3d albedo(size_t volume, double t) const;
+    Vec3d emission(size_t volume, double t) const;
+    /// Mean over directions of collided light, weighted towards the eye: (phi + 3 g' s.F) / (4 pi), s towards the eye.
+    Vec3d collided(size_t volume, double t) const;
+    /// Extinction of the (scaled) medium per density, given its albedo there.
+    Vec3d extinction(size_t volume, const Vec3d& albedo) const;
+    /// Irradiance times phase function of a light for one volume, its mean over [t0, t1]. The inverse square of a point
+    /// light is integrated in closed form.
+    Vec3d arriving(size_t light, size_t volume, double t0, double t1) const;
+
+private:
+    const IndexRay& ray_of(size_t volume, size_t map) const { return rays_[first_[volume] + map]; }
+    double cosine(const Light&, double t) const;
+
+    const PreparedScene& scene_;
+    WorldRay ray_;
+    std::vector<IndexRay> rays_;  // for each volume: density, colour, emission, phi, flux r g b, then the lights
+    std::vector<size_t> first_;
+};
+
+/// What one ray gathers. Radiances are premultiplied and without background.
+struct RayResult {
+    std::vector<Vec3d> direct;  ///< one for each light
+    Vec3d multiple{0, 0, 0};
+    Vec3d emission{0, 0, 0};
+    Vec3d tau{0, 0, 0};         ///< optical depth of the whole ray
+    double half_way = 1e30;     ///< t at which the mean transmittance falls to 0.5
+    uint64_t cells = 0;
+    bool converged = true;
+
+    void clear(size_t lights);
+};
+
+/// The integrators: from a ray to its result. One object a thread.
+class RayIntegrator {
+public:
+    virtual ~RayIntegrator() = default;
+    virtual void operator()(const WorldRay&, RayResult&) = 0;
+};
+
+std::unique_ptr<RayIntegrator> make_cells_integrator(const PreparedScene&, const IntegratorOptions&);
+std::unique_ptr<RayIntegrator> make_romberg_integrator(const PreparedScene&, const IntegratorOptions&);
+std::unique_ptr<RayIntegrator> make_steps_integrator(const PreparedScene&, const IntegratorOptions&);
+
+}  // namespace vdbcloud

@@ -1,0 +1,184 @@
+// Pass one against rays of its own for each voxel, which are exact, and against closed forms.
+#include "vdbcloud/light/transmittance_grid.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/schema.h"
+
+#include "support/fields.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+namespace vdbcloud {
+namespace {
+
+using openvdb::Coord;
+using test::box;
+
+Medium grey(double sigma_t)
+{
+    Medium m;
+    m.sigma_t_per_density = Vec3d(sigma_t);
+    return m;
+}
+
+Light sun(const Vec3d& to)
+{
+    Light light;
+    light.to_light = to.unit();
+    return light;
+}
+
+FloatGridPtr floats(const GridBasePtr& grid) { return openvdb::gridPtrCast<openvdb::FloatGrid>(grid); }
+
+struct Difference {
+    double mean = 0, max = 0;
+    int64_t count = 0;
+};
+
+Difference compare(const FloatGrid& a, const FloatGrid& b)
+{
+    Difference d;
+    auto other = b.getConstAccessor();
+    for (auto v = a.cbeginValueOn(); v; ++v) {
+        const double e = std::abs(*v - other.getValue(v.getCoord()));
+        d.mean += e;
+        d.max = std::max(d.max, e);
+        ++d.count;
+    }
+    d.mean /= double(d.count);
+    return d;
+}
+
+TEST(TransmittanceGrid, OnTheLatticeIsExactWhereDensityIsUniformAcrossTheLight)
+{
+    // A slab that fills the lattice, light along an axis: nothing to interpolate, so both agree to rounding (float).
+    const auto slab = box({40, 24, 40}, 0.5, [](Coord ijk) { return 0.2 + 0.01 * ijk[1]; });
+    const Vec3d axes[] = {{0, 1, 0}, {0, -1, 0}};
+    for (const Vec3d& to : axes) {
+        const auto lattice = floats(transmittance_grid(*slab, grey(0.7), sun(to), {}));
+        const auto exact = floats(transmittance_grid(*slab, grey(0.7), sun(to), {Fidelity::Exact}));
+        EXPECT_LT(compare(*lattice, *exact).max, 2e-7) << to;
+        EXPECT_LT(exact->tree().getValue(Coord(20, to[1] > 0 ? 0 : 23, 20)), 0.2);
+    }
+}
+
+TEST(TransmittanceGrid, OfASlabIsTheExponentialOfItsDepth)
+{
+    const double h = 0.5, sigma = 0.7;
+    const auto slab = box({9, 32, 9}, h, [](Coord) { return 1.0; });
+    const auto t = floats(transmittance_grid(*slab, grey(sigma), sun({0, 1, 0}), {}));
+    for (int j = 0; j < 32; ++j)  // from the voxel's centre up: half a voxel, the voxels above, the ramp's half
+        EXPECT_NEAR(t->tree().getValue(Coord(4, j, 4)), std::exp(-sigma * h * (32 - j - 0.5 + 0.0)), 2e-7) << j;
+}
+
+TEST(TransmittanceGrid, OnTheLatticeApproachesTheExactOneForAnyDirection)
+{
+    // A thresholded field with edges one voxel wide, several mean free paths thick. Bilinear interpolation between
+    // rays errs by O(spacing^2) of the depth's curvature, which at edges is all that counts.
+    const auto field = box({48, 40, 56}, 1, [](Coord ijk) { return test::clumps(ijk, 21, 1.0) > 0.2 ? 1.0 : 0.0; });
+    const Vec3d directions[] = {{0.3, 1, 0.2}, {-1, 0.7, 0.4}, {0.1, -0.2, -1}, {1, 1, 1}, {0.5, -1, 0.5}, {1, 0, 0}};
+    for (const Vec3d& to : directions) {
+        const auto exact = floats(transmittance_grid(*field, grey(0.3), sun(to), {Fidelity::Exact}));
+        const auto one = floats(transmittance_grid(*field, grey(0.3), sun(to), {Fidelity::Lattice, 1}));
+        TransmittanceReport said;
+        const auto two = floats(transmittance_grid(*field, grey(0.3), sun(to), {}, {}, &said));
+        const auto four = floats(transmittance_grid(*field, grey(0.3), sun(to), {Fidelity::Lattice, 4}));
+        const auto e1 = compare(*one, *exact), e2 = compare(*two, *exact), e4 = compare(*four, *exact);
+        RecordProperty("mean", std::to_string(e2.mean));
+        EXPECT_LT(e1.mean, 6e-3) << to;
+        EXPECT_LT(e2.mean, 2e-3) << to;
+        EXPECT_LT(e4.mean, 0.6 * e2.mean + 1e-7) << to;
+        EXPECT_EQ(e2.count, said.voxels);
+        EXPECT_NEAR(said.mean_error, e2.mean, 0.5 * e2.mean + 1e-6) << "what the report says is what is so";
+        std::cout << to << " mean errors " << e1.mean << " " << e2.mean << " " << e4.mean << " max " << e2.max << "\n";
+    }
+}
+
+TEST(TransmittanceGrid, FollowsAnyTransform)
+{
+    const auto plain = box({30, 30, 30}, 1, [](Coord ijk) { return test::clumps(ijk, 2, 1.0); });
+    const auto turned = plain->deepCopy();
+    auto transform = openvdb::math::Transform::createLinearTransform(0.1);
+    transform->postRotate(0.5, openvdb::math::Z_AXIS);
+    transform->postTranslate(Vec3d(5, 6, 7));
+    turned->setTransform(transform);
+    const Vec3d to = Vec3d(0.3, 1, 0.2).unit();
+    const Vec3d to_turned = (transform->indexToWorld(to) - transform->indexToWorld(Vec3d(0))).unit();
+    const auto a = floats(transmittance_grid(*plain, grey(0.2), sun(to), {}));
+    const auto b = floats(transmittance_grid(*turned, grey(2.0), sun(to_turned), {}));
+    EXPECT_LT(compare(*a, *b).max, 1e-5);  // slopes of 1e-16 times distances, exponentials of floats
+    EXPECT_LT(openvdb::tools::BoxSampler::sample(a->tree(), Vec3d(15, 2, 15)), 0.9);
+}
+
+TEST(TransmittanceGrid, OfAPointLightInsideIsTheDepthToItsPosition)
+{
+    const auto ball = box({33, 33, 33}, 1, [](Coord) { return 1.0; });
+    Light lamp;
+    lamp.kind = LightKind::Point;
+    lamp.position = Vec3d(16, 16, 16);
+    const auto t = floats(transmittance_grid(*ball, grey(0.25), lamp, {}));
+    EXPECT_EQ(t->tree().getValue(Coord(16, 16, 16)), 1.0f);
+    EXPECT_NEAR(t->tree().getValue(Coord(26, 16, 16)), std::exp(-2.5), 1e-7);
+    EXPECT_NEAR(t->tree().getValue(Coord(20, 19, 16)), std::exp(-1.25), 1e-7);
+}
+
+TEST(TransmittanceGrid, HasItsVoxelsWhereLightIsNeededAndOneElsewhere)
+{
+    auto grid = openvdb::FloatGrid::create(0.0f);
+    grid->setName("density");
+    grid->tree().setValueOn(Coord(7, 8, 9), 1.0f);
+    const auto t = floats(transmittance_grid(*grid, grey(1), sun({0, 1, 0}), {}));
+    EXPECT_EQ(t->activeVoxelCount(), 27u);
+    EXPECT_EQ(t->background(), 1.0f);
+    EXPECT_EQ(t->getName(), "transmittance_sun");
+    EXPECT_NEAR(t->tree().getValue(Coord(7, 7, 9)), std::exp(-1.0), 1e-6);
+    EXPECT_EQ(t->tree().getValue(Coord(7, 9, 9)), 1.0f);
+    const auto light = read_light(*t, t->getName());
+    ASSERT_TRUE(light);
+    EXPECT_EQ(light->to_light, Vec3d(0, 1, 0));
+    EXPECT_EQ(get_text(*t, schema::density_digest, ""), grid_digest(*grid));
+}
+
+TEST(TransmittanceGrid, OfAColouredMediumHasThreeChannels)
+{
+    const auto slab = box({8, 16, 8}, 1, [](Coord) { return 1.0; });
+    Medium m;
+    m.sigma_t_per_density = Vec3d(0.1, 0.2, 0.4);
+    const auto t = openvdb::gridPtrCast<openvdb::Vec3SGrid>(transmittance_grid(*slab, m, sun({0, 1, 0}), {}));
+    ASSERT_TRUE(t);
+    const auto v = t->tree().getValue(Coord(4, 5, 4));
+    EXPECT_NEAR(v[0], std::exp(-0.1 * 10.5), 1e-6);
+    EXPECT_NEAR(v[1], v[0] * v[0], 1e-6);
+    EXPECT_NEAR(v[2], v[1] * v[1], 1e-6);
+}
+
+TEST(TransmittanceGrid, OfALightWithADiscIsTheMeanOverIt)
+{
+    // Below one opaque voxel layer with an edge, a disc makes a penumbra; a point does not.
+    const auto slab = box({64, 4, 64}, 1, [](Coord ijk) { return ijk[1] == 3 ? (ijk[0] < 32 ? 50.0 : 0.0) : 1e-6; });
+    Light wide = sun({0, 1, 0});
+    wide.angular_diameter = 60;
+    TransmittanceOptions many;
+    many.disc_samples = 64;
+    const auto hard = floats(transmittance_grid(*slab, grey(1), sun({0, 1, 0}), {}));
+    const auto soft = floats(transmittance_grid(*slab, grey(1), wide, many));
+    EXPECT_GT(hard->tree().getValue(Coord(34, 1, 32)), 0.99);
+    EXPECT_LT(soft->tree().getValue(Coord(33, 1, 32)), 0.9);
+    EXPECT_GT(soft->tree().getValue(Coord(30, 1, 32)), 0.02);
+    EXPECT_LT(hard->tree().getValue(Coord(30, 1, 32)), 0.01);
+}
+
+TEST(TransmittanceGrid, IsTheSameForAnyNumberOfThreads)
+{
+    const auto field = box({50, 50, 50}, 1, [](Coord ijk) { return test::clumps(ijk, 4, 1.0); });
+    const auto run = [&](int threads) {
+        tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
+        return floats(transmittance_grid(*field, grey(0.3), sun({0.3, 1, 0.2}), {}));
+    };
+    EXPECT_EQ(compare(*run(1), *run(2)).max, 0);
+}
+
+}  // namespace
+}  // namespace vdbcloud
