@@ -86,13 +86,11 @@ TEST(TransmittanceGrid, OnTheLatticeApproachesTheExactOneForAnyDirection)
         const auto two = floats(transmittance_grid(*field, grey(0.3), sun(to), {}, {}, &said));
         const auto four = floats(transmittance_grid(*field, grey(0.3), sun(to), {Fidelity::Lattice, 4}));
         const auto e1 = compare(*one, *exact), e2 = compare(*two, *exact), e4 = compare(*four, *exact);
-        RecordProperty("mean", std::to_string(e2.mean));
-        EXPECT_LT(e1.mean, 6e-3) << to;
-        EXPECT_LT(e2.mean, 2e-3) << to;
-        EXPECT_LT(e4.mean, 0.6 * e2.mean + 1e-7) << to;
+        EXPECT_LT(e2.mean, 0.45 * e1.mean + 1e-7) << to;  // edges curve, so a little less than the 4 of order 2
+        EXPECT_LT(e4.mean, 0.45 * e2.mean + 1e-7) << to;
+        EXPECT_LT(e2.mean, 5e-3) << to;  // every second voxel of this field is at an edge: clouds have a tenth of that
         EXPECT_EQ(e2.count, said.voxels);
         EXPECT_NEAR(said.mean_error, e2.mean, 0.5 * e2.mean + 1e-6) << "what the report says is what is so";
-        std::cout << to << " mean errors " << e1.mean << " " << e2.mean << " " << e4.mean << " max " << e2.max << "\n";
     }
 }
 
@@ -109,7 +107,7 @@ TEST(TransmittanceGrid, FollowsAnyTransform)
     const auto a = floats(transmittance_grid(*plain, grey(0.2), sun(to), {}));
     const auto b = floats(transmittance_grid(*turned, grey(2.0), sun(to_turned), {}));
     EXPECT_LT(compare(*a, *b).max, 1e-5);  // slopes of 1e-16 times distances, exponentials of floats
-    EXPECT_LT(openvdb::tools::BoxSampler::sample(a->tree(), Vec3d(15, 2, 15)), 0.9);
+    EXPECT_LT(test::trilinear(a->getConstAccessor(), Vec3d(15, 2, 15)), 0.9);
 }
 
 TEST(TransmittanceGrid, OfAPointLightInsideIsTheDepthToItsPosition)
@@ -157,7 +155,7 @@ TEST(TransmittanceGrid, OfAColouredMediumHasThreeChannels)
 TEST(TransmittanceGrid, OfALightWithADiscIsTheMeanOverIt)
 {
     // Below one opaque voxel layer with an edge, a disc makes a penumbra; a point does not.
-    const auto slab = box({64, 4, 64}, 1, [](Coord ijk) { return ijk[1] == 3 ? (ijk[0] < 32 ? 50.0 : 0.0) : 1e-6; });
+    const auto slab = box({64, 9, 64}, 1, [](Coord ijk) { return ijk[1] == 8 ? (ijk[0] < 32 ? 50.0 : 0.0) : 1e-6; });
     Light wide = sun({0, 1, 0});
     wide.angular_diameter = 60;
     TransmittanceOptions many;

@@ -77,6 +77,10 @@ TEST(OpticalDepth, MissesNothingOnRaysAlongFacesEdgesAndThroughCorners)
             const WorldRay ray{through - 100 * w, w};
             const double expected = test::integral_of_interpolant(*grid, ray, 0, far);
             EXPECT_NEAR(density_depth(map, ray, 0, far), expected, 1e-9 * expected) << d << " shifted " << shift;
+            // At 0 the ray runs in the face between two of the map's largest boxes.
+            const WorldRay border{-100 * w, w};
+            EXPECT_NEAR(density_depth(map, border, 0, far), test::integral_of_interpolant(*grid, border, 0, far), 1e-9)
+                << "through the origin along " << d;
             const WorldRay back{through + 100 * w, -w};
             EXPECT_NEAR(density_depth(map, back, 0, far), expected, 1e-9 * expected) << "back along " << d;
         }

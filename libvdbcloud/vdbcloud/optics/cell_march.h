@@ -21,12 +21,13 @@ struct IndexRay {
     Vec3d origin, direction, inverse;
 };
 
-/// Narrows [t0, t1] to the part of the ray inside the box lo..hi; false if nothing is left.
+/// Narrows [t0, t1] to the part of the ray inside the box lo..hi; false if nothing is left. A ray that runs in a face is
+/// inside at lo and outside at hi, so that of two boxes that touch it meets one.
 inline bool clip(const IndexRay& ray, const Vec3d& lo, const Vec3d& hi, double& t0, double& t1)
 {
     for (int a = 0; a < 3; ++a) {
         if (ray.direction[a] == 0) {
-            if (ray.origin[a] < lo[a] || ray.origin[a] > hi[a]) return false;
+            if (ray.origin[a] < lo[a] || ray.origin[a] >= hi[a]) return false;
             continue;
         }
         const double p = (lo[a] - ray.origin[a]) * ray.inverse[a], q = (hi[a] - ray.origin[a]) * ray.inverse[a];

@@ -140,7 +140,7 @@ private:
         node_.resize(last_.size());
         set_node(t1, tau1);
         for (size_t l = 0; l < node_.size(); ++l) {
-            Vec3d weight(0), mean;
+            Vec3d weight(0), mean(0);
             for (size_t v = 0; v < volumes; ++v)
                 if (depth_[v] > 0) weight += scattering(v, t0, t1) * media_.arriving(l, v, t0, t1);
             for (int c = 0; c < channels_; ++c)
@@ -165,10 +165,13 @@ private:
         for (size_t v = 0; v < scene_.volumes.size(); ++v) {
             const auto& volume = scene_.volumes[v];
             if (!volume.emission && !volume.phi) continue;
-            Vec3d mean;
+            Vec3d mean(0);
             for (int c = 0; c < 3; ++c)
                 mean[c] = mean_exponential(std::exp(-tau0[c]), std::exp(-tau1[c]), tau1[c] - tau0[c]);
-            if (volume.emission) result.emission += media_.emission(v, (t0 + t1) / 2) * mean * (t1 - t0);
+            if (volume.emission) {  // Simpson: exact for the cubic that it is within a cell
+                const Vec3d sum = media_.emission(v, t0) + 4.0 * media_.emission(v, (t0 + t1) / 2) + media_.emission(v, t1);
+                result.emission += sum * mean * ((t1 - t0) / 6);
+            }
             if (volume.phi && depth_[v] > 0)
                 result.multiple += media_.collided(v, (t0 + t1) / 2) * scattering(v, t0, t1) * (1 - volume.forward) * mean;
         }
