@@ -94,6 +94,27 @@ TEST(TransmittanceGrid, OnTheLatticeApproachesTheExactOneForAnyDirection)
     }
 }
 
+TEST(TransmittanceGrid, RefinedHasDensitysCentresAndExactValuesBetweenThem)
+{
+    auto field = box({20, 20, 20}, 0.5, [](Coord ijk) { return test::clumps(ijk, 8, 1.0); });
+    field->transform().postTranslate(Vec3d(-6, 1, 2));
+    const Light light = sun({0.3, 1, 0.2});
+    TransmittanceOptions fine, fine_exact;
+    fine.refine = fine_exact.refine = 3;
+    fine_exact.fidelity = Fidelity::Exact;
+    const auto plain = floats(transmittance_grid(*field, grey(0.5), light, {}));
+    const auto lattice = floats(transmittance_grid(*field, grey(0.5), light, fine));
+    const auto exact = floats(transmittance_grid(*field, grey(0.5), light, fine_exact));
+    EXPECT_EQ(lattice->activeVoxelCount(), 27 * plain->activeVoxelCount());
+    const auto at = lattice->getConstAccessor();
+    for (auto v = plain->cbeginValueOn(); v; ++v) {
+        const Coord ijk = v.getCoord(), three(3 * ijk[0], 3 * ijk[1], 3 * ijk[2]);
+        EXPECT_EQ(*v, at.getValue(three)) << ijk;
+        EXPECT_LT((plain->indexToWorld(ijk) - lattice->indexToWorld(three)).length(), 1e-12);
+    }
+    EXPECT_LT(compare(*lattice, *exact).mean, 5e-3);  // of the lattice's own interpolation, as at density's voxels
+}
+
 TEST(TransmittanceGrid, FollowsAnyTransform)
 {
     const auto plain = box({30, 30, 30}, 1, [](Coord ijk) { return test::clumps(ijk, 2, 1.0); });

@@ -17,6 +17,7 @@ enum class Fidelity {
 struct TransmittanceOptions {
     Fidelity fidelity = Fidelity::Lattice;  ///< point lights are always exact
     int rays_per_voxel = 2;                 ///< of the lattice; mean |dT| is about 3e-4 at 2, 9e-4 at 1
+    int refine = 1;                         ///< light-grid points a voxel along each axis, 1..8
     int disc_samples = 16;                  ///< directions over the disc of a light with an angular diameter
     int error_samples = 1000;               ///< voxels at which the lattice is compared with exact rays; 0: none
 };
@@ -32,8 +33,9 @@ struct TransmittanceReport {
 /// the light; averaged over the light's disc if it has one.
 ///
 /// Values are at the active voxels of `density` and one voxel about them, which is where a trilinear sample of a lit
-/// point inside the cloud can reach; elsewhere the background is 1. Float where the medium is grey, else vec3s. The
-/// grid bears density's transform, the light (write_light), the medium's extinction and density's digest as
+/// point inside the cloud can reach; elsewhere the background is 1. Float where the medium is grey, else vec3s. With
+/// refine = m the light grid's voxels are m times smaller than density's, of which every m-th lies on one of density's
+/// centres: interpolating T between them then errs m^2 times less. The grid bears density's transform (refined), the light (write_light), the medium's extinction and density's digest as
 /// metadata, so that later stages know what it belongs to.
 ///
 /// Units: sigma_t_per_density [1/world unit]. Errors: InputError for a transform that is not affine.

@@ -50,7 +50,7 @@ struct IntegratorOptions {
     Integrator kind = Integrator::Cells;
     double tolerance = 1e-4;  ///< Romberg: absolute, of a pixel's radiance relative to its largest source, > 0
     double step = 0.5;        ///< Steps: [voxel edge], > 0
-    int parts = 2;            ///< Cells: pieces of a cell on which the light's depth is taken as linear, >= 1
+    int parts = 1;            ///< Cells: steps of fourth order a cell is cut into, >= 1
     bool shadow_rays = false; ///< find the light at each point by a ray of its own: slow, and free of light grids
 };
 
