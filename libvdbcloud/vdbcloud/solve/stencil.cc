@@ -1,0 +1,82 @@
+#include "vdbcloud/solve/stencil.h"
+
+#include "vdbcloud/solve/block_kernels.h"
+#include "vdbcloud/solve/parallel.h"
+
+namespace vdbcloud {
+
+namespace kernels {
+
+static_assert(sizeof(std::array<int32_t, 6>) == sizeof(int32_t[6]));
+
+Faces faces_of(const Stencil& a)
+{
+    const Blocks& blocks = *a.blocks;
+    return {a.face[0].data(), a.face[1].data(), a.face[2].data(), a.extra.data(),
+            blocks.count() ? reinterpret_cast<const int32_t(*)[6]>(&blocks.neighbours(0)) : nullptr};
+}
+
+namespace {
+
+__attribute__((target_clones("avx2", "default"))) double apply_block(const Faces& a, size_t block, const double* x,
+                                                                     double* y)
+{
+    alignas(64) double pad[pad_size];
+    alignas(64) float lower_z[512];
+    load_padded(a.neighbours[block], block, pad, [x](size_t slot) __attribute__((always_inline)) { return x[slot]; });
+    load_lower_z(a, block, lower_z);
+    double* out = y + block * 512;
+    double lanes[8] = {};
+    for (int i = 0; i < 8; ++i)
+        for (int j = 0; j < 8; ++j) {
+            const double* v = pad + padded(i, j, 0);
+            row_apply(row_faces(a, block, lower_z, i, j), v, out + i * 64 + j * 8);
+            for (int k = 0; k < 8; ++k) lanes[k] += v[k] * out[i * 64 + j * 8 + k];
+        }
+    double total = 0;
+    for (double lane : lanes) total += lane;
+    return total;
+}
+
+__attribute__((target_clones("avx2", "default"))) double dot_block(const double* a, const double* b)
+{
+    double lanes[8] = {};
+    for (int row = 0; row < 64; ++row)
+        for (int k = 0; k < 8; ++k) lanes[k] += a[row * 8 + k] * b[row * 8 + k];
+    double total = 0;
+    for (double lane : lanes) total += lane;
+    return total;
+}
+
+}  // namespace
+}  // namespace kernels
+
+Stencil::Stencil(const Blocks& of) : blocks(&of), extra(of.slots(), 0.0f)
+{
+    for (auto& coefficients : face) coefficients.assign(of.slots(), 0.0f);
+}
+
+size_t Stencil::bytes() const { return 4 * extra.size() * sizeof(float); }
+
+double apply(const Stencil& a, const std::vector<double>& x, std::vector<double>& y)
+{
+    const auto faces = kernels::faces_of(a);
+    return ordered_sum(a.blocks->count(),
+                       [&](size_t block) { return kernels::apply_block(faces, block, x.data(), y.data()); });
+}
+
+double dot(const Blocks& blocks, const double* a, const double* b)
+{
+    return ordered_sum(blocks.count(), [&](size_t k) { return kernels::dot_block(a + k * 512, b + k * 512); });
+}
+
+double sum(const Blocks& blocks, const double* a)
+{
+    return ordered_sum(blocks.count(), [&](size_t k) {
+        double total = 0;
+        for (int i = 0; i < Blocks::size; ++i) total += a[k * 512 + i];
+        return total;
+    });
+}
+
+}  // namespace vdbcloud

@@ -1,0 +1,33 @@
+#pragma once
+// Symmetric seven-point operators on sparse blocks of voxels. Knows coefficients, not what they stand for.
+#include "vdbcloud/grid/blocks.h"
+
+#include <vector>
+
+namespace vdbcloud {
+
+/// The operator
+///
+///     (A x)_i = extra_i x_i + sum over the six neighbours j of c_ij (x_i - x_j),   c_ij >= 0, extra_i >= 0
+///
+/// c_ij between a voxel and the next one up an axis is kept at the lower voxel: face[axis][slot]. Slots that are not
+/// active have no coefficients at all, and what a field holds there means nothing. Constants meet no rounding:
+/// A 1 = extra exactly.
+struct Stencil {
+    explicit Stencil(const Blocks& blocks);
+
+    const Blocks* blocks;
+    std::vector<float> face[3];
+    std::vector<float> extra;  ///< boundary conductance plus absorption, of the whole voxel
+
+    size_t bytes() const;
+};
+
+/// y = A x in double precision; returns x . y. Threads by TBB; the value does not depend on their number.
+double apply(const Stencil&, const std::vector<double>& x, std::vector<double>& y);
+
+/// Sum over all slots of a . b, in double, in a fixed order.
+double dot(const Blocks&, const double* a, const double* b);
+double sum(const Blocks&, const double* a);
+
+}  // namespace vdbcloud
