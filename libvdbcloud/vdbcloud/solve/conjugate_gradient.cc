@@ -61,20 +61,21 @@ void add_direction(const Blocks& blocks, const std::vector<float>& z, double bet
     });
 }
 
-/// Removes the mean over the active voxels.
-void remove_mean(const Blocks& blocks, std::vector<double>& v)
-{
-    const double mean = sum(blocks, v.data()) / double(std::max<size_t>(1, blocks.active_count()));
-    for (size_t slot = 0; slot < blocks.count() * 512; ++slot)
-        if (blocks.active(slot)) v[slot] -= mean;
-}
-
 void clear_inactive(const Blocks& blocks, std::vector<double>& v)
 {
     for_ranges(blocks.count(), [&](size_t first, size_t last) {
         for (size_t slot = first * 512; slot < last * 512; ++slot)
             if (!blocks.active(slot)) v[slot] = 0;
     });
+}
+
+/// Removes the mean over the active voxels, and whatever the others hold.
+void remove_mean(const Blocks& blocks, std::vector<double>& v)
+{
+    clear_inactive(blocks, v);
+    const double mean = sum(blocks, v.data()) / double(std::max<size_t>(1, blocks.active_count()));
+    for (size_t slot = 0; slot < blocks.count() * 512; ++slot)
+        if (blocks.active(slot)) v[slot] -= mean;
 }
 
 }  // namespace

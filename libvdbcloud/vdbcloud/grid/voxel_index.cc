@@ -1,0 +1,193 @@
+#include "vdbcloud/grid/voxel_index.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/brick_map.h"
+
+#include <openvdb/tools/Morphology.h>
+
+#include <tbb/parallel_for.h>
+
+#include <cmath>
+#include <map>
+#include <tuple>
+
+namespace vdbcloud {
+
+namespace {
+
+constexpr double right_angle = 1e-5;  // largest cosine between axes that still counts as one
+
+/// Masks by block coordinates, filled voxel by voxel.
+struct Builder {
+    std::map<std::tuple<int, int, int>, BlockMask> masks;
+
+    BlockMask& at(int x, int y, int z) { return masks.try_emplace({x, y, z}, BlockMask{}).first->second; }
+    void add(const openvdb::Coord& p)
+    {
+        at(p.x() >> 3, p.y() >> 3, p.z() >> 3)[p.x() & 7] |= uint64_t(1) << ((p.y() & 7) * 8 + (p.z() & 7));
+    }
+};
+
+/// All voxels above 0, coordinates less `origin`.
+Builder masks_of(const FloatGrid& grid, const openvdb::Coord& origin)
+{
+    Builder builder;
+    const bool aligned = (origin.x() | origin.y() | origin.z()) % 8 == 0;
+    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
+        BlockMask mask{};
+        for (auto v = leaf->cbeginValueOn(); v; ++v) {
+            if (!(*v > 0)) continue;
+            if (aligned)
+                mask[v.pos() / 64] |= uint64_t(1) << (v.pos() % 64);
+            else
+                builder.add(v.getCoord() - origin);
+        }
+        if (!aligned) continue;
+        const openvdb::Coord at = leaf->origin() - origin;
+        BlockMask& into = builder.at(at.x() >> 3, at.y() >> 3, at.z() >> 3);
+        for (int w = 0; w < 8; ++w) into[w] |= mask[w];
+    }
+    auto tile = grid.tree().cbeginValueOn();
+    tile.setMaxDepth(tile.getLeafDepth() - 1);
+    for (; tile; ++tile) {
+        if (!(*tile > 0)) continue;
+        const openvdb::CoordBBox box = tile.getBoundingBox();
+        for (auto p = box.begin(); p; ++p)
+            if (!aligned)
+                builder.add(*p - origin);
+            else if (((*p).x() | (*p).y() | (*p).z()) % 8 == 0)
+                builder.at(((*p).x() - origin.x()) >> 3, ((*p).y() - origin.y()) >> 3, ((*p).z() - origin.z()) >> 3)
+                    .fill(~uint64_t(0));
+    }
+    return builder;
+}
+
+void check_axes(const std::array<Vec3d, 3>& axis, const std::string& name)
+{
+    for (int a = 0; a < 3; ++a) {
+        const int b = (a + 1) % 3;
+        const double cosine = axis[a].dot(axis[b]);
+        if (std::abs(cosine) > right_angle)
+            throw InputError("grid '" + printable(name) + "': its transform shears voxels (axes " + "xyz"[a] + " and " +
+                             "xyz"[b] + " at " + std::to_string(std::acos(cosine) * 180 / M_PI) +
+                             " degrees): expected axes at right angles");
+    }
+}
+
+}  // namespace
+
+VoxelIndex::VoxelIndex(const FloatGrid& grid, const VoxelIndexOptions& options)
+    : world_from_index_(vdbcloud::world_from_index(grid.transform(), grid.getName())), transform_(grid.transform().copy())
+{
+    for (int a = 0; a < 3; ++a) {
+        Vec3d unit(0, 0, 0);
+        unit[a] = 1;
+        axis_[a] = world_from_index_.vector(unit);
+        spacing_[a] = axis_[a].length();
+        axis_[a] /= spacing_[a];
+    }
+    check_axes(axis_, grid.getName());
+    if (grid.tree().activeVoxelCount() > (uint64_t(1) << 31))
+        throw InputError("grid '" + printable(grid.getName()) + "': more than 2^31 active voxels");
+
+    Vec3i period(0, 0, 0);
+    if (options.periodic[0] || options.periodic[1] || options.periodic[2]) {
+        const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
+        for (int a = 0; a < 3 && !box.empty(); ++a) {
+            if (!options.periodic[a]) continue;
+            const int extent = box.dim()[a];
+            if (extent % Blocks::edge)
+                throw InputError("grid '" + printable(grid.getName()) + "': it is to repeat along " + "xyz"[a] +
+                                 " after " + std::to_string(extent) + " voxels: expected a multiple of 8");
+            period[a] = extent / Blocks::edge;
+            origin_[a] = box.min()[a];
+        }
+    }
+    const Builder builder = masks_of(grid, openvdb::Coord(origin_.x(), origin_.y(), origin_.z()));
+    std::vector<Block> list;
+    for (const auto& [at, mask] : builder.masks)
+        list.push_back({Vec3i(std::get<0>(at), std::get<1>(at), std::get<2>(at)), mask});
+    blocks_ = Blocks(std::move(list), period);
+}
+
+Vec3d VoxelIndex::world(const Vec3d& voxel) const
+{
+    return world_from_index_.point(voxel + Vec3d(origin_.x(), origin_.y(), origin_.z()));
+}
+
+namespace {
+
+template<typename GridT, typename F>
+std::vector<float> gathered(const VoxelIndex& index, const GridT& grid, const F& component)
+{
+    const Blocks& blocks = index.blocks();
+    std::vector<float> values(blocks.slots(), 0.0f);
+    tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
+        auto tree = grid.getConstAccessor();
+        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
+            if (!blocks.active(slot)) continue;
+            const Vec3i p = blocks.voxel(slot) + index.origin();
+            values[slot] = component(tree.getValue(openvdb::Coord(p.x(), p.y(), p.z())));
+        }
+    });
+    return values;
+}
+
+}  // namespace
+
+std::vector<float> VoxelIndex::gather(const FloatGrid& grid) const
+{
+    return gathered(*this, grid, [](float v) { return v; });
+}
+
+std::vector<float> VoxelIndex::gather(const Vec3SGrid& grid, int component) const
+{
+    return gathered(*this, grid, [component](const Vec3f& v) { return v[component]; });
+}
+
+Vec3SGridPtr VoxelIndex::to_grid(const std::array<const float*, 3>& field, const std::string& name) const
+{
+    auto grid = Vec3SGrid::create(Vec3f(0.0f));
+    auto& tree = grid->tree();
+    for (size_t b = 0; b < blocks_.count(); ++b) {
+        const bool aligned = (origin_.x() | origin_.y() | origin_.z()) % 8 == 0;
+        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
+            if (!blocks_.active(slot)) continue;
+            const Vec3i p = blocks_.voxel(slot) + origin_;
+            const Vec3f value(field[0][slot], field[1][slot], field[2][slot]);
+            const openvdb::Coord at(p.x(), p.y(), p.z());
+            if (aligned)
+                tree.touchLeaf(at)->setValueOn(openvdb::Index(slot % 512), value);
+            else
+                tree.setValueOn(at, value);
+        }
+    }
+    const auto inside = grid->deepCopy();
+    openvdb::tools::dilateActiveValues(tree, 1, openvdb::tools::NN_FACE_EDGE_VERTEX);
+    std::vector<openvdb::Vec3STree::LeafNodeType*> leaves;
+    tree.getNodes(leaves);
+    tbb::parallel_for(size_t(0), leaves.size(), [&](size_t l) {
+        auto known = inside->getConstAccessor();
+        for (auto v = leaves[l]->beginValueOn(); v; ++v) {
+            const openvdb::Coord p = v.getCoord();
+            if (known.isValueOn(p)) continue;
+            openvdb::Vec3d total(0.0);
+            int count = 0;
+            for (int n = 0; n < 27; ++n) {
+                const openvdb::Coord q = p.offsetBy(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
+                Vec3f value;
+                if (!known.probeValue(q, value)) continue;
+                total += openvdb::Vec3d(value);
+                ++count;
+            }
+            if (count) v.setValue(Vec3f(total / count));
+        }
+    });
+    grid->setName(name);
+    grid->setTransform(transform_->copy());
+    grid->setGridClass(openvdb::GRID_UNKNOWN);
+    return grid;
+}
+
+}  // namespace vdbcloud

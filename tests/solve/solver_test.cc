@@ -1,0 +1,254 @@
+// The solver on problems whose answer is known: applied naively, manufactured, or constant by construction.
+#include "vdbcloud/solve/conjugate_gradient.h"
+
+#include "vdbcloud/core/random.h"
+#include "support/size.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <functional>
+
+namespace vdbcloud {
+namespace {
+
+using Field = std::function<double(const Vec3i&)>;
+
+Blocks masked(const Vec3i& n, const std::function<bool(const Vec3i&)>& inside)
+{
+    std::vector<Block> blocks;
+    for (int x = 0; x < n.x(); x += 8)
+        for (int y = 0; y < n.y(); y += 8)
+            for (int z = 0; z < n.z(); z += 8) {
+                Block block{Vec3i(x / 8, y / 8, z / 8), {}};
+                for (int i = 0; i < 512; ++i)
+                    if (inside(Vec3i(x + i / 64, y + i / 8 % 8, z + i % 8))) block.mask[i / 64] |= uint64_t(1) << (i % 64);
+                blocks.push_back(block);
+            }
+    return Blocks(std::move(blocks));
+}
+
+/// Faces of conductance k(upper, lower) harmonic between voxels of conductivity `k`, `outside` at exposed faces, `absorption`.
+struct Problem {
+    Problem(const Blocks& blocks, const Field& k, double outside, const Field& absorption)
+        : stencil(blocks), boundary(blocks.slots(), 0.0f)
+    {
+        for (size_t slot = 0; slot < blocks.count() * 512; ++slot) {
+            if (!blocks.active(slot)) continue;
+            const double own = k(blocks.voxel(slot));
+            for (int face = 0; face < 6; ++face) {
+                const size_t to = blocks.neighbour(slot, face);
+                if (!blocks.active(to))
+                    boundary[slot] += float(outside);
+                else if (face % 2)
+                    stencil.face[face / 2][slot] = float(2 / (1 / own + 1 / k(blocks.voxel(to))));
+            }
+            stencil.extra[slot] = float(boundary[slot] + absorption(blocks.voxel(slot)));
+        }
+    }
+    Stencil stencil;
+    std::vector<float> boundary;
+};
+
+std::vector<double> field(const Blocks& blocks, const Field& f)
+{
+    std::vector<double> values(blocks.slots(), 0.0);
+    for (size_t slot = 0; slot < blocks.count() * 512; ++slot)
+        if (blocks.active(slot)) values[slot] = f(blocks.voxel(slot));
+    return values;
+}
+
+Field constant(double value)
+{
+    return [value](const Vec3i&) { return value; };
+}
+double noise(uint64_t seed, const Vec3i& p) { return uniform(hash_bits(seed, p.x(), p.y(), p.z())); }
+
+/// Solves for x = 1, b = A 1 = extra. Returns what happened and the largest error.
+struct Outcome {
+    SolveResult solve;
+    double error;
+};
+Outcome solve_for_one(const Blocks& blocks, const Problem& problem, double tolerance = 1e-6)
+{
+    Multigrid multigrid(problem.stencil, &problem.boundary);
+    std::vector<double> b(problem.stencil.extra.begin(), problem.stencil.extra.end()), x;
+    SolveOptions options;
+    options.tolerance = tolerance;
+    Outcome outcome{conjugate_gradient(problem.stencil, multigrid, b, x, options), 0};
+    for (size_t slot = 0; slot < blocks.count() * 512; ++slot)
+        if (blocks.active(slot)) outcome.error = std::max(outcome.error, std::abs(x[slot] - 1));
+    return outcome;
+}
+
+TEST(Stencil, AppliesWhatItsDefinitionSays)
+{
+    const auto blocks = masked(Vec3i(24, 16, 24), [](const Vec3i& p) { return noise(1, p) < 0.7; });
+    const Problem problem(blocks, [](const Vec3i& p) { return 0.1 + noise(2, p); }, 0.3, constant(0.01));
+    const auto x = field(blocks, [](const Vec3i& p) { return noise(3, p); });
+    std::vector<double> y(blocks.slots(), 0.0);
+    const double xy = apply(problem.stencil, x, y);
+    double expected_xy = 0;
+    for (size_t slot = 0; slot < blocks.count() * 512; ++slot) {
+        if (!blocks.active(slot)) continue;
+        double expected = problem.stencil.extra[slot] * x[slot];
+        for (int face = 0; face < 6; ++face) {
+            const size_t to = blocks.neighbour(slot, face);
+            const double c = problem.stencil.face[face / 2][face % 2 ? slot : to];
+            if (blocks.active(to)) expected += c * (x[slot] - x[to]);
+        }
+        EXPECT_NEAR(y[slot], expected, 1e-12);
+        expected_xy += expected * x[slot];
+    }
+    EXPECT_NEAR(xy, expected_xy, 1e-9);
+}
+
+/// Largest error of -laplace u + u = f with u = cos(pi x) cos(2 pi y) cos(pi z) on the unit cube, no flux through its walls.
+double manufactured_error(int n)
+{
+    const auto blocks = box_blocks(Vec3i(n, n, n));
+    const double h = 1.0 / n, pi = 3.14159265358979323846;
+    const auto u = [&](const Vec3i& p) {
+        return std::cos(pi * (p.x() + 0.5) * h) * std::cos(2 * pi * (p.y() + 0.5) * h) * std::cos(pi * (p.z() + 0.5) * h);
+    };
+    const Problem problem(blocks, constant(1), 0, constant(h * h));
+    Multigrid multigrid(problem.stencil);
+    auto b = field(blocks, [&](const Vec3i& p) { return (6 * pi * pi + 1) * u(p) * h * h; });
+    std::vector<double> x;
+    SolveOptions options;
+    options.tolerance = 1e-9;
+    EXPECT_TRUE(conjugate_gradient(problem.stencil, multigrid, b, x, options).converged);
+    const auto exact = field(blocks, u);
+    double error = 0;
+    for (size_t slot = 0; slot < blocks.count() * 512; ++slot) error = std::max(error, std::abs(x[slot] - exact[slot]));
+    return error;
+}
+
+TEST(ConjugateGradient, ConvergesAtSecondOrderToAManufacturedSolution)
+{
+    const double coarse = manufactured_error(16), fine = manufactured_error(32);
+    EXPECT_LT(fine, 0.02);
+    EXPECT_GT(std::log2(coarse / fine), 1.9);
+}
+
+TEST(ConjugateGradient, TakesAsManyIterationsOnAnySize)
+{
+    int fewest = 1000, most = 0;
+    for (int n : {16, 32, 64}) {
+        const auto ball = masked(Vec3i(n, n, n), [n](const Vec3i& p) {
+            return (Vec3d(p.x(), p.y(), p.z()) - Vec3d((n - 1) / 2.0)).length() < n / 2.0;
+        });
+        const Problem problem(ball, constant(16.0 / n), 0.5, constant(1e-4));
+        const auto outcome = solve_for_one(ball, problem);
+        EXPECT_TRUE(outcome.solve.converged);
+        EXPECT_LT(outcome.error, 1e-5);
+        fewest = std::min(fewest, outcome.solve.iterations);
+        most = std::max(most, outcome.solve.iterations);
+    }
+    EXPECT_LE(most, 10);
+    EXPECT_LE(most, 1.5 * fewest + 1);
+}
+
+TEST(ConjugateGradient, SurvivesJumpsOfAMillion)
+{
+    const int n = 32;
+    const auto blocks = box_blocks(Vec3i(n, n, n));
+    const std::pair<const char*, Field> cases[] = {
+        {"layers", [](const Vec3i& p) { return p.y() / 3 % 2 ? 3e4 : 0.03; }},
+        {"inclusion", [](const Vec3i& p) { return (p - Vec3i(16, 16, 16)).length() < 9 ? 0.03 : 3e4; }},
+        {"hole", [](const Vec3i& p) { return (p - Vec3i(16, 16, 16)).length() < 9 ? 3e4 : 0.03; }},
+        {"salt and pepper", [](const Vec3i& p) { return noise(5, p) < 0.5 ? 3e4 : 0.03; }},
+    };
+    for (const auto& [name, k] : cases) {
+        const auto outcome = solve_for_one(blocks, Problem(blocks, k, 0.5, constant(0)));
+        EXPECT_TRUE(outcome.solve.converged) << name << ' ' << outcome.solve.residual;
+        EXPECT_LT(outcome.error, 1e-4) << name;
+        EXPECT_LT(outcome.solve.iterations, 150) << name;
+    }
+}
+
+TEST(ConjugateGradient, HoldsConstantsWhereTheCoefficientsDwarfTheBoundary)
+{
+    const auto blocks = box_blocks(Vec3i(24, 24, 24));
+    const auto outcome = solve_for_one(blocks, Problem(blocks, constant(1e8), 0.5, constant(0)));
+    EXPECT_TRUE(outcome.solve.converged);
+    EXPECT_LT(outcome.error, 1e-6);
+}
+
+TEST(ConjugateGradient, RemovesTheConstantWhereNothingLeaves)
+{
+    const auto blocks = masked(Vec3i(16, 16, 16), [](const Vec3i& p) { return p.x() < 13 && p.y() < 11; });
+    const Problem problem(blocks, constant(1), 0, constant(0));
+    Multigrid multigrid(problem.stencil);
+    auto b = field(blocks, [](const Vec3i& p) { return p.x() - 6.0; });
+    std::vector<double> x;
+    const auto result = conjugate_gradient(problem.stencil, multigrid, b, x);
+    EXPECT_TRUE(result.converged);
+    EXPECT_NEAR(sum(blocks, x.data()), 0, 1e-6);
+    // -u'' = x - 6 in one dimension, no flux at the ends: the difference across the first face is what lies below it.
+    EXPECT_NEAR(x[blocks.slot(Vec3i(0, 0, 0))] - x[blocks.slot(Vec3i(1, 0, 0))], -6.0, 1e-4);
+}
+
+TEST(ConjugateGradient, WrapsPeriodicAxesAlsoWithAnOddNumberOfBlocks)
+{
+    const int n = 24;
+    const double pi = 3.14159265358979323846, c = 0.2;
+    const auto blocks = box_blocks(Vec3i(n, 16, 8), {true, false, true});
+    const Problem problem(blocks, constant(1), 0, constant(c));
+    Multigrid multigrid(problem.stencil);
+    // An eigenvector: eigenvalue 2 - 2 cos(2 pi / n) + c.
+    const double eigenvalue = 2 - 2 * std::cos(2 * pi / n) + problem.stencil.extra[0];
+    auto b = field(blocks, [&](const Vec3i& p) { return std::sin(2 * pi * p.x() / n + 0.3); });
+    const auto exact = b;
+    std::vector<double> x;
+    const auto result = conjugate_gradient(problem.stencil, multigrid, b, x);
+    EXPECT_TRUE(result.converged);
+    EXPECT_LT(result.iterations, 20);
+    for (size_t slot = 0; slot < blocks.count() * 512; ++slot) EXPECT_NEAR(x[slot], exact[slot] / eigenvalue, 1e-4);
+}
+
+TEST(ConjugateGradient, GivesTheSameBitsOnAnyNumberOfThreads)
+{
+    const auto blocks = masked(Vec3i(48, 48, 48), [](const Vec3i& p) { return noise(9, Vec3i(p.x() / 5, p.y() / 5, p.z() / 5)) < 0.6; });
+    const Problem problem(blocks, [](const Vec3i& p) { return std::pow(10.0, 2 * noise(4, p)); }, 0.5, constant(1e-3));
+    const auto solve = [&](int threads) {
+        tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
+        Multigrid multigrid(problem.stencil, &problem.boundary);
+        auto b = field(blocks, [](const Vec3i& p) { return noise(8, p); });
+        std::vector<double> x;
+        EXPECT_TRUE(conjugate_gradient(problem.stencil, multigrid, b, x).converged);
+        return x;
+    };
+    EXPECT_EQ(solve(1), solve(3));
+}
+
+TEST(ConjugateGradient, TellsWhenItHasNotConverged)
+{
+    const auto blocks = box_blocks(Vec3i(32, 32, 32));
+    const Problem problem(blocks, constant(1), 0.1, constant(0));
+    Multigrid multigrid(problem.stencil, &problem.boundary);
+    auto b = field(blocks, [](const Vec3i& p) { return noise(6, p); });
+    std::vector<double> x;
+    SolveOptions options;
+    options.max_iterations = 2;
+    const auto result = conjugate_gradient(problem.stencil, multigrid, b, x, options);
+    EXPECT_FALSE(result.converged);
+    EXPECT_EQ(result.iterations, 2);
+    EXPECT_EQ(result.history.size(), 3u);
+}
+
+TEST(ConjugateGradient, StopsWhenAskedTo)
+{
+    const auto blocks = box_blocks(Vec3i(16, 16, 16));
+    const Problem problem(blocks, constant(1), 0.1, constant(0));
+    Multigrid multigrid(problem.stencil);
+    auto b = field(blocks, constant(1));
+    std::vector<double> x;
+    SolveOptions options;
+    options.progress = [](double) { return false; };
+    EXPECT_THROW(conjugate_gradient(problem.stencil, multigrid, b, x, options), Cancelled);
+}
+
+}  // namespace
+}  // namespace vdbcloud
