@@ -9,7 +9,7 @@
 namespace vdbcloud {
 
 /// Where the archive's identifier (36 characters) stands in a .vdb, from the byte `identifier_begin` on.
-inline constexpr size_t identifier_begin = 21, identifier_size = 36;
+inline constexpr size_t identifier_begin = 21, identifier_size = 36, identifier_end = 57;
 
 /// Reads a regular file by position, so that a forked process can read the same descriptor.
 class DescriptorSource : public std::streambuf {

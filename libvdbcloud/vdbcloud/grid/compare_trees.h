@@ -1,0 +1,29 @@
+#pragma once
+// The numbers behind compare.h, for the types of tree whose values can be subtracted.
+#include <array>
+#include <cstdint>
+
+#include <openvdb/version.h>
+
+namespace openvdb {
+OPENVDB_USE_VERSION_NAMESPACE
+namespace OPENVDB_VERSION_NAME {
+namespace tree { class TreeBase; }
+}
+}
+
+namespace vdbcloud {
+
+struct TreeDifference {
+    double max = 0, background = 0;
+    double sum_squares = 0;    ///< of differences, over voxels active in either
+    double sum_squares_a = 0;  ///< of the first tree's values, over the same
+    uint64_t voxels = 0, only_a = 0, only_b = 0;
+    std::array<int, 3> where{};
+};
+
+/// Compares two trees of one type. False, and nothing done, if they are of no type that it knows: float, double,
+/// vec3s, vec3d, vec3i, bool, mask, int32, int64.
+bool compare_trees(const openvdb::tree::TreeBase& a, const openvdb::tree::TreeBase& b, TreeDifference&);
+
+}  // namespace vdbcloud
