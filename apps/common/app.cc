@@ -1,6 +1,7 @@
 #include "app.h"
 
 #include "config.h"
+#include "help.h"
 #include "shared.h"
 #include "signals.h"
 #include "threads.h"
@@ -23,7 +24,7 @@ namespace vdbcloud::app {
 
 namespace {
 
-constexpr const char *reading = "Reading", *writing = "Writing", *common = "Every tool";
+constexpr const char *reading = "Reading", *writing = "Writing";
 
 void print(const std::string& text)
 {
@@ -53,7 +54,7 @@ App::App(const std::string& name, const std::string& summary)
     option_defaults()->always_capture_default();
     allow_config_extras(CLI::config_extras_mode::error);
     config_formatter(shared_->toml = std::make_shared<Toml>(*this));
-    get_formatter()->column_width(36);
+    formatter(std::make_shared<Help>());
 
 }
 
@@ -68,6 +69,8 @@ void App::stops_in_time() { shared_->stops = true; }
 void App::declare_shared()
 {
     Shared& s = *shared_;
+    for (const char* path : {"--output", "input"})
+        if (CLI::Option* option = get_option_no_throw(path)) option->type_name("FILE");
     const auto in = [](const char* group, CLI::Option* option) { return option->group(group); };
     if (s.reads) {
         in(reading, add_flag("--trust-input", s.trust_input, "read without the guard process against damaged files"))

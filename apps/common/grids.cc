@@ -6,6 +6,7 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/statistics.h"
 
 #include <unistd.h>
 
@@ -24,6 +25,27 @@ std::set<std::string> listed(const std::string& text)
         from = comma + 1;
     }
     return names;
+}
+
+nlohmann::json described(const GridFile& file)
+{
+    nlohmann::json all = nlohmann::json::array();
+    for (const GridStatistics& g : file_statistics(file)) {
+        nlohmann::json one = {{"name", g.label}, {"type", g.value_type}, {"class", g.grid_class},
+                              {"active_voxels", g.active_voxels}, {"active_tiles", g.active_tiles},
+                              {"memory_bytes", g.memory_bytes},
+                              {"voxel_size", {g.voxel_size[0], g.voxel_size[1], g.voxel_size[2]}}};
+        if (g.active_voxels > 0) {
+            one["index_min"] = g.box_min;
+            one["index_max"] = g.box_max;
+        }
+        if (g.has_values) {
+            one["not_finite"] = g.not_finite;
+            if (g.active_voxels > g.not_finite) one.update({{"min", g.min}, {"max", g.max}, {"mean", g.mean}});
+        }
+        all.push_back(one);
+    }
+    return all;
 }
 
 /// Grids that no --keep drops: results of earlier stages, and the density they belong to.
@@ -52,7 +74,7 @@ GridFile App::read(const std::string& path)
     if (!get_text(*file.metadata, schema::history, "").empty()) s.traced_inputs.insert(path);
     nlohmann::json input = {{"path", path}, {"bytes", cost.bytes}, {"digest", cost.digest},
                             {"guard_seconds", cost.guard_seconds}, {"read_seconds", cost.read_seconds}};
-    if (!s.json.empty()) input["grids"] = describe(file);
+    if (!s.json.empty()) input["grids"] = described(file);
     report()["inputs"].push_back(input);
     return file;
 }
@@ -81,7 +103,7 @@ void App::write(const std::string& path, GridFile& file)
     options.no_clobber = s.no_clobber;
     write_grid_file(path, kept, options);
     nlohmann::json output = {{"path", path}};
-    if (!s.json.empty()) output["grids"] = describe(kept);
+    if (!s.json.empty()) output["grids"] = described(kept);
     report()["outputs"].push_back(output);
 }
 

@@ -196,6 +196,15 @@ std::vector<std::string> default_words(const CLI::Option& option, Setting::Kind 
     return split(text, between);
 }
 
+/// What looks like a number there is text nevertheless.
+bool is_text(const CLI::Option& option)
+{
+    const std::string type = option.get_type_name();
+    for (const char* kind : {"TEXT", "FILE", "FOLDER", "NAME"})
+        if (type.rfind(kind, 0) == 0) return true;
+    return false;
+}
+
 }  // namespace
 
 std::vector<Setting> settings(const CLI::App& app)
@@ -209,8 +218,7 @@ std::vector<Setting> settings(const CLI::App& app)
         if (option->get_items_expected_max() == 0) one.kind = Setting::Flag;
         else if (several) one.kind = Setting::Many;
         one.words = option->count() > 0 ? option->reduced_results() : default_words(*option, one.kind);
-        const bool text = option->get_type_name().rfind("TEXT", 0) == 0;
-        one.numeric = one.kind != Setting::Flag && !text;
+        one.numeric = one.kind != Setting::Flag && !is_text(*option);
         for (const std::string& word : one.words) one.numeric = one.numeric && numbers(word);
         all.push_back(std::move(one));
     }

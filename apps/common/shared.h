@@ -52,10 +52,4 @@ nlohmann::json parameters_of(const CLI::App&);
 /// Writes `report` to `path` ("-": standard output), whole or not at all. Throws IoError.
 void write_report(const std::string& path, const nlohmann::json& report);
 
-/// What is known of the grids of a file: names, types, extent, number of active voxels, least, greatest and mean value.
-nlohmann::json describe(const GridFile&);
-
-/// A script for `shell` (bash, zsh or fish) that completes the options of `app`. Throws UsageError for another shell.
-std::string completion_script(const CLI::App& app, const std::string& shell);
-
 }  // namespace vdbcloud::app

@@ -42,7 +42,7 @@ TEST(Config, DefaultsRoundTrip) { expect_round_trip({}); }
 
 TEST(Config, EveryKindOfOptionRoundTrips)
 {
-    expect_round_trip({"in put.vdb", "--density", "0.1234567890123456789", "--count", "0", "--seed", "18446744073709551615",
+    expect_round_trip({"5", "--density", "0.1234567890123456789", "--count", "0", "--seed", "18446744073709551615",
                        "--sun", "-1e-300,.5,+7", "--albedo", "0.1,0.2,0.3", "--lamp", "1,2,3", "--lamp", "-4,5,6",
                        "--width", "1e-5", "--width", "3", "--no-haze", "--fast", "--method", "steps", "--keep", "none"});
 }

@@ -162,6 +162,45 @@ TEST(Contract, HelpAndVersionGoToStandardOutputAndNoticeAFullDisk)
         EXPECT_NE(version.find(part), std::string::npos) << version;
 }
 
+/// Longest line of a text.
+size_t widest(const std::string& text)
+{
+    size_t most = 0, from = 0;
+    for (size_t end; (end = text.find('\n', from)) != std::string::npos; from = end + 1) most = std::max(most, end - from);
+    return most;
+}
+
+TEST(Contract, HelpNamesEveryOptionWithItsRangeAndDefault)
+{
+    const std::string brief = echo({"--help"}).out, full = echo({"--help-all"}).out;
+    for (const char* part : {"Usage: echo_tool [OPTIONS] [input] -o FILE", "--count N", "--name TEXT ...", "(0..100; default 3)",
+                             "--method cells|steps", "(default cells)", "--threads"}) {
+        EXPECT_NE(brief.find(part), std::string::npos) << part << "\n" << brief;
+        EXPECT_NE(full.find(part), std::string::npos) << part;
+    }
+    EXPECT_NE(full.find("Exit status:"), std::string::npos);
+    EXPECT_EQ(full.find("--completion"), std::string::npos);
+    EXPECT_LE(widest(brief), 100u);
+    EXPECT_LE(widest(full), 110u);
+}
+
+TEST(Contract, ShellsCompleteOptionsAndTheirWords)
+{
+    const Scratch scratch;
+    write_text(scratch / "c", echo({"--completion", "bash"}).out);
+    const auto complete = [&](const std::string& words) {
+        return shell("source " + (scratch / "c") + "; COMP_WORDS=(echo_tool " + words +
+                     "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _echo_tool; echo ${COMPREPLY[*]}").out;
+    };
+    EXPECT_EQ(complete("--dens"), "--density\n");
+    EXPECT_EQ(complete("--method s"), "steps\n");
+    EXPECT_EQ(complete("--prog"), "--progress\n");
+    EXPECT_EQ(complete("--density ''"), "\n");
+    EXPECT_NE(echo({"--completion", "zsh"}).out.find("'*--method[how]:cells steps:(cells steps)'"), std::string::npos);
+    EXPECT_NE(echo({"--completion", "fish"}).out.find("-l method -x -a 'cells steps' -d 'how'"), std::string::npos);
+    EXPECT_EQ(echo({"--completion", "tcsh"}).status, 2);
+}
+
 TEST(Contract, QuietLeavesWarningsOnly)
 {
     EXPECT_EQ(echo({"-o", "-", "--act", "say"}).err, "echo_tool: hello\n");

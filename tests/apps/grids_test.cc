@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+
 namespace vdbcloud::test {
 namespace {
 
@@ -103,8 +105,8 @@ TEST_F(Grids, TheReportDescribesWhatWasReadAndWritten)
     EXPECT_EQ(grid["mean"], 2);
     EXPECT_EQ(grid["not_finite"], 0);
     EXPECT_EQ(grid["voxel_size"], (nlohmann::json{0.5, 0.5, 0.5}));
-    EXPECT_EQ(grid["world_min"], (nlohmann::json{-0.25, -0.25, -0.25}));
-    EXPECT_EQ(grid["world_max"], (nlohmann::json{1.75, 1.75, 1.75}));
+    EXPECT_EQ(grid["index_min"], (nlohmann::json{0, 0, 0}));
+    EXPECT_EQ(grid["index_max"], (nlohmann::json{3, 3, 3}));
     EXPECT_EQ(report["outputs"][0]["grids"].size(), 3u);
     std::vector<std::string> phases;
     for (const auto& phase : report["phases"]) phases.push_back(phase["name"]);
