@@ -91,11 +91,12 @@ std::map<std::string, std::string> seeds(const Scratch& folder)
         all["made" + std::to_string(int(compression))] = read_text(folder / "seed.vdb");
     }
     all["stream"] = output_of([&] { write_grid_file("-", file); });
-    for (const char* variable : {"VDBCLOUD_ODD", "VDBCLOUD_REAL"})
-        if (const char* where = std::getenv(variable))
-            for (const auto& entry : std::filesystem::directory_iterator(where))
-                if (entry.path().extension() == ".vdb" && entry.file_size() < 400000)
-                    all[entry.path().filename()] = read_text(entry.path());
+    std::vector<std::string> folders = {VDBCLOUD_ODD};
+    if (const char* real = std::getenv("VDBCLOUD_REAL")) folders.push_back(real);
+    for (const auto& where : folders)
+        for (const auto& entry : std::filesystem::directory_iterator(where))
+            if (entry.path().extension() == ".vdb" && entry.file_size() < 400000)
+                all[entry.path().filename()] = read_text(entry.path());
     return all;
 }
 
