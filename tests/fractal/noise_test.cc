@@ -151,6 +151,21 @@ TEST(Noise, IsRealWithMeanZeroAndAboutUnitVariance)
     EXPECT_NEAR(variance / fields / n.product(), 1, 0.2);  // a few long waves carry most of it: +-0.2 / sqrt(20) x 4
 }
 
+TEST(Noise, IsTwoDimensionalWhereAnAxisHasOneVoxel)
+{
+    double variance = 0;
+    for (uint64_t seed = 0; seed < 40; ++seed) {
+        Spectrum s;
+        s.seed = seed;
+        s.beta = 3;
+        s.outer = 4;
+        const auto f = synthesize({60, 1, 64}, {2, 0.1, 2}, s);
+        for (int i = 0; i < 60; ++i)
+            for (int k = 0; k < 64; ++k) variance += double(f(i, 0, k)) * f(i, 0, k);
+    }
+    EXPECT_NEAR(variance / 40 / 60 / 64, 1, 0.1);
+}
+
 TEST(Noise, ALargerSizeAddsDetailToTheSameShape)
 {
     Spectrum s;

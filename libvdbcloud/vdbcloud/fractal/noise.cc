@@ -122,13 +122,13 @@ bool make_modes(const Synthesis& s, int b, int c0, int width, std::complex<float
     return true;
 }
 
-/// Expected variance of the waves with every |m_d| <= `most`, before scaling.
-double variance(const Spectrum& spectrum, const Vec3d& kappa, int most)
+/// Expected variance of the waves with every |m_d| <= `most` (0 along an axis of one voxel), before scaling.
+double variance(const Spectrum& spectrum, const Vec3i& size, const Vec3d& kappa, int most)
 {
     double sum = 0;
-    for (int x = 0; x <= most; ++x)
-        for (int y = 0; y <= most; ++y)
-            for (int z = 0; z <= most; ++z) {
+    for (int x = 0; x <= (size[0] > 1 ? most : 0); ++x)
+        for (int y = 0; y <= (size[1] > 1 ? most : 0); ++y)
+            for (int z = 0; z <= (size[2] > 1 ? most : 0); ++z) {
                 if (x + y + z == 0) continue;
                 const Vec3d k(x * kappa[0], y * kappa[1], z * kappa[2]);
                 const int mirrored = (x ? 2 : 1) * (y ? 2 : 1) * (z ? 2 : 1);
@@ -175,7 +175,7 @@ fft::RealField<float> synthesize(const Vec3i& size, const Vec3d& sides, const Sp
     s.outer2 = float(spectrum.outer * spectrum.outer);
     s.low2 = float(spectrum.low_cut * spectrum.low_cut);
     s.high2 = float(std::min(spectrum.high_cut * spectrum.high_cut, 1e30));
-    const double power = variance(spectrum, kappa, std::max(32, int(std::ceil(2 * spectrum.low_cut))));
+    const double power = variance(spectrum, size, kappa, std::max(32, int(std::ceil(2 * spectrum.low_cut))));
     if (!(power > 0)) throw InputError("the spectrum has no waves between low_cut and high_cut");
     s.scale = float(1 / power);
 

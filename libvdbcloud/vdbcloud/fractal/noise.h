@@ -37,7 +37,8 @@ double mode_power(const Spectrum&, double kappa_squared);
 /// hold only some directions, and would mark the axes.
 ///
 /// Scale: the expected variance of the waves with every |m_d| <= 32 is 1, so that of more is a little more (beta > 3).
-/// Mean 0. Any size in 1..4096 an axis; large primes are slower.
+/// Mean 0. Any size in 1..4096 an axis; large primes are slower. An axis of one voxel has no waves: that makes noise in
+/// two dimensions, where the power of a ring falls as kappa^(1 - beta).
 ///
 /// Threads: all of TBB's; values do not depend on them. Memory: one field (fft::RealField<float>::bytes).
 /// Throws InputError for a parameter outside its range or a spectrum without power.
