@@ -45,23 +45,26 @@ VDBCLOUD_INLINE void scalar_flux_row(const ScalarFlux<T>& f, T* __restrict out, 
     const T inv_tau = f.inv_tau;
     const ptrdiff_t s = f.s;
     for (int i = 0; i < n; ++i) {
+        // Both sides are loaded before one is chosen: a choice between values vectorises, one between loads does not.
         const bool up = v[i] > T(0);
         const T m1 = q[i - s], p0 = q[i];
         const T d = up ? m1 : p0;
         T delta = T(0);
         if constexpr (scheme != ScalarScheme::Upwind) {
             const T m2 = q[i - 2 * s], p1 = q[i + s];
-            const T a = up ? p0 : m1, b = up ? m2 : p1, aa = up ? p1 : m2;
-            const T ahead = a - d, behind = d - b;
+            const T across = p0 - m1, lower = m1 - m2, upper = p0 - p1;
+            const T ahead = up ? across : -across, behind = up ? lower : upper;
             if constexpr (scheme == ScalarScheme::Koren) {
                 delta = T(1.0 / 3) * ahead + T(1.0 / 6) * behind;
             } else {
                 const T m3 = q[i - 3 * s], p2 = q[i + 2 * s];
-                const T bb = up ? m3 : p2;
-                delta = T(24.0 / 60) * ahead + T(11.0 / 60) * behind - T(3.0 / 60) * (aa - a) - T(2.0 / 60) * (b - bb);
+                const T far_lower = m2 - m3, far_upper = p1 - p2;
+                const T far_ahead = up ? -upper : -lower, far_behind = up ? far_lower : far_upper;
+                delta = T(24.0 / 60) * ahead + T(11.0 / 60) * behind - T(3.0 / 60) * far_ahead - T(2.0 / 60) * far_behind;
             }
             if constexpr (scheme != ScalarScheme::Plain5) {
-                const T room = (up ? drain[i - s] : drain[i]) * inv_tau - T(1);
+                const T drain_lower = drain[i - s], drain_upper = drain[i];
+                const T room = (up ? drain_lower : drain_upper) * inv_tau - T(1);
                 const T m = most(T(0), least(T(4), room));
                 delta = minmod(delta, ahead, m * behind);
             }

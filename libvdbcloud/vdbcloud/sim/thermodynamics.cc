@@ -85,7 +85,7 @@ template<typename T> struct RowLevel {
 /// Solves T = T_l + (L/cp) (q_t - q_s(T)) by Newton's method: q_l = q_t - q_s(T), 0 if there is no cloud. The function
 /// is convex and increasing in T, so from the first step on iterates fall towards the root. A few steps do in air as it
 /// is found; what remains, T - T_l - (L/cp) q_l [K], tells where they did not.
-template<typename T> VDBCLOUD_INLINE T condensate(const RowLevel<T>& c, T theta_l, T q_t, int steps, T& remains)
+template<int steps, typename T> VDBCLOUD_INLINE T condensate(const RowLevel<T>& c, T theta_l, T q_t, T& remains)
 {
     const T t_l = (theta_l + c.theta0) * c.exner;
     T t = t_l, slope;
@@ -99,24 +99,42 @@ template<typename T> VDBCLOUD_INLINE T condensate(const RowLevel<T>& c, T theta_
     return q_l;
 }
 
-/// Cloud water of up to `chunk` cells: all with few steps, then those that need it, each for itself, with many.
-constexpr int chunk = 256;
+/// Cloud water of up to `chunk` cells: none, if the wettest is below saturation at the coldest; else all with few steps, then
+/// those that need it, each for itself, with many. No cell's value depends on its neighbours.
+constexpr int chunk = 32;
 template<typename T> VDBCLOUD_INLINE void cloud_of_chunk(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* q_l, int n)
 {
     if (c.by_height) {
         for (int i = 0; i < n; ++i) q_l[i] = most(q_t[i] - c.q_height, T(0));
         return;
     }
+    T cold = theta_l[0], wet = q_t[0], slope;
+    if (n == chunk) {
+        constexpr int lanes = 8;
+        T colds[lanes], wets[lanes];
+        for (int l = 0; l < lanes; ++l) colds[l] = theta_l[l], wets[l] = q_t[l];
+        for (int i = lanes; i < chunk; i += lanes)
+            for (int l = 0; l < lanes; ++l)
+                colds[l] = least(colds[l], theta_l[i + l]), wets[l] = most(wets[l], q_t[i + l]);
+        for (int l = 0; l < lanes; ++l) cold = least(cold, colds[l]), wet = most(wet, wets[l]);
+    } else {
+        for (int i = 1; i < n; ++i) cold = least(cold, theta_l[i]), wet = most(wet, q_t[i]);
+    }
+    // The margin keeps rounding of the temperature from calling saturated air dry: the cells decide for themselves.
+    if (wet < T(0.9999) * saturated((cold + c.theta0) * c.exner, c.pressure, c.epsilon, slope)) {
+        for (int i = 0; i < n; ++i) q_l[i] = T(0);
+        return;
+    }
     constexpr int few = sizeof(T) == 4 ? 3 : 4;
     constexpr T enough = T(sizeof(T) == 4 ? 1e-4 : 2e-13);
     T remains[chunk];
-    for (int i = 0; i < n; ++i) q_l[i] = condensate(c, theta_l[i], q_t[i], few, remains[i]);
+    for (int i = 0; i < n; ++i) q_l[i] = condensate<few>(c, theta_l[i], q_t[i], remains[i]);
     int slow = 0;
     for (int i = 0; i < n; ++i) slow |= !(remains[i] <= enough && remains[i] >= -enough);
     if (slow)
         for (int i = 0; i < n; ++i)
             if (!(remains[i] <= enough && remains[i] >= -enough))
-                q_l[i] = condensate(c, theta_l[i], q_t[i], 40, remains[i]);
+                q_l[i] = condensate<40>(c, theta_l[i], q_t[i], remains[i]);
 }
 
 template<typename T> VDBCLOUD_INLINE void cloud_of_row(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* q_l, int n)

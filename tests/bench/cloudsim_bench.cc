@@ -1,0 +1,103 @@
+// Cell-steps a second of the convection model, beside the memory bandwidth of the same run (a STREAM triad), so that
+// machines and days can be compared: look at the ratios. Arguments are edge of the box and threads.
+#include "vdbcloud/sim/projection.h"
+#include "vdbcloud/sim/simulation.h"
+
+#include <benchmark/benchmark.h>
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
+
+#include <vector>
+
+namespace vdbcloud::sim {
+namespace {
+
+using Limit = tbb::global_control;
+
+void triad(benchmark::State& state)
+{
+    const Limit limit(Limit::max_allowed_parallelism, size_t(state.range(0)));
+    const size_t n = size_t(1) << 25;
+    std::vector<float> a(n, 0.f), b(n, 1.f), c(n, 2.f);
+    for (auto _ : state) {
+        tbb::parallel_for(tbb::blocked_range<size_t>(0, n, n / 16), [&](const auto& r) {
+            float* __restrict out = a.data();
+            for (size_t i = r.begin(); i < r.end(); ++i) out[i] = b[i] + 3.f * c[i];
+        });
+        benchmark::ClobberMemory();
+    }
+    state.SetBytesProcessed(int64_t(state.iterations()) * int64_t(n) * 12);
+}
+
+Parameters cloudy(int n)
+{
+    Parameters p;
+    p.lattice = {{n, n, n}, {4000.0 / n, 4000.0 / n, 4000.0 / n}, {Side::Periodic, Side::Periodic}};
+    p.bubbles.push_back({{2000, 2000, 500}, 700, 500, 2, 2e-3, 0});
+    p.noise = {0.1, 1e-4, 1000, 3};
+    return p;
+}
+
+void run_steps(benchmark::State& state, const Parameters& p, int threads)
+{
+    const Limit limit(Limit::max_allowed_parallelism, size_t(threads));
+    const Sounding sounding{"s", {0, 800, 4000}, {300, 300, 312}, {0.014, 0.013, 0}, {0, 0, 0}, {0, 0, 0}, 0};
+    auto sim = Simulation::make(p, sounding);
+    double time = 60;
+    sim->advance_to(time);  // cloud has formed, air moves at some m/s
+    const uint64_t before = sim->budget().steps;
+    for (auto _ : state) sim->advance_to(time += 1);
+    const auto steps = double(sim->budget().steps - before);
+    state.counters["cell_steps/s"] = benchmark::Counter(steps * double(p.lattice.cells()), benchmark::Counter::kIsRate);
+}
+
+void moist_rk3(benchmark::State& state) { run_steps(state, cloudy(int(state.range(0))), int(state.range(1))); }
+
+void moist_rk3_double(benchmark::State& state)
+{
+    Parameters p = cloudy(int(state.range(0)));
+    p.precision = Precision::Double;
+    run_steps(state, p, int(state.range(1)));
+}
+
+void dry_rk3(benchmark::State& state)
+{
+    Parameters p = cloudy(int(state.range(0)));
+    p.moisture = false;
+    run_steps(state, p, int(state.range(1)));
+}
+
+void fast_preset(benchmark::State& state)
+{
+    Parameters p = cloudy(int(state.range(0)));
+    p.time_scheme = TimeScheme::Rk2;
+    p.scalar_scheme = ScalarScheme::Koren;
+    run_steps(state, p, int(state.range(1)));
+}
+
+template<typename T> void projection(benchmark::State& state)
+{
+    const Limit limit(Limit::max_allowed_parallelism, size_t(state.range(1)));
+    const int n = int(state.range(0));
+    const Lattice lattice{{n, n, n}, {10, 10, 10}, {Side::Periodic, Side::Periodic}};
+    Projection<T> pressure(lattice, BaseDensity::uniform(n));
+    Field<T> u(lattice), v(lattice), w(lattice);
+    for (int k = 0; k < n; ++k)
+        for (int j = 0; j < n; ++j)
+            for (int i = 0; i < n; ++i) u(i, j, k) = T((i * 7 + j * 3 + k) % 11 - 5);
+    fill_halo(lattice, Place::FaceX, u);
+    for (auto _ : state) pressure.project(u, v, w);
+    state.counters["cells/s"] =
+        benchmark::Counter(double(state.iterations()) * double(lattice.cells()), benchmark::Counter::kIsRate);
+}
+
+BENCHMARK(triad)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(moist_rk3)->Args({128, 1})->Args({128, 2})->Iterations(10)->UseRealTime()->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(moist_rk3_double)->Args({128, 1})->Iterations(10)->UseRealTime()->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(dry_rk3)->Args({128, 1})->Iterations(10)->UseRealTime()->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(fast_preset)->Args({128, 1})->Iterations(10)->UseRealTime()->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(projection<float>)->Args({128, 1})->Args({128, 2})->Args({256, 1})->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(projection<double>)->Args({128, 1})->UseRealTime()->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace vdbcloud::sim
