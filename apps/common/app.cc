@@ -9,11 +9,9 @@
 
 #include "vdbcloud/core/error.h"
 
-#include <sys/stat.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <cmath>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -134,7 +132,12 @@ double App::seconds_left() const
 bool App::given(const std::string& option) const
 {
     const CLI::Option* found = get_option_no_throw(option);
-    return found && found->count() > 0;
+    if (!found || found->count() == 0) return false;
+    const std::vector<CLI::Option*> typed = parse_order();
+    if (std::count(typed.begin(), typed.end(), found) > 0) return true;
+    for (const Setting& setting : settings(*this))
+        if (setting.option == found) return setting.words != default_words(setting);
+    return true;
 }
 
 Progress App::progress(const std::string& label) { return shared_->meter.of(label); }

@@ -130,7 +130,9 @@ public:
     /// Of --time-limit; infinite without it.
     double seconds_left() const;
 
-    /// True if the user gave `option` ("--sun") on the command line or in the --config file (not its default).
+    /// True if the user gave `option` ("--sun") on the command line, or in the --config file another value than its
+    /// default: a file that --print-config wrote does not make given what was not. An option whose default has a meaning
+    /// that no value expresses has none: ->default_str("").
     bool given(const std::string& option) const;
 
     /// Throws UsageError if `path` is "-" and standard output is a terminal without --force; IoError if `path` is a

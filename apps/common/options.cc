@@ -182,19 +182,19 @@ CLI::Option* App::word_option(const std::string& names, const std::vector<std::s
         ->check(CLI::Validator(check, ""));
 }
 
-namespace {
-
-std::vector<std::string> default_words(const CLI::Option& option, Setting::Kind kind)
+std::vector<std::string> default_words(const Setting& setting)
 {
-    std::string text = option.get_default_str();
-    if (kind == Setting::Flag) return {text.empty() ? "false" : text};
+    std::string text = setting.option->get_default_str();
+    if (setting.kind == Setting::Flag) return {text.empty() ? "false" : text};
     if (text.empty()) return {};
-    if (kind == Setting::One) return {text};
+    if (setting.kind == Setting::One) return {text};
     const char between = text.front() == '[' ? ',' : ' ';  // CLI11 shows a container as [a,b]
     if (between == ',') text = text.substr(1, text.size() - 2);
     if (text.empty()) return {};
     return split(text, between);
 }
+
+namespace {
 
 /// What looks like a number there is text nevertheless.
 bool is_text(const CLI::Option& option)
@@ -217,7 +217,7 @@ std::vector<Setting> settings(const CLI::App& app)
                              option->get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll;
         if (option->get_items_expected_max() == 0) one.kind = Setting::Flag;
         else if (several) one.kind = Setting::Many;
-        one.words = option->count() > 0 ? option->reduced_results() : default_words(*option, one.kind);
+        one.words = option->count() > 0 ? option->reduced_results() : default_words(one);
         one.numeric = one.kind != Setting::Flag && !is_text(*option);
         for (const std::string& word : one.words) one.numeric = one.numeric && numbers(word);
         all.push_back(std::move(one));

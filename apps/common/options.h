@@ -69,6 +69,9 @@ struct Setting {
 /// Every option that describes the result (not --threads, --json and the like), in the order of declaration.
 std::vector<Setting> settings(const CLI::App&);
 
+/// The words that stand for the default; none where there is none.
+std::vector<std::string> default_words(const Setting&);
+
 /// `setting` as the right side of a line of the config file: 0.5, true, "text", [0.3, 1, 0.2], ["a", "b"].
 std::string toml(const Setting&);
 

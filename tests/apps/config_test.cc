@@ -150,6 +150,20 @@ TEST(Config, AFileThatCannotBeReadIsStatusOne)
     }
 }
 
+TEST(Config, APrintedDefaultIsNotGiven)
+{
+    const Scratch scratch;
+    const auto given = [&](Words words) {
+        words.insert(words.end(), {"-o", "/dev/null", "--json", "-", "--act", "given"});
+        return nlohmann::json::parse(echo(words).out)["counts"];
+    };
+    write_text(scratch / "c.toml", echo({"--print-config"}).out);
+    EXPECT_EQ(given({"--config", scratch / "c.toml"}), (nlohmann::json{{"density", false}, {"sun", false}}));
+    EXPECT_EQ(given({"--sun", "0.3,1,0.2"}), (nlohmann::json{{"density", false}, {"sun", true}}));
+    write_text(scratch / "c.toml", "density = 2\n");
+    EXPECT_EQ(given({"--config", scratch / "c.toml"}), (nlohmann::json{{"density", true}, {"sun", false}}));
+}
+
 TEST(Config, ArgumentsNeededMayComeFromTheFile)
 {
     const Scratch scratch;

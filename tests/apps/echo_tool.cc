@@ -100,6 +100,7 @@ void act(app::App& app, const Options& o)
         GridFile file = app.read(o.input);
         app.write(o.output, file);
     }
+    if (what == "given") app.report()["counts"] = {{"density", app.given("--density")}, {"sun", app.given("--sun")}};
     if (what == "countdown") app.report()["counts"]["seconds_left"] = app.seconds_left();
     if (what == "threads") app.report()["counts"]["threads_at_once"] = most_at_once();
     if (what == "say") app.say("hello");
