@@ -32,7 +32,7 @@ void declare(app::App& app, Options& o)
     app.add_option("input", o.input, ".vdb with a density, '-' for standard input")->required();
     app.add_option("-o,--output", o.output, ".vdb to write: all of the input and the transmittance grids; '-' for standard output")
         ->required();
-    app.add_option("--grid", o.density, "the grid to use as density, NAME or NAME[k]; without it density or an alias");
+    app.add_option("--density", o.density, "the density grid's name, or NAME[k]; without it by common names");
     app.reads_grids();
     app.writes_grids();
     app::declare_medium(app, o.medium);
