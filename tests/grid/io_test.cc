@@ -83,6 +83,33 @@ TEST(GridIo, EqualGridsAreEqualBytes)
     EXPECT_EQ(a[29], '-');
 }
 
+TEST(GridIo, HalfIsForDensityAndColourAndTheLightFollows)
+{
+    const auto density = ball("density"), light = ball("transmittance_sun"), phi = ball("temperature");
+    const auto colour = Vec3SGrid::create(Vec3f(1));
+    colour->setName("Cd");
+    set_text(*light, "vdbcloud:density_digest", grid_digest(*density));
+    light->setSaveFloatAsHalf(true);  // as a copy of a density's metadata would have it
+    WriteOptions options;
+    options.half = true;
+    auto back = again(file_of({density, light, phi, colour}), options);
+    EXPECT_TRUE(back.grids[0]->saveFloatAsHalf());
+    EXPECT_FALSE(back.grids[1]->saveFloatAsHalf());
+    EXPECT_FALSE(back.grids[2]->saveFloatAsHalf());
+    EXPECT_TRUE(back.grids[3]->saveFloatAsHalf());
+    EXPECT_EQ(grid_digest(static_cast<FloatGrid&>(*back.grids[1])), grid_digest(*light));
+    const std::string rounded = grid_digest(*density_of(back));
+    EXPECT_NE(rounded, grid_digest(*density));
+    EXPECT_EQ(get_text(*back.grids[1], "vdbcloud:density_digest", ""), rounded);
+    EXPECT_EQ(get_text(*light, "vdbcloud:density_digest", ""), grid_digest(*density)) << "in memory nothing changed";
+    auto once_more = again(back);
+    EXPECT_EQ(grid_digest(*density_of(once_more)), rounded) << "half stays half when it is passed on";
+
+    const auto dense = FloatGrid::create(70000.0f);
+    dense->setName("density");
+    EXPECT_THROW(again(file_of({dense}), options), InputError);
+}
+
 TEST(GridIo, DensityIsFoundByAliasOrAsTheOnlyFog)
 {
     auto file = file_of({ball("temperature"), ball("smoke")});

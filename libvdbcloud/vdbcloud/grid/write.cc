@@ -7,6 +7,7 @@
 
 #include <openvdb/io/Archive.h>
 #include <openvdb/io/Compression.h>
+#include <openvdb/math/Half.h>
 
 #include <unistd.h>
 
@@ -48,40 +49,90 @@ bool is_one_of(const std::string& name, const std::vector<std::string>& names)
     return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-[[noreturn]] void refuse_half(const GridBase& grid, double value, const openvdb::Coord& at)
+bool is_density_or_colour(const std::string& name)
+{
+    return is_one_of(name, schema::aliases(schema::density)) || is_one_of(name, schema::aliases(schema::colour));
+}
+
+/// Results that a later stage reads back in full precision, whatever flag they inherited with a transform.
+bool is_result(const std::string& name)
+{
+    return name.rfind(schema::transmittance_prefix, 0) == 0 || name.rfind(schema::flux_prefix, 0) == 0 ||
+           name == schema::phi;
+}
+
+[[noreturn]] void refuse_half(const GridBase& grid, double value, const std::string& where)
 {
     std::ostringstream text;
-    text << "grid '" << printable(grid.getName()) << "': value " << value << " at " << at
+    text << "grid '" << printable(grid.getName()) << "': value " << value << " " << where
          << ": expected at most 65504 to store it as half";
     throw InputError(text.str());
 }
 
+/// Throws if half would turn a finite value into an infinite one.
 void check_half(const GridBase& base)
 {
+    const auto check = [&](double value, const auto& where) {
+        if (std::isfinite(value) && std::abs(value) > half_max) refuse_half(base, value, where());
+    };
+    const auto at = [](const openvdb::Coord& ijk) {
+        std::ostringstream text;
+        text << "at " << ijk;
+        return text.str();
+    };
+    const auto background = [] { return std::string("as background"); };
     if (const auto* grid = dynamic_cast<const FloatGrid*>(&base)) {
-        for (auto it = grid->cbeginValueAll(); it; ++it)
-            if (!(std::abs(*it) <= half_max)) refuse_half(base, *it, it.getCoord());
+        check(grid->background(), background);
+        for (auto it = grid->cbeginValueAll(); it; ++it) check(*it, [&] { return at(it.getCoord()); });
     } else if (const auto* colours = dynamic_cast<const Vec3SGrid*>(&base)) {
+        for (int c = 0; c < 3; ++c) check(colours->background()[c], background);
         for (auto it = colours->cbeginValueAll(); it; ++it)
-            for (int c = 0; c < 3; ++c)
-                if (!(std::abs((*it)[c]) <= half_max)) refuse_half(base, (*it)[c], it.getCoord());
+            for (int c = 0; c < 3; ++c) check((*it)[c], [&] { return at(it.getCoord()); });
+    }
+}
+
+/// The digest that a grid will have when it is read back from half.
+std::string half_digest(const FloatGrid& grid)
+{
+    const auto rounded = grid.deepCopy();
+    const auto round = [](float x) { return float(openvdb::math::half(x)); };
+    rounded->tree().root().setBackground(round(grid.background()), /*updateChildNodes=*/true);
+    for (auto it = rounded->beginValueOn(); it; ++it) it.setValue(round(*it));
+    return grid_digest(*rounded);
+}
+
+/// A light's grid names the density it was made from by its digest. Storing that density as half changes the digest,
+/// which is not to look like another density to the next stage: the name is changed with it.
+void follow_rounding(const FloatGrid& density, const std::vector<GridBasePtr>& grids)
+{
+    std::string before, after;
+    for (const auto& grid : grids) {
+        const auto meta = grid->getMetadata<openvdb::StringMetadata>(schema::density_digest);
+        if (!meta) continue;
+        if (before.empty()) before = grid_digest(density);
+        if (meta->value() != before) continue;
+        if (after.empty()) after = half_digest(density);
+        set_text(*grid, schema::density_digest, after);
     }
 }
 
 /// Shallow copies of the grids with the metadata they are to have in the file.
 std::vector<GridBasePtr> prepared(const GridFile& file, const WriteOptions& options)
 {
-    const auto densities = schema::aliases(schema::density), colours = schema::aliases(schema::colour);
     std::vector<GridBasePtr> grids;
     for (const auto& original : file.grids) {
         if (!original) continue;
         const auto grid = original->copyGrid();
         grid->setIsInWorldSpace(true);  // written as is_local_space = false
         grid->removeMeta(GridBase::META_FILE_DELAYED_LOAD);
-        if (options.half && (is_one_of(grid->getName(), densities) || is_one_of(grid->getName(), colours)))
-            grid->setSaveFloatAsHalf(true);
+        if (options.half && is_density_or_colour(grid->getName())) grid->setSaveFloatAsHalf(true);
+        if (is_result(grid->getName())) grid->setSaveFloatAsHalf(false);
         if (grid->saveFloatAsHalf()) check_half(*grid);
         grids.push_back(grid);
+    }
+    for (const auto& grid : grids) {
+        const auto* density = dynamic_cast<const FloatGrid*>(grid.get());
+        if (density && density->saveFloatAsHalf()) follow_rounding(*density, grids);
     }
     return grids;
 }
