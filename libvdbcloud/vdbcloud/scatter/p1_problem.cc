@@ -1,0 +1,208 @@
+#include "vdbcloud/scatter/p1_problem.h"
+
+#include "vdbcloud/core/error.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbcloud {
+
+namespace {
+
+constexpr double thinnest = 1 / 3e8;  // of sigma_tr hbar: D / hbar stays below 1e8
+
+template<typename F>
+void each_active(const Blocks& blocks, const F& f)
+{
+    tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
+        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot)
+            if (blocks.active(slot)) f(slot);
+    });
+}
+
+/// Sum over active slots, in a fixed order.
+template<typename F>
+double total(const Blocks& blocks, const F& f)
+{
+    std::vector<double> part(blocks.count(), 0.0);
+    tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
+        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot)
+            if (blocks.active(slot)) part[b] += f(slot);
+    });
+    double sum = 0;
+    for (double p : part) sum += p;
+    return sum;
+}
+
+}  // namespace
+
+P1Operator::P1Operator(const VoxelIndex& index, const std::vector<float>& density,
+                       const std::vector<ExposedVoxel>& exposed, const P1Medium& medium)
+    : index_(index), density_(density), exposed_(exposed), medium_(medium), stencil_(index.blocks())
+{
+    if (!(medium.albedo >= 0 && medium.albedo <= 1))
+        throw InputError("albedo = " + std::to_string(medium.albedo) + ": expected 0 to 1");
+    if (!(medium.g > -1 && medium.g < 1)) throw InputError("g = " + std::to_string(medium.g) + ": expected -1 to 1");
+    uniform_ = medium.delta ? delta_scaling(medium.albedo, medium.g) : no_scaling(medium.albedo, medium.g);
+    const Vec3d& h = index.spacing();
+    hbar_ = std::cbrt(h[0] * h[1] * h[2]);
+    for (int a = 0; a < 3; ++a) area_[a] = hbar_ / h[a];
+
+    const P1Closure closure = p1_closure();
+    const Blocks& of = index.blocks();
+    each_active(of, [&](size_t slot) {
+        const double own = sigma_tr(slot);
+        for (int a = 0; a < 3; ++a) {
+            const size_t to = of.neighbour(slot, 2 * a + 1);
+            if (!of.active(to) || to == slot) continue;
+            const double d = closure.divergence * closure.gradient * 2 / (own + sigma_tr(to));  // harmonic mean of D
+            stencil_.face[a][slot] = float(d / h[a] * area_[a]);
+        }
+        stencil_.extra[slot] = float(sigma_a(slot) * hbar_);
+    });
+    for (const ExposedVoxel& voxel : exposed)
+        for (int face = 0; face < 6; ++face)
+            if (voxel.faces >> face & 1) stencil_.extra[voxel.slot] += float(conductance(voxel, face / 2));
+}
+
+std::vector<float> P1Operator::boundary() const
+{
+    std::vector<float> g(blocks().slots(), 0.0f);
+    for (const ExposedVoxel& voxel : exposed_)
+        for (int face = 0; face < 6; ++face)
+            if (voxel.faces >> face & 1) g[voxel.slot] += float(conductance(voxel, face / 2));
+    return g;
+}
+
+DeltaScaling P1Operator::scaling(size_t slot) const
+{
+    if (!medium_.tint) return uniform_;
+    const double albedo = std::clamp(medium_.albedo * (*medium_.tint)[slot], 0.0, 1.0);
+    return medium_.delta ? delta_scaling(albedo, medium_.g) : no_scaling(albedo, medium_.g);
+}
+
+double P1Operator::sigma_tr(size_t slot) const
+{
+    const double albedo = medium_.tint ? std::clamp(medium_.albedo * (*medium_.tint)[slot], 0.0, 1.0) : medium_.albedo;
+    return std::max(sigma_t(slot) * (1 - albedo * medium_.g), thinnest / hbar_);
+}
+
+double P1Operator::sigma_a(size_t slot) const
+{
+    const double albedo = medium_.tint ? std::clamp(medium_.albedo * (*medium_.tint)[slot], 0.0, 1.0) : medium_.albedo;
+    return sigma_t(slot) * (1 - albedo);
+}
+
+double P1Operator::q1_factor(size_t slot) const
+{
+    const DeltaScaling s = scaling(slot);
+    return s.albedo * s.g * s.extinction * sigma_t(slot);
+}
+
+double P1Operator::conductance(const ExposedVoxel& voxel, int axis) const
+{
+    const double w = voxel.weight[axis], resistance = 1.5 * sigma_tr(voxel.slot) * index_.spacing()[axis];
+    return w / (2 + w * resistance) * area_[axis];
+}
+
+double P1Operator::boundary_flux(const ExposedVoxel& voxel, int axis, double a, double c) const
+{
+    const double w = voxel.weight[axis], k = 2 / (3 * sigma_tr(voxel.slot) * index_.spacing()[axis]);
+    return (w * a / 2 + k * c) / (k + w / 2);
+}
+
+P1Source::P1Source(const P1Operator& of) : rhs(of.blocks().slots(), 0.0), outflow(of.exposed().size()) {}
+
+void add_sky(const P1Operator& p1, double radiance, P1Source& source)
+{
+    const double phi = 4 * M_PI * radiance;
+    source.sky_inflow += phi;
+    for (const ExposedVoxel& voxel : p1.exposed())
+        for (int face = 0; face < 6; ++face)
+            if (voxel.faces >> face & 1) source.rhs[voxel.slot] += p1.conductance(voxel, face / 2) * phi;
+}
+
+void add_emission(const P1Operator& p1, const std::vector<float>& emission, double factor, P1Source& source)
+{
+    const double scale = 4 * M_PI * factor * p1.hbar();
+    each_active(p1.blocks(), [&](size_t slot) { source.rhs[slot] += scale * emission[slot]; });
+    source.emitted += scale * p1.hbar() * p1.hbar() * total(p1.blocks(), [&](size_t slot) { return double(emission[slot]); });
+}
+
+SolveResult solve_p1(const P1Operator& p1, Multigrid& multigrid, P1Source& source, std::vector<double>& phi,
+                     const SolveOptions& options)
+{
+    SolveResult result = conjugate_gradient(p1.stencil(), multigrid, source.rhs, phi, options);
+    const Blocks& blocks = p1.blocks();
+    const double left = total(blocks, [&](size_t slot) { return source.rhs[slot]; });
+    const double loss = total(blocks, [&](size_t slot) { return double(p1.stencil().extra[slot]); });
+    if (loss > 0) each_active(blocks, [&](size_t slot) { phi[slot] += left / loss; });
+    return result;
+}
+
+P1Budget budget(const P1Operator& p1, const P1Source& source, const std::vector<double>& phi)
+{
+    const Blocks& blocks = p1.blocks();
+    const double unit = p1.hbar() * p1.hbar();
+    P1Budget b;
+    double gross_sky = 0;
+    for (size_t k = 0; k < p1.exposed().size(); ++k) {
+        const ExposedVoxel& voxel = p1.exposed()[k];
+        for (int face = 0; face < 6; ++face) {
+            if (!(voxel.faces >> face & 1)) continue;
+            const int a = face / 2;
+            const double inflow = voxel.weight[a] * p1.face_area(a) * source.sky_inflow / 4;
+            b.out[face] += unit * (p1.conductance(voxel, a) * (phi[voxel.slot] - source.sky_inflow) +
+                                   double(source.outflow[k][face]) + inflow);
+            gross_sky += unit * inflow;
+        }
+    }
+    b.sky_in = gross_sky;
+    b.absorbed = source.deposited - source.first_scatter +
+                 unit * total(blocks, [&](size_t slot) { return p1.sigma_a(slot) * p1.hbar() * phi[slot]; });
+    const double in = source.deposited + source.emitted + b.sky_in;
+    double out = b.absorbed;
+    for (double o : b.out) out += o;
+    b.defect = in != 0 ? std::abs(in - out) / std::abs(in) : 0.0;
+
+    bool first = true;
+    for (size_t slot = 0; slot < blocks.count() * 512; ++slot) {
+        if (!blocks.active(slot)) continue;
+        b.smallest = first ? phi[slot] : std::min(b.smallest, phi[slot]);
+        b.largest = first ? phi[slot] : std::max(b.largest, phi[slot]);
+        b.negative += phi[slot] < 0;
+        first = false;
+    }
+    return b;
+}
+
+std::array<std::vector<float>, 3> cell_flux(const P1Operator& p1, const P1Source& source, const std::vector<double>& phi)
+{
+    const Blocks& blocks = p1.blocks();
+    std::array<std::vector<float>, 3> flux;
+    for (int a = 0; a < 3; ++a) {
+        if (source.additive[a].empty())
+            flux[a].assign(blocks.slots(), 0.0f);
+        else
+            flux[a] = source.additive[a];
+        each_active(blocks, [&](size_t slot) {
+            const size_t lower = blocks.neighbour(slot, 2 * a), upper = blocks.neighbour(slot, 2 * a + 1);
+            double f = 0;
+            if (blocks.active(lower)) f += double(p1.stencil().face[a][lower]) * (phi[lower] - phi[slot]);
+            if (blocks.active(upper)) f += double(p1.stencil().face[a][slot]) * (phi[slot] - phi[upper]);
+            flux[a][slot] += float(f / 2 / p1.face_area(a));
+        });
+    }
+    for (const ExposedVoxel& voxel : p1.exposed())
+        for (int face = 0; face < 6; ++face) {
+            if (!(voxel.faces >> face & 1)) continue;
+            const int a = face / 2;
+            const double out = p1.conductance(voxel, a) / p1.face_area(a) * (phi[voxel.slot] - source.sky_inflow);
+            flux[a][voxel.slot] += float((face % 2 ? out : -out) / 2);
+        }
+    return flux;
+}
+
+}  // namespace vdbcloud

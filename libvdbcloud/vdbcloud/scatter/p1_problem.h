@@ -1,0 +1,117 @@
+#pragma once
+// The P1 equations of one colour channel on the active voxels: a conservative matrix, its sources, and what comes out.
+#include "vdbcloud/scatter/boundary.h"
+#include "vdbcloud/scatter/harmonics.h"
+#include "vdbcloud/solve/conjugate_gradient.h"
+
+#include <array>
+#include <optional>
+
+namespace vdbcloud {
+
+/// The medium of one channel.
+struct P1Medium {
+    double sigma_t_per_density = 1;       ///< [1/world unit] at density 1
+    double albedo = 1;                    ///< w0, in [0, 1]
+    const std::vector<float>* tint = nullptr;  ///< factor of w0 for each slot; null: 1 everywhere
+    double g = 0;                         ///< mean cosine
+    bool delta = true;                    ///< delta-Eddington scaling (harmonics.h)
+};
+
+/// The matrix. With sigma_tr = sigma_t (1 - w0 g), D = 1/(3 sigma_tr), cells the active voxels with constant coefficients,
+///
+///     div F + sigma_t (1-w0) phi = Q0,     F = -D grad phi + Q1 / sigma_tr - div t / sigma_tr
+///
+/// integrated over each cell: phi at centres, F on faces, the harmonic mean of D between two cells (layers in series
+/// are then exact), and on an exposed face of weight w (boundary.h), inflow J and correction c the Marshak condition
+///
+///     F.n = w (phi_b / 2 - 2 J) + c,   with F.n = 2 D (phi - phi_b) / h + a,   a the additive part of F.n
+///     =>  F.n = G (phi - 4 J) + (w a / 2 + (2 D / h) c) / (2 D / h + w / 2),   G = 1 / (2/w + h / (2 D)).
+///
+/// c = 0 and t = 0 are P1; transport sweeps (Kajiya & Von Herzen's equation itself) later supply both.
+/// Scaling leaves D and sigma_a as they are, so delta-P1 and plain P1 are this same matrix.
+///
+/// Units: equations are divided by hbar^2, hbar^3 the cell's volume, so phi keeps its unit and coefficients have none.
+/// D / hbar is at most 1e8: where the medium is thinner than 3.3e-9 mean free paths a voxel it is taken as that.
+class P1Operator {
+public:
+    /// Keeps references to all it is given. Throws InputError if albedo or g is out of range.
+    P1Operator(const VoxelIndex& index, const std::vector<float>& density, const std::vector<ExposedVoxel>& exposed,
+               const P1Medium& medium);
+
+    const VoxelIndex& index() const { return index_; }
+    const Blocks& blocks() const { return index_.blocks(); }
+    const P1Medium& medium() const { return medium_; }
+    const std::vector<float>& density() const { return density_; }
+    const std::vector<ExposedVoxel>& exposed() const { return exposed_; }
+    const Stencil& stencil() const { return stencil_; }
+    /// The part of stencil().extra that is boundary conductance G.
+    std::vector<float> boundary() const;
+
+    double hbar() const { return hbar_; }
+    double face_area(int axis) const { return area_[axis]; }  ///< [hbar^2]
+    /// Scaled w0', g', sigma_t'/sigma_t of a cell.
+    DeltaScaling scaling(size_t slot) const;
+    bool uniform_albedo() const { return !medium_.tint; }
+    double sigma_t(size_t slot) const { return medium_.sigma_t_per_density * density_[slot]; }
+    double sigma_tr(size_t slot) const;
+    double sigma_a(size_t slot) const;
+    /// w0' g' sigma_t', so that Q1 = this times the uncollided flux; the same scaled or not is NOT true: the beam differs too.
+    double q1_factor(size_t slot) const;
+    /// G of one exposed face, in units of the matrix.
+    double conductance(const ExposedVoxel& voxel, int axis) const;
+    /// What an additive flux a (outward, per area) and a correction c add to the outflow of an exposed face, per area.
+    double boundary_flux(const ExposedVoxel& voxel, int axis, double a, double c = 0) const;
+
+private:
+    const VoxelIndex& index_;
+    const std::vector<float>& density_;
+    const std::vector<ExposedVoxel>& exposed_;
+    P1Medium medium_;
+    double hbar_;
+    double area_[3];
+    DeltaScaling uniform_;
+    Stencil stencil_;
+};
+
+/// Right-hand side and bookkeeping of one channel. All powers are in units of radiance x (world unit)^2.
+struct P1Source {
+    explicit P1Source(const P1Operator& of);
+
+    std::vector<double> rhs;                ///< [power / hbar^2] for each slot
+    std::array<std::vector<float>, 3> additive;  ///< mean over a cell's two faces of F's additive part; empty if none
+    /// Outward additive flux per exposed face, six a voxel of exposed(), in power / hbar^2 (without G(phi - 4J)).
+    std::vector<std::array<float, 6>> outflow;
+    double deposited = 0;   ///< power taken from the (scaled) beams inside the cells
+    double first_scatter = 0;  ///< the part of it that is scattered: w0' of it
+    double beam_in = 0;     ///< beam power through exposed faces into cells
+    double beam_out = 0;    ///< ... and out of cells
+    double emitted = 0;     ///< power of emission
+    double sky_inflow = 0;  ///< 4 J: phi of the isotropic sky, 4 pi L
+};
+
+/// Uniform sky of radiance L: J = pi L on every exposed face.
+void add_sky(const P1Operator&, double radiance, P1Source&);
+/// Emission j [radiance / world unit] at each slot, times `factor`: Q0 += 4 pi j.
+void add_emission(const P1Operator&, const std::vector<float>& emission, double factor, P1Source&);
+
+/// What left, what stayed. Powers as in P1Source.
+struct P1Budget {
+    std::array<double, 6> out{};  ///< diffuse power that left through exposed faces, by Blocks::Face
+    double sky_in = 0;            ///< power of the sky on them
+    double absorbed = 0;          ///< of collided light by the medium, and of the beam at its first collision
+    double defect = 0;            ///< |in - out - absorbed| / in
+    double smallest = 0, largest = 0;  ///< of phi
+    int64_t negative = 0;         ///< cells with phi < 0
+};
+
+/// Solves for phi [radiance x sr]. `source.rhs` is used up. The result's total balance is then closed exactly by one
+/// constant (the Galerkin correction on constants, of the size of the tolerance).
+SolveResult solve_p1(const P1Operator&, Multigrid&, P1Source& source, std::vector<double>& phi, const SolveOptions&);
+
+P1Budget budget(const P1Operator&, const P1Source&, const std::vector<double>& phi);
+
+/// F at cell centres, along the index axes: means of the two faces of each axis.
+std::array<std::vector<float>, 3> cell_flux(const P1Operator&, const P1Source&, const std::vector<double>& phi);
+
+}  // namespace vdbcloud
