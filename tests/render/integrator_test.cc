@@ -310,6 +310,23 @@ TEST(Integrator, ShadowRaysAgreeWithTheGridAsItTightens)
     EXPECT_GT(std::log2(one / four) / 2, 1.7) << one << " " << four;
 }
 
+TEST(Integrator, TheShortWayThroughAPlainSceneGivesTheSamePicture)
+{
+    const auto density = fractal_cloud(40);
+    const auto scene = sunlit(density, medium(0.8, 0.9, 0.3), {0.3, 1, 0.2});
+    const auto view = view_along(*density, {1, -0.2, 0.4}, 40);
+    IntegratorOptions general;
+    general.plain_path = false;
+    const auto a = render(scene, view), b = render(scene, view, general);
+    EXPECT_LT(difference(a, b), 1e-6);  // the same sums in another order, as floats
+    const int z = a.offset(a.find("Z")), t = a.offset(a.find("transmittance"));
+    for (int j = 0; j < 40; ++j)
+        for (int i = 0; i < 40; ++i) {
+            EXPECT_NEAR(a.pixel(i, j)[z] / b.pixel(i, j)[z], 1, 1e-5);
+            EXPECT_NEAR(a.pixel(i, j)[t], b.pixel(i, j)[t], 1e-6);
+        }
+}
+
 TEST(Integrator, TwoOverlappingVolumesAreTheirSum)
 {
     const auto a = cloud(24), b = a->deepCopy();

@@ -13,6 +13,10 @@ namespace vdbcloud {
 
 namespace {
 
+constexpr double log_2 = 0.69314718055994531;
+/// Optical depth beyond which nothing that shines on the ray can show: exp(-45) = 3e-20 of it.
+constexpr double opaque = 45;
+
 /// A piece of a ray inside one cell of one volume.
 struct Piece {
     double t0, t1;
@@ -45,6 +49,8 @@ public:
             node->volume.resize(scene.volumes.size());
         }
         for (const auto& v : scene.volumes) has_rest_ = has_rest_ || v.emission || v.phi;
+        plain_ = options.plain_path && is_plain(scene) && parts_ == 1;
+        sun_.resize(plain_ ? scene.lights.size() : 0);
     }
 
     void operator()(const WorldRay& ray, RayResult& result) override
@@ -53,6 +59,7 @@ public:
         result.clear(scene_.lights.size());
         media_.set(ray);
         b_.t = -1;
+        if (plain_) return march_plain(result);
         if (scene_.volumes.size() == 1) {
             march_cells(scene_.volumes[0].density, media_.index_ray(0), 0, far,
                         [&](double t0, double t1, const float* corners, const Vec3i& cell) {
@@ -75,6 +82,73 @@ public:
     }
 
 private:
+    /// One grey volume under distant lights, whose grids lie on its own lattice, and nothing else: what a first picture
+    /// is. There both depths are cubics of the same cell and all colours share one sum.
+    static bool is_plain(const PreparedScene& scene)
+    {
+        if (scene.volumes.size() != 1 || !scene.grey || scene.shadow_rays) return false;
+        const auto& v = scene.volumes[0];
+        if (v.colour || v.emission || v.phi || v.forward != 0) return false;
+        for (size_t l = 0; l < scene.lights.size(); ++l)
+            if (scene.lights[l].kind != LightKind::Directional || v.light_depth[l]->channels() != 1 ||
+                !same(v.light_depth[l]->index_from_world(), v.density.index_from_world()))
+                return false;
+        return true;
+    }
+
+    static bool same(const Affine& f, const Affine& g)
+    {
+        return f.a[0] == g.a[0] && f.a[1] == g.a[1] && f.a[2] == g.a[2] && f.b == g.b;
+    }
+
+    /// The same rule as step(), each quantity computed once. The tests compare the two.
+    void march_plain(RayResult& result)
+    {
+        constexpr double far = std::numeric_limits<double>::infinity();
+        const auto& volume = scene_.volumes[0];
+        const IndexRay& index = media_.index_ray(0);
+        const double kappa = volume.kappa[0];
+        double tau = 0, previous = -1;
+        Vec3i brick(0);
+        bool in_brick = false;
+        for (auto& s : sun_) s.sum = 0;
+        march_cells(volume.density, index, 0, far, [&](double t0, double t1, const float* corners, const Vec3i& cell) {
+            const double length = t1 - t0;
+            const Vec3d p = index.at(t0) - Vec3d(cell[0], cell[1], cell[2]), d = length * index.direction;
+            const Cubic density = along(corners, p, d);
+            const double to_mid = kappa * length * density.integral(0.5), whole = kappa * length * density.integral(1);
+            const double tau_mid = tau + to_mid, tau_end = tau + whole;
+            ++result.cells;
+            if (tau < log_2 && tau_end >= log_2) result.half_way = t0 + length * (log_2 - tau) / whole;
+            if (tau < opaque) {
+                const Vec3i b(cell[0] >> 3, cell[1] >> 3, cell[2] >> 3);
+                if (!in_brick || b != brick) {
+                    brick = b;
+                    in_brick = true;
+                    for (size_t l = 0; l < sun_.size(); ++l) sun_[l].brick = volume.light_depth[l]->find(b);
+                }
+                const int offset = (cell[0] & 7) * BrickMap::sx + (cell[1] & 7) * BrickMap::sy + (cell[2] & 7);
+                for (auto& s : sun_) {
+                    const Cubic depth = s.brick ? along(s.brick + offset, p, d) : Cubic{0, 0, 0, 0};
+                    const double at_0 = tau + depth.c0, at_mid = tau_mid + depth.at(0.5), at_1 = tau_end + depth.at(1);
+                    const double left_0 = previous == t0 ? s.left : std::exp(-at_0);
+                    const double left_mid = std::exp(-at_mid), left_1 = std::exp(-at_1);
+                    const double halves = to_mid * mean_exponential(left_0, left_mid, at_mid - at_0) +
+                                          (whole - to_mid) * mean_exponential(left_mid, left_1, at_1 - at_mid);
+                    const double better = halves + (halves - whole * mean_exponential(left_0, left_1, at_1 - at_0)) / 3;
+                    s.sum += better > 0 ? better : halves;
+                    s.left = left_1;
+                }
+                previous = t1;
+            }
+            tau = tau_end;
+            return true;
+        });
+        result.tau = Vec3d(tau);
+        for (size_t l = 0; l < sun_.size(); ++l)
+            result.direct[l] = volume.albedo * media_.arriving(l, 0, 0, 1) * sun_[l].sum;
+    }
+
     void piece_of(size_t volume, double a, double b, const float* corners, const Vec3i& cell)
     {
         const IndexRay& ray = media_.index_ray(volume);
@@ -165,8 +239,8 @@ private:
         const Vec3d tau_mid = a_.tau + optical(a_, m_, first_half_), tau_end = tau_mid + optical(m_, b_, second_half_);
         result.tau = tau_end;
         note_half_way(t0, t1, a_.tau, tau_end, result);
-        // Beyond this nothing that shines on the ray can show in a double: only the depth still counts.
-        if (std::min({a_.tau[0], a_.tau[1], a_.tau[2]}) > 60) {
+        // Only the depth still counts.
+        if (std::min({a_.tau[0], a_.tau[1], a_.tau[2]}) > opaque) {
             b_.t = -1;
             return;
         }
@@ -256,7 +330,7 @@ private:
 
     static void note_half_way(double t0, double t1, const Vec3d& tau0, const Vec3d& tau1, RayResult& result)
     {
-        if (result.half_way < 1e30) return;
+        if (result.half_way < 1e30 || std::max({tau1[0], tau1[1], tau1[2]}) < log_2) return;
         const auto mean = [](const Vec3d& tau) { return (std::exp(-tau[0]) + std::exp(-tau[1]) + std::exp(-tau[2])) / 3; };
         const double after = mean(tau1);
         if (after > 0.5) return;
@@ -268,6 +342,12 @@ private:
     const PreparedScene& scene_;
     RayMedia media_;
     int parts_, channels_;
+    bool plain_ = false;
+    struct Sun {
+        const float* brick = nullptr;  // of the light's depth, where the ray is
+        double left = 0, sum = 0;      // exp(-depth) at the end of the last cell; scattered light over albedo, E and p
+    };
+    std::vector<Sun> sun_;
     bool has_rest_ = false;                               // emission or light scattered more than once
     std::vector<std::vector<Piece>> pieces_;              // several volumes
     std::vector<std::pair<size_t, const Piece*>> active_;

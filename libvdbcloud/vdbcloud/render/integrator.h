@@ -51,6 +51,7 @@ struct IntegratorOptions {
     double tolerance = 1e-4;  ///< Romberg: absolute, of a pixel's radiance relative to its largest source, > 0
     double step = 0.5;        ///< Steps: [voxel edge], > 0
     int parts = 1;            ///< Cells: steps of fourth order a cell is cut into, >= 1
+    bool plain_path = true;   ///< Cells: take the short way where the scene is one grey volume under distant lights
     bool shadow_rays = false; ///< find the light at each point by a ray of its own: slow, and free of light grids
 };
 
