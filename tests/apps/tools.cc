@@ -1,0 +1,79 @@
+#include "apps/tools.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace vdbcloud::test {
+
+namespace {
+
+template<typename F>
+std::vector<Tool> only(F keep)
+{
+    std::vector<Tool> kept;
+    for (const Tool& tool : tools())
+        if (keep(tool)) kept.push_back(tool);
+    return kept;
+}
+
+}  // namespace
+
+Words Tool::command(const std::string& input, const std::string& output) const
+{
+    Words words{program(name)};
+    words.insert(words.end(), quick.begin(), quick.end());
+    if (reads) words.push_back(input);
+    if (twice) words.push_back(input);
+    if (!output.empty() && !extension.empty()) words.insert(words.end(), {"-o", output});
+    return words;
+}
+
+std::vector<Tool> tools()
+{
+    const std::vector<Tool> all = {
+        {"fractalgen", {"--size", "12"}, ".vdb", false},
+        {"cloudsim", {"--size", "8,8,8", "--time", "2"}, ".vdb", false},
+        {"illuminate", {}, ".vdb"},
+        {"p1solve", {}, ".vdb"},
+        {"render", {"--size", "16"}, ".exr"},
+        {"vdbdiff", {}, "", true, true},
+    };
+    std::vector<Tool> built;
+    for (const Tool& tool : all)
+        if (std::filesystem::exists(program(tool.name))) built.push_back(tool);
+    return built;
+}
+
+std::vector<Tool> reading_tools()
+{
+    return only([](const Tool& tool) { return tool.reads; });
+}
+
+std::vector<Tool> writing_tools()
+{
+    return only([](const Tool& tool) { return !tool.extension.empty(); });
+}
+
+RunResult expect_refused(const Tool& tool, const Words& command, int status)
+{
+    const RunResult r = run(command);
+    std::string line;
+    for (const std::string& word : command) line += word + " ";
+    EXPECT_EQ(r.status, status) << line << "\n" << r.err;
+    EXPECT_EQ(r.out, "") << line;
+    EXPECT_EQ(r.err.rfind(tool.name + ": ", 0), 0u) << line << "\n" << r.err;
+    EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << line << "\n" << r.err;
+    return r;
+}
+
+void make_lit_cloud(const std::string& path, const Words& fractalgen_options)
+{
+    std::string line = program("fractalgen") + " -q --size 12 -o -";
+    for (const std::string& word : fractalgen_options) line += " " + word;
+    const RunResult r = shell(line + " | " + program("illuminate") + " -q --sun 0.3,1,0.2 - -o " + path);
+    ASSERT_EQ(r.status, 0) << r.err;
+}
+
+}  // namespace vdbcloud::test
