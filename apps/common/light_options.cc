@@ -85,8 +85,8 @@ bool same_place(const Light& a, const Light& b)
 
 std::string described(const Light& light)
 {
-    return light.name + (light.kind == LightKind::Point ? " at " + shortest(light.position)
-                                                         : " towards " + shortest(light.to_light));
+    return light.name + (light.kind == LightKind::Point ? " at " + brief(light.position)
+                                                         : " towards " + brief(light.to_light));
 }
 
 }  // namespace vdbcloud::app

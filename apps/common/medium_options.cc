@@ -61,7 +61,7 @@ Medium chosen_medium(App& app, const MediumOptions& o, FloatGrid& density)
     if (is_zero(medium.sigma_t_per_density)) {
         medium.sigma_t_per_density = Vec3d(automatic_extinction(density));
         origin = "automatic";
-        app.say("extinction " + shortest(medium.sigma_t_per_density[0]) + " per world unit at density 1, chosen automatically");
+        app.say("extinction " + brief(medium.sigma_t_per_density[0]) + " per world unit at density 1, chosen automatically");
     }
     write_medium(density, medium);
     set_text(density, schema::sigma_t_origin, origin);

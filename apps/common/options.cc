@@ -5,6 +5,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 namespace vdbcloud::app {
@@ -86,6 +87,19 @@ std::string shortest(double x)
 }
 
 std::string shortest(const Vec3d& v) { return shortest(v[0]) + "," + shortest(v[1]) + "," + shortest(v[2]); }
+
+std::string brief(double x)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.6g", x);
+    return text;
+}
+
+std::string brief(const Vec3d& v)
+{
+    if (v[0] == v[1] && v[1] == v[2]) return brief(v[0]);
+    return brief(v[0]) + "," + brief(v[1]) + "," + brief(v[2]);
+}
 
 const CLI::Validator positive = each("a finite number above 0", ">0", [](double x) { return x > 0; });
 const CLI::Validator nonnegative = each("a finite number, 0 or above", ">=0", [](double x) { return x >= 0; });

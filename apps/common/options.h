@@ -41,6 +41,10 @@ std::optional<std::vector<double>> numbers(const std::string& text);
 std::string shortest(double x);
 std::string shortest(const Vec3d&);  ///< "x,y,z"
 
+/// A number for people, six digits at the most.
+std::string brief(double x);
+std::string brief(const Vec3d&);  ///< "x,y,z", or one number where they are equal
+
 namespace traits {
 template<typename T> struct Element { using type = T; };
 template<typename T> struct Element<std::vector<T>> { using type = T; };

@@ -14,8 +14,8 @@ namespace vdbcloud {
 /// 0 for an empty density. Scales with the grid and turns with it.
 double typical_depth(const FloatGrid& density);
 
-/// The sigma_t per density that makes typical_depth an optical depth of `target`: 12 lets a cloud be opaque in its
+/// The sigma_t per density that makes typical_depth an optical depth of `target`: 9 lets a cloud be opaque in its
 /// body and translucent at its edges. 1 for an empty density.
-double automatic_extinction(const FloatGrid& density, double target = 12);
+double automatic_extinction(const FloatGrid& density, double target = 9);
 
 }  // namespace vdbcloud

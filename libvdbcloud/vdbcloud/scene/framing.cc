@@ -59,7 +59,7 @@ struct Stand {
 };
 
 constexpr double view_azimuth = 35, view_elevation = -6;  // of the default camera, seen from the cloud [degrees]
-constexpr double sun_azimuth = view_azimuth - 65, sun_elevation = 42;
+constexpr double sun_azimuth = view_azimuth - 52, sun_elevation = 46;
 
 /// Unit vector at an angle from +Z towards +X and one above the horizon [degrees], turned along with `up`.
 Vec3d at_angles(double azimuth, double elevation, const Vec3d& up)

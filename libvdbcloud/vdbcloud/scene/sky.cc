@@ -18,9 +18,9 @@ Sky Sky::constant(const Vec3d& radiance)
 Sky Sky::clear_day(const Vec3d& sun_irradiance, const Vec3d& up)
 {
     Sky sky;
-    sky.zenith = sun_irradiance * Vec3d(0.0045, 0.0105, 0.025);
-    sky.horizon = sun_irradiance * Vec3d(0.021, 0.030, 0.042);
-    sky.ground = sun_irradiance * Vec3d(0.010, 0.014, 0.019);
+    sky.zenith = sun_irradiance * Vec3d(0.0038, 0.0095, 0.0245);
+    sky.horizon = sun_irradiance * Vec3d(0.0185, 0.0275, 0.0405);
+    sky.ground = sun_irradiance * Vec3d(0.017, 0.0235, 0.032);
     sky.up = up / up.length();
     return sky;
 }

@@ -1,0 +1,68 @@
+// render: a picture of clouds from any side, or from within.
+//
+//   render lit.vdb -o cloud.exr --png cloud.png
+//   render cloud.vdb -o cloud.exr                 framed, lit and exposed by itself
+//
+// Second pass of Kajiya & Von Herzen 1984: along each camera ray, the light that reaches each point (transmittance grids
+// of illuminate, phi and flux of p1solve where they are there) times the phase function, thinned on its way to the eye.
+#include "camera.h"
+#include "output.h"
+
+#include "vdbcloud/core/error.h"
+
+using namespace vdbcloud;
+
+namespace {
+
+/// The pictures' formats, before any work: a wrong extension costs nothing then.
+void check_outputs(const app::App& app, const RenderOptions& o)
+{
+    image_format(o.output);
+    if (o.png.empty()) return;
+    if (image_format(o.png) != ImageFormat::Png) throw UsageError("--png " + printable(o.png) + ": expected a name that ends in .png");
+    app.check_output(o.png);
+}
+
+void render(app::App& app, RenderOptions& o)
+{
+    check_outputs(app, o);
+    const ImageSize size = image_size(o);
+    LoadedScene loaded = load_scene(app, o);
+    const auto background = chosen_background(app, o, sun_irradiance(loaded.scene), loaded.up);
+    loaded.scene.background = background.sky;
+    const CameraView view(chosen_camera(app, o, loaded, size), size);
+    report_picture(app, o, loaded, view);
+
+    Film film(size, render_layers(loaded.scene, wanted_layers(o)));
+    if (app.dry_run()) return report_estimate(app, o, loaded, film);
+    RenderCost cost;
+    {
+        const auto phase = app.phase("render");
+        cost = render_image(film, loaded.scene, view, o.sampling, o.integrator, app.progress("render"));
+    }
+
+    if (!app.given("--exposure")) o.view.exposure = auto_exposure(film);
+    report_cost(app, cost, o.view.exposure);
+    const auto phase = app.phase("write");
+    ImageOptions image;
+    image.no_clobber = app.no_clobber();
+    image.draw_background = background.in_exr;
+    image.background_layer = wants_background_layer(o);
+    image.png_bits = o.png_bits;
+    image.view = o.view;
+    const ImageMetadata metadata = image_metadata(app, o, loaded, o.view.exposure);
+    write_image(o.output, film, view, metadata, image, app.warnings());
+    if (!o.png.empty()) write_image(o.png, film, view, metadata, image, app.warnings());
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    app::App app("render", "A picture of clouds, fog, smoke or fire in .vdb files.");
+    app.reads_grids();
+    app.never_clobbers();
+    RenderOptions options;
+    declare(app, options);
+    return app.run(argc, argv, [&] { render(app, options); });
+}

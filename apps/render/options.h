@@ -1,0 +1,64 @@
+#pragma once
+// The options of render, and what they say that one word cannot.
+#include "light_options.h"
+#include "medium_options.h"
+
+#include "vdbcloud/light/transmittance_grid.h"
+#include "vdbcloud/render/image_out.h"
+#include "vdbcloud/render/integrator.h"
+#include "vdbcloud/scene/camera.h"
+#include "vdbcloud/scene/sky.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace vdbcloud {
+
+struct RenderOptions {
+    std::vector<std::string> inputs;
+    std::string output, png;
+
+    std::string density;  ///< name of the density grid; empty: by alias
+    app::MediumOptions medium;
+    app::LightOptions lights;
+    TransmittanceOptions light;  ///< where a light's grid has to be computed here
+
+    Camera camera;
+    Vec3d direction{0, 0, 0};
+    FramingOptions framing;
+    char up = 0;  ///< 'y', 'z'; 0: the file's, else y
+    std::string resolution = "512x512", crop;
+    double pixel_aspect = 1;
+
+    SamplingOptions sampling;
+    IntegratorOptions integrator;
+    std::vector<std::string> aovs{"Z"};
+
+    std::string background;  ///< "none", "sky", or a colour; empty: none in exr, sky in png
+    Vec3d zenith{0, 0, 0}, horizon{0, 0, 0}, ground{0, 0, 0};
+    double haze = Sky().haze;
+
+    ViewOptions view;
+    int png_bits = 8;
+};
+
+void declare(app::App&, RenderOptions&);
+
+/// "640x480", or "512" for a square; and "x0,y0,x1,y1" of the crop. Throws UsageError.
+ImageSize image_size(const RenderOptions&);
+
+/// The layers asked for, words split at commas; "none" and "background" are taken out.
+std::vector<std::string> wanted_layers(const RenderOptions&);
+bool wants_background_layer(const RenderOptions&);
+
+/// What is behind the medium, and whether the .exr shows it too.
+struct ChosenBackground {
+    Sky sky;
+    bool in_exr = false;
+};
+
+/// `sun_irradiance` sets how bright the default sky is. Throws UsageError on a word that is no background.
+ChosenBackground chosen_background(const app::App&, const RenderOptions&, const Vec3d& sun_irradiance, const Vec3d& up);
+
+}  // namespace vdbcloud

@@ -1,0 +1,138 @@
+#include "scene.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/extent.h"
+#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/schema.h"
+
+#include <algorithm>
+
+namespace vdbcloud {
+
+namespace {
+
+using openvdb::gridPtrCast;
+
+/// The vec3s grid called `name`, or of that role; null if there is none. Of another type: a warning, and null.
+Vec3SGridPtr vectors(app::App& app, const GridFile& file, const GridBasePtr& grid)
+{
+    if (!grid || grid->empty()) return nullptr;
+    if (auto found = gridPtrCast<Vec3SGrid>(grid)) return found;
+    app.warnings()(file.path + ": grid '" + printable(grid->getName()) + "' is " + grid->valueType() + ", expected vec3s; passed over");
+    return nullptr;
+}
+
+Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
+{
+    Volume volume;
+    volume.density = density_of(file, o.density, app.warnings());
+    volume.medium = app::chosen_medium(app, o.medium, *volume.density);
+    volume.colour = vectors(app, file, grid_of(file, schema::colour));
+    volume.emission = vectors(app, file, find_grid(file, schema::emission));
+    volume.phi = vectors(app, file, find_grid(file, schema::phi));
+    if (volume.phi) {
+        app::require_same_medium(file.path + ": multiple scattering", *volume.phi, volume.medium);
+        const char* const channels[] = {"r", "g", "b"};
+        for (size_t c = 0; c < 3; ++c)
+            volume.flux[c] = vectors(app, file, find_grid(file, std::string(schema::flux_prefix) + channels[c]));
+    }
+    return volume;
+}
+
+/// The lights of all inputs, by name. Two of one name must be one light.
+std::vector<Light> inherited_lights(const std::vector<GridFile>& files)
+{
+    std::vector<Light> lights;
+    for (const GridFile& file : files)
+        for (const Light& light : lights_of(file)) {
+            const auto same = std::find_if(lights.begin(), lights.end(), [&](const Light& l) { return l.name == light.name; });
+            if (same == lights.end())
+                lights.push_back(light);
+            else if (!app::same_place(*same, light) || same->irradiance != light.irradiance)
+                throw UsageError(file.path + ": " + app::described(light) + " is not the " + app::described(*same) +
+                                 " of another input: choose with --sun or --lamp");
+        }
+    return lights;
+}
+
+/// Why the grid that a file brings for a light does not serve; empty if it does.
+std::string misfit(const GridBase& grid, const Light& light, const Volume& volume)
+{
+    const auto theirs = read_light(grid, grid.getName());
+    if (!theirs) return "says nothing of its light";
+    if (!app::same_place(*theirs, light)) return "belongs to the " + app::described(*theirs);
+    if (!app::same_extinction(grid, volume.medium))
+        return "was computed with extinction " +
+               app::brief(get_vector(grid, schema::sigma_t_per_density, Vec3d(0.0))) + ", now " +
+               app::brief(volume.medium.sigma_t_per_density);
+    const std::string digest = get_text(grid, schema::density_digest, "");
+    return digest.empty() || digest == grid_digest(*volume.density) ? "" : "was computed from another density";
+}
+
+GridBasePtr light_grid(app::App& app, const GridFile& file, const Volume& volume, const Light& light, const RenderOptions& o)
+{
+    if (const GridBasePtr grid = find_grid(file, transmittance_name(light))) {
+        const std::string reason = misfit(*grid, light, volume);
+        if (reason.empty()) return grid;
+        app.warnings()(file.path + ": " + printable(grid->getName()) + " " + reason + "; computed again for the " +
+                       app::described(light));
+    }
+    if (app.dry_run()) return FloatGrid::create(1.0f);
+    const auto phase = app.phase("light");
+    return transmittance_grid(*volume.density, volume.medium, light, o.light, app.progress("light"));
+}
+
+Vec3d up_of(const RenderOptions& o, const std::vector<GridFile>& files)
+{
+    std::string axis = o.up ? std::string(1, o.up) : "";
+    for (const GridFile& file : files)
+        if (axis.empty()) axis = get_text(*file.metadata, schema::up_axis, "");
+    return axis == "Z" || axis == "z" ? Vec3d(0, 0, 1) : Vec3d(0, 1, 0);
+}
+
+}  // namespace
+
+LoadedScene load_scene(app::App& app, const RenderOptions& o)
+{
+    std::vector<GridFile> files;
+    for (const std::string& path : o.inputs) files.push_back(app.read(path));
+
+    LoadedScene out;
+    out.up = up_of(o, files);
+    for (GridFile& file : files) {
+        out.scene.volumes.push_back(volume_of(app, file, o));
+        const auto corners = occupied_corners(*out.scene.volumes.back().density);
+        if (corners.empty()) app.say(file.path + ": the density is empty: there is nothing of it to see");
+        out.corners.insert(out.corners.end(), corners.begin(), corners.end());
+        const std::string history = get_text(*file.metadata, schema::history, "");
+        if (!history.empty()) out.history += (out.history.empty() ? "" : "\n") + history;
+    }
+
+    out.scene.lights = app::lights_asked(o.lights);
+    if (out.scene.lights.empty()) out.scene.lights = inherited_lights(files);
+    if (out.scene.lights.empty()) {
+        out.scene.lights.push_back(app::automatic_sun(out.up));
+        out.automatic_light = true;
+        app.say("no light given: " + app::described(out.scene.lights[0]) + ", irradiance " +
+                app::brief(out.scene.lights[0].irradiance[0]));
+    }
+    if (o.integrator.shadow_rays) return out;
+    for (size_t v = 0; v < files.size(); ++v)
+        for (const Light& light : out.scene.lights) {
+            Volume& volume = out.scene.volumes[v];
+            volume.transmittance.push_back(light_grid(app, files[v], volume, light, o));
+        }
+    return out;
+}
+
+Vec3d sun_irradiance(const Scene& scene)
+{
+    Vec3d most(0.0);
+    for (const Light& light : scene.lights)
+        if (light.kind == LightKind::Directional)
+            for (int c = 0; c < 3; ++c) most[c] = std::max(most[c], light.irradiance[c]);
+    return most;
+}
+
+}  // namespace vdbcloud
