@@ -165,6 +165,18 @@ TEST(Guard, TurnsEveryEndOfTheWorkIntoASentence)
 #endif
 }
 
+TEST(Guard, DestroysNothingThatTheWorkBuilt)
+{
+    struct Stuck {
+        ~Stuck() { ::pause(); }
+    };
+    const GuardLimits limits{uint64_t(256) << 20, 1.0};
+    EXPECT_EQ(run_guarded([] {
+                  const Stuck stuck;
+                  throw InputError("as it should");
+              }, limits), "as it should");
+}
+
 TEST(Writing, RefusesAFullDiskWhereverTheBytesGo)
 {
     EXPECT_EQ(write_refusal("/dev/full", file_of({ball("density")})), "cannot write: No space left on device");

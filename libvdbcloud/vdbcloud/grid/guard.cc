@@ -15,8 +15,8 @@
 #include <cstdio>
 #include <exception>
 #include <new>
-#include <string_view>
 #include <system_error>
+#include <thread>
 
 namespace vdbcloud {
 
@@ -64,21 +64,37 @@ void confine(const GuardLimits& limits, uint64_t mapped)
     ::alarm(unsigned(60 + 30 * seconds));  // should it wait for something that never comes
 }
 
-[[noreturn]] void run_and_exit(const std::function<void()>& work, int report)
+// For the terminate handler of the forked process, which has one thread that works.
+const std::function<std::string()>* describe_thrown = nullptr;
+int report_to = -1;
+
+/// Reached by an exception that nothing catches, before anything is unwound.
+[[noreturn]] void report_and_exit()
 {
-    int ending = Fine;
+    int ending = Threw;
     try {
-        work();
+        std::rethrow_exception(std::current_exception());
     } catch (const std::bad_alloc&) {
         ending = OutOfMemory;
-    } catch (const std::exception& e) {
-        ending = Threw;
-        const std::string what = std::string(std::string_view(e.what()).substr(0, 6000));
-        if (::write(report, what.data(), what.size()) < 0) ending = Threw;
     } catch (...) {
-        ending = Threw;
+        const std::string said = (*describe_thrown)().substr(0, 6000);
+        if (::write(report_to, said.data(), said.size()) < 0) ending = Threw;
     }
     ::_exit(ending);
+}
+
+/// In a thread of its own, as below its stack nobody catches.
+[[noreturn]] void run_and_exit(const std::function<void()>& work, int report, const std::function<std::string()>& describe)
+{
+    describe_thrown = &describe;
+    report_to = report;
+    std::set_terminate(report_and_exit);
+    std::thread worker([&] {
+        work();
+        ::_exit(Fine);
+    });
+    worker.join();
+    ::_exit(Threw);
 }
 
 std::string read_all(int descriptor)
@@ -94,7 +110,19 @@ std::string read_all(int descriptor)
 
 }  // namespace
 
-std::string run_guarded(const std::function<void()>& work, const GuardLimits& limits)
+std::string what_is_thrown()
+{
+    try {
+        throw;
+    } catch (const std::exception& e) {
+        return e.what();
+    } catch (...) {
+        return "malformed";
+    }
+}
+
+std::string run_guarded(const std::function<void()>& work, const GuardLimits& limits,
+                        const std::function<std::string()>& describe)
 {
     const uint64_t mapped = mapped_bytes();
     int ends[2];
@@ -109,7 +137,7 @@ std::string run_guarded(const std::function<void()>& work, const GuardLimits& li
     if (child == 0) {
         ::close(ends[0]);
         confine(limits, mapped);
-        run_and_exit(work, ends[1]);
+        run_and_exit(work, ends[1], describe);
     }
     ::close(ends[1]);
     const std::string said = read_all(ends[0]);

@@ -11,9 +11,16 @@ struct GuardLimits {
     double cpu_seconds = 0;     ///< of processor time
 };
 
+/// what() of the current exception.
+std::string what_is_thrown();
+
 /// Runs `work` in a forked process under the limits, silent, and waits for it. Returns an empty string if it came to
-/// its end; what it threw, if it threw; else what befell it, as the rest of a sentence about the file
-/// ("needs more than 1024 MB ..."). `work` must not start threads nor wait for a lock of this process.
-std::string run_guarded(const std::function<void()>& work, const GuardLimits&);
+/// its end; if it threw, what `describe` says of the exception, which is the current one then (rethrow it to look);
+/// else what befell it, as the rest of a sentence about the file ("needs more than 1024 MB ...").
+///
+/// Nothing that `work` built is destroyed, whether it returns or throws: destroying trees takes the threads of this
+/// process, which the forked one does not have. So `work` must not wait for threads either, nor for a lock.
+std::string run_guarded(const std::function<void()>& work, const GuardLimits&,
+                        const std::function<std::string()>& describe = what_is_thrown);
 
 }  // namespace vdbcloud

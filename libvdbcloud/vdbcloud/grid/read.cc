@@ -164,27 +164,34 @@ void check_grid(const GridBase& grid, const std::string& path, bool count)
         throw IoError(what + ": " + std::to_string(voxels) + " active voxels: expected at most 2^31");
 }
 
-/// Reads everything, none of it later, and checks it. What OpenVDB throws becomes an IoError, but for std::bad_alloc.
+/// Reads everything, none of it later, and checks it. Lets through whatever is thrown.
 Contents load(const std::string& path, const Input& input, bool count)
 {
     DescriptorSource source(input.descriptor(), input.size());
     std::istream stream(&source);
     stream.exceptions(std::ios_base::badbit | std::ios_base::failbit);
+    openvdb::io::Stream archive(stream, /*delayLoad=*/false);
+    Contents contents{archive.getGrids(), archive.getMetadata(), source.position()};
+    for (const auto& grid : *contents.grids) check_grid(*grid, path, count);
+    return contents;
+}
+
+/// The current exception, out of load(), as a sentence.
+std::string load_failure(const std::string& path, uint64_t size)
+{
+    const std::string file = printable(path, 4096);
     try {
-        openvdb::io::Stream archive(stream, /*delayLoad=*/false);
-        Contents contents{archive.getGrids(), archive.getMetadata(), source.position()};
-        for (const auto& grid : *contents.grids) check_grid(*grid, path, count);
-        return contents;
+        throw;
+    } catch (const IoError& e) {
+        return e.what();
     } catch (const std::bad_alloc&) {
-        throw;
-    } catch (const IoError&) {
-        throw;
+        return file + ": too large: there is not enough memory to read it";
     } catch (const std::ios_base::failure&) {
-        throw IoError(printable(path, 4096) + ": malformed .vdb: ends too early, at " + std::to_string(input.size()) + " bytes");
+        return file + ": malformed .vdb: ends too early, at " + std::to_string(size) + " bytes";
     } catch (const std::system_error& e) {
-        throw IoError(system_message(path, "cannot read", e.code().value()));
+        return system_message(path, "cannot read", e.code().value());
     } catch (const std::exception& e) {
-        throw IoError(printable(path, 4096) + ": malformed .vdb: " + printable(e.what()));
+        return file + ": malformed .vdb: " + printable(e.what());
     }
 }
 
@@ -213,12 +220,12 @@ void try_in_guard(const std::string& path, const Input& input, const ReadOptions
                 walk<FloatGrid>(*grid);
                 walk<Vec3SGrid>(*grid);
             }
-            ::_exit(0);  // without destroying what was built: nothing more to learn from that
+            ::_exit(0);  // before destructors, which use threads that a forked process does not have
         },
-        limits);
+        limits, [&] { return load_failure(path, input.size()); });
     if (said.empty()) return;
     const std::string prefix = printable(path, 4096) + ": ";
-    throw IoError(said.compare(0, prefix.size(), prefix) == 0 ? said : prefix + printable(said, 1000));
+    throw IoError(said.compare(0, prefix.size(), prefix) == 0 ? printable(said, 6000) : prefix + printable(said, 1000));
 }
 
 double seconds_since(std::chrono::steady_clock::time_point start)
@@ -242,8 +249,8 @@ GridFile read_grid_file(const std::string& path, const ReadOptions& options, Rea
     Contents contents;
     try {
         contents = load(path, input, /*count=*/true);
-    } catch (const std::bad_alloc&) {
-        throw IoError(printable(path, 4096) + ": too large: there is not enough memory to read it");
+    } catch (...) {
+        throw IoError(load_failure(path, input.size()));
     }
     if (contents.end < input.size())
         warn(options.warn, printable(path, 4096) + ": " + std::to_string(input.size() - contents.end) +
