@@ -1,4 +1,4 @@
-#include "support/fields.h"
+#include "scatter/fields.h"
 
 #include "vdbcloud/core/vdb.h"
 

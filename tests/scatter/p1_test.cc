@@ -3,7 +3,7 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
-#include "support/fields.h"
+#include "scatter/fields.h"
 #include "support/p1_forms.h"
 #include "support/size.h"
 
