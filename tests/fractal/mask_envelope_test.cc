@@ -75,7 +75,7 @@ TEST(MaskEnvelope, HasTheDepthOfTheBodyInWorldSpace)
             most = std::max(most, std::abs(d - (1.2 - (Vec3d(x[0], x[1], x[2]) - Vec3d(1, 2, 3)).length())));
             // Bounds hold for balls around the point.
             Envelope::Parts near;
-            const auto range = envelope->select({}, {x[0] + 0.1f, x[1], x[2] - 0.1f}, 0.15f, near);
+            const auto range = envelope->select({}, {{x[0] + 0.1f, x[1], x[2] - 0.1f}, 0.15f}, -1e30f, near);
             ASSERT_TRUE(range.low <= d && d <= range.high);
         }
         // The border is known to half a diagonal of the domain's voxels, 0.07, and fog's to half of its own besides.

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <cstring>
 #include <new>
 #include <string>
 
@@ -113,6 +114,15 @@ template<typename Real> struct RealTransform<Real>::Impl {
                 });
     }
 
+    /// Copies of a known length need no call, and most are of a whole block.
+    static void copy(const std::complex<Real>* from, int width, std::complex<Real>* to)
+    {
+        if (width == block)
+            std::memcpy(static_cast<void*>(to), from, block * sizeof *to);
+        else
+            std::copy_n(from, width, to);
+    }
+
     static void release(Real* p) { std::free(p); }
     std::unique_ptr<Real[], void (*)(Real*)> scratch() const
     {
@@ -126,6 +136,8 @@ template<typename Real> struct RealTransform<Real>::Impl {
                 auto* r = field.row(i, 0);
                 auto* c = reinterpret_cast<C*>(r);
                 forward ? F::run_r2c(planes[0].get(), r, c) : F::run_c2r(planes[1].get(), c, r);
+                if (!forward)
+                    for (int j = 0; j < size[1]; ++j) std::fill(field.row(i, j) + size[2], field.row(i, j) + field.row_length(), Real(0));
             }
         });
     }
@@ -152,9 +164,9 @@ template<typename Real> struct RealTransform<Real>::Impl {
     {
         if (size[0] == 1) return;
         over_columns([&](int j, int k, int width, std::complex<Real>* s) {
-            for (int i = 0; i < size[0]; ++i) std::copy_n(field.modes(i, j) + k, width, s + size_t(i) * block);
+            for (int i = 0; i < size[0]; ++i) copy(field.modes(i, j) + k, width, s + size_t(i) * block);
             transform_columns(width, forward, s);
-            for (int i = 0; i < size[0]; ++i) std::copy_n(s + size_t(i) * block, width, field.modes(i, j) + k);
+            for (int i = 0; i < size[0]; ++i) copy(s + size_t(i) * block, width, field.modes(i, j) + k);
         });
     }
 
@@ -163,7 +175,7 @@ template<typename Real> struct RealTransform<Real>::Impl {
         over_columns([&](int j, int k, int width, std::complex<Real>* s) {
             if (modes(j, k, width, s, block)) {
                 transform_columns(width, false, s);
-                for (int i = 0; i < size[0]; ++i) std::copy_n(s + size_t(i) * block, width, field.modes(i, j) + k);
+                for (int i = 0; i < size[0]; ++i) copy(s + size_t(i) * block, width, field.modes(i, j) + k);
             } else {
                 for (int i = 0; i < size[0]; ++i) std::fill_n(field.modes(i, j) + k, width, std::complex<Real>());
             }

@@ -10,8 +10,8 @@
 namespace vdbcloud::fft {
 
 /// Storage that is first a real field f(i, j, k), 0 <= i < nx and so on, k fastest, and after a transform its half
-/// spectrum F(a, b, c), 0 <= a < nx, 0 <= b < ny, 0 <= c <= nz/2. Rows are padded to a common, aligned length. What a new
-/// one holds is undefined. Bytes: nx ny row_length() sizeof(Real), 3 % over the field itself at 512^3.
+/// spectrum F(a, b, c), 0 <= a < nx, 0 <= b < ny, 0 <= c <= nz/2. Rows are padded to a common, aligned length, a multiple
+/// of 16 floats; what pads a row is 0 after a backward transform. What a new one holds is undefined. Bytes: nx ny row_length() sizeof(Real), 3 % over the field itself at 512^3.
 template<typename Real> class RealField {
 public:
     /// Throws InputError unless every size is in 1..4096.

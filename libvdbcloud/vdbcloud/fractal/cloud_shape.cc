@@ -20,6 +20,8 @@ constexpr int super = 4;         // edge of a group of blocks, for which the par
 constexpr float most_noise = 4;  // noise is clamped here, as bounds are needed
 constexpr float nothing = -1e30f;
 
+#define VDBCLOUD_CLONES __attribute__((target_clones("avx2", "default")))
+
 struct Range {
     float low, high;
 };
@@ -49,7 +51,7 @@ struct Shaper {
     /// From the centre to the centre of the outermost voxel.
     float block_radius(int edge_voxels) const { return 0.5f * float(edge_voxels - 1) * step.length(); }
 
-    /// The part of a row of noise that belongs to a block, wrapped and clamped to the domain.
+    /// The part of a row of noise that belongs to a block, wrapped and clamped to the domain; beyond its end it is 0.
     const float* noise_row(int i, int j, int k, const Vec3i& by) const
     {
         i = std::min(i, size[0] - 1) + by[0];
@@ -58,137 +60,200 @@ struct Shaper {
     }
 };
 
-Range noise_range(const Shaper& s, const Vec3i& o, const Vec3i& by)
-{
-    const int width = std::min(B, s.size[2] - o[2]);
-    float low[B], high[B];
-    std::fill_n(low, B, most_noise);
-    std::fill_n(high, B, -most_noise);
-    for (int i = 0; i < B; ++i)
-        for (int j = 0; j < B; ++j) {
-            const float* row = s.noise_row(o[0] + i, o[1] + j, o[2], by);
-            if (width == B) {
-                for (int k = 0; k < B; ++k) {
-                    low[k] = std::min(low[k], row[k]);
-                    high[k] = std::max(high[k], row[k]);
-                }
-            } else {
-                for (int k = 0; k < width; ++k) {
-                    low[k] = std::min(low[k], row[k]);
-                    high[k] = std::max(high[k], row[k]);
-                }
-            }
-        }
-    return {std::max(-most_noise, *std::min_element(low, low + B)), std::min(most_noise, *std::max_element(high, high + B))};
-}
+/// Least and most noise of every block of the domain.
+class BlockRanges {
+public:
+    explicit BlockRanges(const fft::RealField<float>& noise) : size_(noise.size())
+    {
+        for (int d = 0; d < 3; ++d) blocks_[d] = (size_[d] + B - 1) / B;
+        ranges_.resize(size_t(blocks_.product()));
+        tbb::parallel_for(0, blocks_[0], [&](int i) {
+            for (int j = 0; j < blocks_[1]; ++j) measure(noise, i, j);
+        });
+    }
 
-/// v(x) + t of every Stride-th voxel of one slice of a block, the envelope's own depth there, and what caps v: the
-/// height over the base and the distance to the faces of the domain.
-template<int Stride>
-void evaluate(const Shaper& s, const Envelope::Parts& near, const Vec3i& o, float* v, float* depth, float* cap)
-{
-    constexpr int n = B / Stride, count = n * n;
-    float x[count], y[count], z[count], noise[count], other[3][count];
-    const Vec3f p = s.position(o);
-    const int width = std::min(B, s.size[2] - o[2]);
-    for (int j = 0; j < n; ++j) {
-        const float* row = s.noise_row(o[0], o[1] + j * Stride, o[2], Vec3i(0));
-        const float* shifted[3];
-        for (int d = 0; d < 3; ++d) shifted[d] = s.noise_row(o[0], o[1] + j * Stride, o[2], s.shift[d]);
-        for (int k = 0; k < n; ++k) {
-            const int at = std::min(k * Stride, width - 1), q = j * n + k;
-            noise[q] = row[at];
-            for (int d = 0; d < 3; ++d) other[d][q] = shifted[d][at];
+    /// Over the voxels of the block at `o` moved by `shift` along the first two axes, around the ends: the blocks that those
+    /// voxels are in.
+    Range over(const Vec3i& o, const Vec3i& shift) const
+    {
+        int i[B], j[B];
+        const int ni = blocks_touched(o[0], shift[0], size_[0], i), nj = blocks_touched(o[1], shift[1], size_[1], j);
+        Range out{most_noise, -most_noise};
+        for (int a = 0; a < ni; ++a)
+            for (int b = 0; b < nj; ++b) {
+                const auto& r = ranges_[size_t((i[a] * blocks_[1] + j[b]) * blocks_[2] + o[2] / B)];
+                out = {std::min(out.low, r.low), std::max(out.high, r.high)};
+            }
+        return out;
+    }
+
+private:
+    static int blocks_touched(int first, int shift, int size, int* out)
+    {
+        int count = 0;
+        for (int t = 0; t < B && first + t < size; ++t) {
+            const int at = first + t + shift, block = (at >= size ? at - size : at) / B;
+            if (count == 0 || out[count - 1] != block) out[count++] = block;
+        }
+        return count;
+    }
+
+    VDBCLOUD_CLONES
+    void measure(const fft::RealField<float>& noise, int bi, int bj)
+    {
+        const int whole = size_[2] / B;
+        Range* out = &ranges_[size_t((bi * blocks_[1] + bj) * blocks_[2])];
+        const int rows = std::min(B, size_[0] - bi * B), columns = std::min(B, size_[1] - bj * B);
+        for (int k = 0; k < blocks_[2]; ++k) {
+            const int width = k < whole ? B : size_[2] - k * B;
+            float low[B], high[B];
+            for (int l = 0; l < B; ++l) low[l] = most_noise, high[l] = -most_noise;
+            for (int i = 0; i < rows; ++i)
+                for (int j = 0; j < columns; ++j) {
+                    const float* row = noise.row(bi * B + i, bj * B + j) + k * B;
+                    if (width == B) {
+                        for (int l = 0; l < B; ++l) {
+                            low[l] = row[l] < low[l] ? row[l] : low[l];
+                            high[l] = row[l] > high[l] ? row[l] : high[l];
+                        }
+                    } else {
+                        for (int l = 0; l < width; ++l) low[l] = std::min(low[l], row[l]), high[l] = std::max(high[l], row[l]);
+                    }
+                }
+            out[k] = {std::max(-most_noise, *std::min_element(low, low + B)),
+                      std::min(most_noise, *std::max_element(high, high + B))};
         }
     }
-    const auto clamp = [](float f) {
-        f = f < -most_noise ? -most_noise : f;
-        return f > most_noise ? most_noise : f;
-    };
-    for (int j = 0; j < n; ++j)
+
+    Vec3i size_, blocks_;
+    std::vector<Range> ranges_;
+};
+
+inline float clamped(float n)
+{
+    n = n < -most_noise ? -most_noise : n;
+    return n > most_noise ? most_noise : n;
+}
+
+/// What is computed of one slice of a block, Stride-th voxels only: v + t, the envelope's own depth, and what caps v, the
+/// height over the base and the distance to the faces of the domain.
+template<int Stride> struct Slice {
+    static constexpr int n = B / Stride, count = n * n;
+    float v[count], depth[count], cap[count];
+    float x[count], y[count], z[count], noise[count];
+};
+
+template<int Stride>
+__attribute__((always_inline)) inline void evaluate(const Shaper& s, const Envelope::Parts& near, const Vec3i& o,
+                                                    Slice<Stride>& out)
+{
+    constexpr int n = Slice<Stride>::n;
+    const Vec3f p = s.position(o);
+    const float dy = s.step[1] * Stride, dz = s.step[2] * Stride, warp = s.warp;
+    for (int j = 0; j < n; ++j) {
+        const float* row = s.noise_row(o[0], o[1] + j * Stride, o[2], Vec3i(0));
+        const float* a = s.noise_row(o[0], o[1] + j * Stride, o[2], s.shift[0]);
+        const float* b = s.noise_row(o[0], o[1] + j * Stride, o[2], s.shift[1]);
+        const float* c = s.noise_row(o[0], o[1] + j * Stride, o[2], s.shift[2]);
+        const float px = p[0], py = p[1] + float(j) * dy, pz = p[2];
+        const int q = j * n;
         for (int k = 0; k < n; ++k) {
-            const int q = j * n + k;
-            noise[q] = clamp(noise[q]);
-            x[q] = p[0] + s.warp * clamp(other[0][q]);
-            y[q] = p[1] + float(j * Stride) * s.step[1] + s.warp * clamp(other[1][q]);
-            z[q] = p[2] + float(k * Stride) * s.step[2] + s.warp * clamp(other[2][q]);
+            out.noise[q + k] = clamped(row[k * Stride]);
+            out.x[q + k] = px + warp * clamped(a[k * Stride]);
+            out.y[q + k] = py + warp * clamped(b[k * Stride]);
+            out.z[q + k] = pz + float(k) * dz + warp * clamped(c[k * Stride]);
         }
-    s.envelope.depth(near, count, x, y, z, depth);
-    const float px = std::min(p[0] - s.low[0], s.high[0] - p[0]), base = s.envelope.base();
-    for (int j = 0; j < n; ++j)
+    }
+    s.envelope.depth(near, out.count, out.x, out.y, out.z, out.depth);
+    const float base = s.envelope.base(), low_z = s.low[2], high_z = s.high[2];
+    const float roughness = s.roughness, linear = s.linear, fold = s.fold, mean = s.mean;
+    const float limit = s.limited ? 0 : -nothing;  // added to the depth, that of a cap that is none
+    for (int j = 0; j < n; ++j) {
+        const float py = p[1] + float(j) * dy;
+        const float face = std::min(std::min(p[0] - s.low[0], s.high[0] - p[0]), std::min(py - s.low[1], s.high[1] - py));
+        const float height = (s.up == 0 ? p[0] : s.up == 1 ? py : p[2]) - base, rise = s.up == 2 ? dz : 0;
+        const int q = j * n;
         for (int k = 0; k < n; ++k) {
-            const int q = j * n + k;
-            const float py = p[1] + float(j * Stride) * s.step[1], pz = p[2] + float(k * Stride) * s.step[2];
-            const float face = std::min(px, std::min(std::min(py - s.low[1], s.high[1] - py),
-                                                     std::min(pz - s.low[2], s.high[2] - pz)));
-            const float bump = s.roughness * s.bumps(noise[q]);
-            const float height = s.up == 0 ? p[0] : s.up == 1 ? py : pz;
-            v[q] = depth[q] + bump;
-            cap[q] = std::min(height - base + 0.2f * bump, face);
-            if (s.limited) cap[q] = std::min(cap[q], depth[q]);
+            const float pz = p[2] + float(k) * dz, depth = out.depth[q + k];
+            const float bump = roughness * (linear * out.noise[q + k] + fold * std::abs(out.noise[q + k]) - mean);
+            float cap = std::min(face, std::min(pz - low_z, high_z - pz));
+            cap = std::min(cap, height + float(k) * rise + 0.2f * bump);
+            out.v[q + k] = depth + bump;
+            out.cap[q + k] = std::min(cap, depth + limit);
         }
+    }
 }
 
 /// What is known of a block before its voxels are looked at.
 enum class Kind { Empty, Full, Mixed };
 
-Kind classify(const Shaper& s, const Envelope::Parts& from, const Vec3i& o, Envelope::Parts& near)
+/// Lists that a thread works with.
+struct Scratch {
+    Envelope::Parts group, near;
+    std::vector<float> values;
+};
+
+float warp_reach(const Shaper& s) { return s.warp * most_noise * 1.7320508f; }
+
+/// `scratch.near` becomes the parts that matter in a block that is Mixed.
+Kind classify(const Shaper& s, const BlockRanges& ranges, const Vec3i& o, Scratch& scratch)
 {
     const Vec3f centre = s.block_centre(o, B);
-    const float bump = s.roughness * std::max(std::abs(s.bumps(-most_noise)), std::abs(s.bumps(most_noise)));
-    const float radius = s.block_radius(B);
-    const auto far = s.envelope.select(from, centre, radius + s.warp * most_noise * 1.7320508f, near);
-    if (far.high + bump <= s.threshold) return Kind::Empty;
-
-    const auto n = noise_range(s, o, Vec3i(0));
+    const auto n = ranges.over(o, Vec3i(0));
     const float zero = n.low <= 0 && n.high >= 0 ? s.bumps(0) : s.bumps(n.low);
-    const float least = std::min(zero, std::min(s.bumps(n.low), s.bumps(n.high)));
-    const float most = std::max(zero, std::max(s.bumps(n.low), s.bumps(n.high)));
+    const float least = s.roughness * std::min(zero, std::min(s.bumps(n.low), s.bumps(n.high)));
+    const float most = s.roughness * std::max(zero, std::max(s.bumps(n.low), s.bumps(n.high)));
+    const float height = centre[s.up] - s.envelope.base(), reach = 0.5f * (B - 1) * s.step[s.up];
+    if (height + reach + 0.2f * most <= 0) return Kind::Empty;
+
     Vec3f middle(0), spread(0);
     if (s.warp > 0)
         for (int d = 0; d < 3; ++d) {
-            const auto w = noise_range(s, o, s.shift[d]);
+            const auto w = ranges.over(o, s.shift[d]);
             middle[d] = s.warp * 0.5f * (w.low + w.high);
             spread[d] = s.warp * 0.5f * (w.high - w.low);
         }
-    const Envelope::Parts candidates = near;
-    const auto depth = s.envelope.select(candidates, centre + middle, radius + spread.length(), near);
-    if (depth.high + s.roughness * most <= s.threshold || (s.limited && depth.high <= 0)) return Kind::Empty;
+    const float deepest_of_none = s.limited ? std::max(0.0f, s.threshold - most) : s.threshold - most;
+    const auto depth = s.envelope.select(scratch.group, {centre + middle, s.block_radius(B) + spread.length()},
+                                         deepest_of_none, scratch.near);
+    if (depth.high + most <= s.threshold || (s.limited && depth.high <= 0)) return Kind::Empty;
 
-    const float height = centre[s.up] - s.envelope.base(), reach = 0.5f * (B - 1) * s.step[s.up];
-    if (height + reach + 0.2f * s.roughness * most <= 0) return Kind::Empty;
     float face = 1e30f;
     for (int d = 0; d < 3; ++d)
         face = std::min(face, std::min(centre[d] - s.low[d], s.high[d] - centre[d]) - 0.5f * (B - 1) * s.step[d]);
-    float v = std::min(depth.low + s.roughness * least - s.threshold, height - reach + 0.2f * s.roughness * least);
+    float v = std::min(depth.low + least - s.threshold, height - reach + 0.2f * least);
     if (s.limited) v = std::min(v, depth.low);
     return std::min(v, face) >= s.edge ? Kind::Full : Kind::Mixed;
 }
 
-/// Calls visit(origin, parts that may matter) for the blocks of the group at `corner`.
+/// Calls visit(origin, scratch) for the blocks of the group at `corner`, with the parts that matter in scratch.group; passes
+/// over a group whose depth is nowhere above `least`.
 template<typename Visit>
-void over_group(const Shaper& s, const Envelope::Parts& all, const Vec3i& corner, const Visit& visit)
+void over_group(const Shaper& s, const Vec3i& corner, float least, Scratch& scratch, const Visit& visit)
 {
     constexpr int edge = super * B;
-    Envelope::Parts near;
-    s.envelope.select(all, s.block_centre(corner, edge), s.block_radius(edge) + s.warp * most_noise * 1.7320508f, near);
+    const float radius = s.block_radius(edge) + warp_reach(s);
+    if (s.envelope.select(s.envelope.all(), {s.block_centre(corner, edge), radius}, least, scratch.group).high <= least) return;
     for (int i = 0; i < edge; i += B)
         for (int j = 0; j < edge; j += B)
             for (int k = 0; k < edge; k += B) {
                 const Vec3i o = corner + Vec3i(i, j, k);
-                if (o[0] < s.size[0] && o[1] < s.size[1] && o[2] < s.size[2]) visit(o, near);
+                if (o[0] < s.size[0] && o[1] < s.size[1] && o[2] < s.size[2]) visit(o);
             }
 }
 
-/// Calls visit(corner, index) for every group of blocks, in parallel; index counts them in order of their corners.
+/// Calls visit(corner, index, scratch) for every group of blocks, in parallel; index counts them in order of their corners.
 template<typename Visit> void over_groups(const Shaper& s, const Progress& progress, const Visit& visit)
 {
     constexpr int edge = super * B;
     const Vec3i n((s.size[0] + edge - 1) / edge, (s.size[1] + edge - 1) / edge, (s.size[2] + edge - 1) / edge);
     std::atomic<int> done{0};
-    tbb::parallel_for(0, n.product(), [&](int g) {
-        visit(edge * Vec3i(g / (n[1] * n[2]), g / n[2] % n[1], g % n[2]), size_t(g));
-        report(progress, double(++done) / n.product());
+    tbb::parallel_for(tbb::blocked_range<int>(0, n.product()), [&](const auto& range) {
+        Scratch scratch;
+        for (int g = range.begin(); g != range.end(); ++g) {
+            visit(edge * Vec3i(g / (n[1] * n[2]), g / n[2] % n[1], g % n[2]), size_t(g), scratch);
+            report(progress, double(++done) / n.product());
+        }
     });
 }
 
@@ -203,18 +268,15 @@ size_t group_count(const Vec3i& size)
 std::vector<float> sample(const Shaper& s)
 {
     std::vector<std::vector<float>> parts(group_count(s.size));
-    const auto all = s.envelope.all();
-    over_groups(s, {}, [&](const Vec3i& corner, size_t g) {
-        over_group(s, all, corner, [&](const Vec3i& o, const Envelope::Parts& from) {
-            Envelope::Parts near;
-            const float reach = s.block_radius(B) + s.warp * most_noise * 1.7320508f;
-            if (s.envelope.select(from, s.block_centre(o, B), reach, near).high <= 0) return;
-            constexpr int n = B / 2;
-            float v[n * n], depth[n * n], cap[n * n];
+    over_groups(s, {}, [&](const Vec3i& corner, size_t g, Scratch& scratch) {
+        over_group(s, corner, 0, scratch, [&](const Vec3i& o) {
+            const float reach = s.block_radius(B) + warp_reach(s);
+            if (s.envelope.select(scratch.group, {s.block_centre(o, B), reach}, 0, scratch.near).high <= 0) return;
+            Slice<2> slice;
             for (int i = 0; i < B; i += 2) {
-                evaluate<2>(s, near, o + Vec3i(i, 0, 0), v, depth, cap);
-                for (int q = 0; q < n * n; ++q)
-                    if (depth[q] > 0 && cap[q] > 0) parts[g].push_back(v[q]);
+                evaluate<2>(s, scratch.near, o + Vec3i(i, 0, 0), slice);
+                for (int q = 0; q < slice.count; ++q)
+                    if (slice.depth[q] > 0 && slice.cap[q] > 0) parts[g].push_back(slice.v[q]);
             }
         });
     });
@@ -234,51 +296,52 @@ float quantile(std::vector<float>& values, double below)
 }
 
 /// The density of a block, 512 values; false if all are 0.
+VDBCLOUD_CLONES
 bool fill_block(const Shaper& s, const Envelope::Parts& near, const Vec3i& o, float* values)
 {
-    float v[B * B], depth[B * B], cap[B * B], most = 0;
-    const float inverse = 1 / s.edge;
+    Slice<1> slice;
+    float most[B] = {};
+    const float inverse = 1 / s.edge, threshold = s.threshold;
     for (int i = 0; i < B; ++i) {
-        evaluate<1>(s, near, o + Vec3i(i, 0, 0), v, depth, cap);
-        for (int q = 0; q < B * B; ++q) {
-            float t = std::min(v[q] - s.threshold, cap[q]) * inverse;
-            t = t < 0 ? 0 : t;
-            t = t > 1 ? 1 : t;
-            values[i * B * B + q] = t * t * (3 - 2 * t);
-            most = most > t ? most : t;
-        }
+        evaluate<1>(s, near, o + Vec3i(i, 0, 0), slice);
+        for (int q = 0; q < slice.count; q += B)
+            for (int l = 0; l < B; ++l) {
+                float t = std::min(slice.v[q + l] - threshold, slice.cap[q + l]) * inverse;
+                t = t < 0 ? 0 : t;
+                t = t > 1 ? 1 : t;
+                values[i * B * B + q + l] = t * t * (3 - 2 * t);
+                most[l] = most[l] > t ? most[l] : t;
+            }
     }
-    return most > 0;
+    return *std::max_element(most, most + B) > 0;
 }
 
 void fill(const Shaper& s, CloudBlocks& out, const Progress& progress)
 {
+    constexpr size_t voxels = size_t(B * B * B), most = voxels * super * super * super;
+    const BlockRanges ranges(s.noise);
     std::vector<std::vector<CloudBlocks::Block>> blocks(group_count(s.size));
     out.storage.resize(blocks.size());
-    const auto all = s.envelope.all();
-    over_groups(s, progress, [&](const Vec3i& corner, size_t g) {
-        Envelope::Parts near;
-        std::vector<float> values;
+    const float bump = s.roughness * std::max(std::abs(s.bumps(-most_noise)), std::abs(s.bumps(most_noise)));
+    const float least = s.limited ? std::max(0.0f, s.threshold - bump) : s.threshold - bump;
+    over_groups(s, progress, [&](const Vec3i& corner, size_t g, Scratch& scratch) {
+        scratch.values.resize(most);
+        size_t used = 0;
         std::vector<bool> full;
-        over_group(s, all, corner, [&](const Vec3i& o, const Envelope::Parts& from) {
-            const auto kind = classify(s, from, o, near);
+        over_group(s, corner, least, scratch, [&](const Vec3i& o) {
+            const auto kind = classify(s, ranges, o, scratch);
             if (kind == Kind::Empty) return;
             if (kind == Kind::Mixed) {
-                const size_t at = values.size();
-                values.resize(at + B * B * B);
-                if (!fill_block(s, near, o, values.data() + at)) {
-                    values.resize(at);
-                    return;
-                }
+                if (!fill_block(s, scratch.near, o, scratch.values.data() + used)) return;
+                used += voxels;
             }
             blocks[g].push_back({o, nullptr});
             full.push_back(kind == Kind::Full);
         });
-        values.shrink_to_fit();
-        const float* next = values.data();
+        out.storage[g].assign(scratch.values.begin(), scratch.values.begin() + long(used));
+        const float* next = out.storage[g].data();
         for (size_t b = 0; b < full.size(); ++b)
-            if (!full[b]) blocks[g][b].values = std::exchange(next, next + B * B * B);
-        out.storage[g] = std::move(values);
+            if (!full[b]) blocks[g][b].values = std::exchange(next, next + voxels);
     });
     for (const auto& group : blocks) out.blocks.insert(out.blocks.end(), group.begin(), group.end());
 }

@@ -81,71 +81,123 @@ std::vector<Sphere> visible(const std::vector<Sphere>& children, const std::vect
     return out;
 }
 
+constexpr int lanes = 8;
+
+/// The parts of a union of spheres: rows x, y, z, r / 2, 1 / (2 r), and one to work in, each of stride(count) numbers. What
+/// pads a row to whole lanes is a sphere of no depth.
+int stride(int count) { return (count + lanes - 1) / lanes * lanes; }
+
+void resize(Envelope::Parts& parts, int count)
+{
+    parts.count = count;
+    const size_t n = size_t(stride(count));
+    if (parts.data.size() < 6 * n) parts.data.resize(6 * n);
+}
+
+void pad(Envelope::Parts& parts)
+{
+    const int n = stride(parts.count);
+    for (int i = parts.count; i < n; ++i)
+        for (int row = 0; row < 5; ++row) parts.data[size_t(row * n + i)] = row == 3 ? -1e30f : 0;
+}
+
+/// The largest least and most depth of any sphere over a ball; most[i] becomes that of sphere i.
+__attribute__((target_clones("avx2", "default")))
+Envelope::Range bound(int n, const float* __restrict data, const Envelope::Ball& ball, float* __restrict most)
+{
+    const float x = ball.centre[0], y = ball.centre[1], z = ball.centre[2], radius = ball.radius;
+    float low[lanes], high[lanes];
+    std::fill_n(low, lanes, -1e30f);
+    std::fill_n(high, lanes, -1e30f);
+    for (int i = 0; i < n; i += lanes)
+        for (int l = 0; l < lanes; ++l) {
+            const float *s = data + i + l, a = s[0] - x, b = s[n] - y, c = s[2 * n] - z;
+            const float d = std::sqrt(a * a + b * b + c * c), far = d + radius;
+            const float near = d > radius ? d - radius : 0;
+            const float m = s[3 * n] - near * near * s[4 * n], f = s[3 * n] - far * far * s[4 * n];
+            most[i + l] = m;
+            high[l] = m > high[l] ? m : high[l];
+            low[l] = f > low[l] ? f : low[l];
+        }
+    return {*std::max_element(low, low + lanes), *std::max_element(high, high + lanes)};
+}
+
+/// out[p] = the largest depth of any sphere at point p.
+__attribute__((target_clones("avx2", "default")))
+void deepest(int n, int spheres, const float* __restrict data, int count, const float* __restrict x,
+             const float* __restrict y, const float* __restrict z, float* __restrict out)
+{
+    int p = 0;
+    for (; p + 2 * lanes <= count; p += 2 * lanes) {
+        float most[2 * lanes];
+        for (int l = 0; l < 2 * lanes; ++l) most[l] = -1e30f;
+        for (int i = 0; i < spheres; ++i) {
+            const float cx = data[i], cy = data[n + i], cz = data[2 * n + i], half_r = data[3 * n + i],
+                        inverse = data[4 * n + i];
+            for (int l = 0; l < 2 * lanes; ++l) {
+                const float a = x[p + l] - cx, b = y[p + l] - cy, c = z[p + l] - cz;
+                const float d = half_r - (a * a + b * b + c * c) * inverse;
+                most[l] = d > most[l] ? d : most[l];
+            }
+        }
+        for (int l = 0; l < 2 * lanes; ++l) out[p + l] = most[l];
+    }
+    for (; p < count; ++p) {
+        out[p] = -1e30f;
+        for (int i = 0; i < spheres; ++i) {
+            const float a = x[p] - data[i], b = y[p] - data[n + i], c = z[p] - data[2 * n + i];
+            const float d = data[3 * n + i] - (a * a + b * b + c * c) * data[4 * n + i];
+            out[p] = d > out[p] ? d : out[p];
+        }
+    }
+}
+
 class Spheres : public Envelope {
 public:
     Spheres(const std::vector<Sphere>& spheres, float base) : base_(base)
     {
-        for (const auto& s : spheres) {
-            for (int d = 0; d < 3; ++d) c_[d].push_back(float(s.centre[d]));
-            half_r_.push_back(float(s.radius / 2));
-            inverse_.push_back(float(0.5 / s.radius));
+        const int count = int(spheres.size()), n = stride(count);
+        resize(all_, count);
+        pad(all_);
+        for (int i = 0; i < count; ++i) {
+            const auto& s = spheres[size_t(i)];
+            const double row[5] = {s.centre[0], s.centre[1], s.centre[2], s.radius / 2, 0.5 / s.radius};
+            for (int r = 0; r < 5; ++r) all_.data[size_t(r * n + i)] = float(row[r]);
         }
     }
 
-    Parts all() const override
-    {
-        Parts parts(half_r_.size());
-        for (size_t i = 0; i < parts.size(); ++i) parts[i] = int(i);
-        return parts;
-    }
+    const Parts& all() const override { return all_; }
+    float base() const override { return base_; }
 
-    Range select(const Parts& from, const Vec3f& centre, float radius, Parts& near) const override
+    Range select(const Parts& from, const Ball& ball, float least, Parts& near) const override
     {
-        Range range{-1e30f, -1e30f};
-        near.clear();
-        std::vector<float> high(from.size());
-        for (size_t f = 0; f < from.size(); ++f) {
-            const auto i = size_t(from[f]);
-            const float d = (Vec3f(c_[0][i], c_[1][i], c_[2][i]) - centre).length();
-            const float least = std::max(0.0f, d - radius), most = d + radius;
-            high[f] = half_r_[i] - least * least * inverse_[i];
-            range.high = std::max(range.high, high[f]);
-            range.low = std::max(range.low, half_r_[i] - most * most * inverse_[i]);
+        const int n = stride(from.count);
+        resize(near, from.count);
+        float* most = near.data.data() + 5 * n;
+        const auto range = bound(n, from.data.data(), ball, most);
+        const float cut = std::max(range.low, least);
+        int count = 0;
+        for (int i = 0; i < from.count; ++i) count += most[i] >= cut;
+        const int m = stride(count);
+        for (int i = 0, to = 0; i < from.count; ++i) {
+            if (most[i] < cut) continue;
+            for (int row = 0; row < 5; ++row) near.data[size_t(row * m + to)] = from.data[size_t(row * n + i)];
+            ++to;
         }
-        for (size_t f = 0; f < from.size(); ++f)
-            if (high[f] >= range.low) near.push_back(from[f]);
+        near.count = count;
+        pad(near);
         return range;
     }
 
-    void depth(const Parts& near, int count, const float* x, const float* y, const float* z, float* out) const override;
-    float base() const override { return base_; }
+    void depth(const Parts& near, int count, const float* x, const float* y, const float* z, float* out) const override
+    {
+        deepest(stride(near.count), near.count, near.data.data(), count, x, y, z, out);
+    }
 
 private:
-    std::vector<float> c_[3], half_r_, inverse_;
+    Parts all_;
     float base_;
 };
-
-__attribute__((target_clones("avx2", "default")))
-void deepest(int count, const float* __restrict x, const float* __restrict y, const float* __restrict z,
-             float* __restrict out, const float* sphere)
-{
-    const float cx = sphere[0], cy = sphere[1], cz = sphere[2], half_r = sphere[3], inverse = sphere[4];
-    for (int p = 0; p < count; ++p) {
-        const float a = x[p] - cx, b = y[p] - cy, c = z[p] - cz;
-        const float d = half_r - (a * a + b * b + c * c) * inverse;
-        out[p] = out[p] > d ? out[p] : d;
-    }
-}
-
-void Spheres::depth(const Parts& near, int count, const float* x, const float* y, const float* z, float* out) const
-{
-    std::fill_n(out, count, -1e30f);
-    for (int part : near) {
-        const auto i = size_t(part);
-        const float sphere[5] = {c_[0][i], c_[1][i], c_[2][i], half_r_[i], inverse_[i]};
-        deepest(count, x, y, z, out, sphere);
-    }
-}
 
 }  // namespace
 

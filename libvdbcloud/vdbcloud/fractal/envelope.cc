@@ -13,13 +13,13 @@ namespace {
 /// A region whose depth changes by at most the distance between two points.
 class Smooth : public Envelope {
 public:
-    Range select(const Parts&, const Vec3f& centre, float radius, Parts& near) const override
+    Range select(const Parts&, const Ball& ball, float, Parts& near) const override
     {
-        near.clear();
-        const float x = centre[0], y = centre[1], z = centre[2];
+        near.count = 0;
+        const float x = ball.centre[0], y = ball.centre[1], z = ball.centre[2];
         float d = 0;
         depth(near, 1, &x, &y, &z, &d);
-        return {d - radius, d + radius};
+        return {d - ball.radius, d + ball.radius};
     }
 };
 
@@ -70,6 +70,12 @@ Vec3d half_sides(const Box& box)
 }
 
 }  // namespace
+
+const Envelope::Parts& Envelope::all() const
+{
+    static const Parts none;
+    return none;
+}
 
 EnvelopePtr sphere_envelope(const Box& box)
 {

@@ -27,13 +27,24 @@ public:
     struct Range {
         float low, high;  ///< bounds of the depth [world]
     };
-    using Parts = std::vector<int>;
+    struct Parts {
+        std::vector<float> data;  ///< as the envelope lays it out
+        int count = 0;
+    };
 
     virtual ~Envelope() = default;
-    virtual Parts all() const { return {}; }
+    virtual const Parts& all() const;
 
-    /// Bounds of the depth over the ball of `radius` about `centre`; `near` becomes those of `from` that matter in it.
-    virtual Range select(const Parts& from, const Vec3f& centre, float radius, Parts& near) const = 0;
+
+    struct Ball {
+        Vec3f centre;
+        float radius;  ///< [world]
+    };
+
+    /// Bounds of the depth over the ball; `near`, another list than `from`, becomes those of `from` that matter in it. A part
+    /// whose depth is nowhere above `least` does not matter: where no other is deeper, the depth is only known to be
+    /// at most that.
+    virtual Range select(const Parts& from, const Ball&, float least, Parts& near) const = 0;
 
     /// out[p] = depth at (x[p], y[p], z[p]), for `count` points inside the ball that `near` was selected for. The arrays
     /// do not overlap.

@@ -27,10 +27,10 @@ public:
     }
 
     /// An interpolated value is a mean of values at most a cell away, each of which is a distance.
-    Range select(const Parts&, const Vec3f& centre, float radius, Parts& near) const override
+    Range select(const Parts&, const Ball& ball, float, Parts& near) const override
     {
-        near.clear();
-        const float x = centre[0], y = centre[1], z = centre[2], reach = radius + 2 * cell_;
+        near.count = 0;
+        const float x = ball.centre[0], y = ball.centre[1], z = ball.centre[2], reach = ball.radius + 2 * cell_;
         float d = 0;
         depth(near, 1, &x, &y, &z, &d);
         return {d - reach, d + reach};

@@ -32,7 +32,7 @@ struct Synthesis {
     float beta = 0, outer2 = 0, low2 = 0, high2 = 0, scale = 1;
 };
 
-// Logarithm, power and sine good to about 1e-6, of arithmetic alone: loops of them become vector code, and give the
+// Logarithm, power and sine good to about 1e-5, of arithmetic alone: loops of them become vector code, and give the
 // same bits in each of its clones.
 inline float log2_of(float x)
 {
@@ -43,7 +43,7 @@ inline float log2_of(float x)
     float m;
     std::memcpy(&m, &bits, 4);
     const float s = (m - 1) / (m + 1), s2 = s * s;
-    return float(e) + 2.885390082f * s * (1 + s2 * (0.333333333f + s2 * (0.2f + s2 * 0.142857143f)));
+    return float(e) + 2.885390082f * s * (1 + s2 * (0.333333333f + s2 * 0.2f));
 }
 
 inline float exp2_of(float x)
@@ -51,7 +51,7 @@ inline float exp2_of(float x)
     x = x < -126 ? -126 : x;
     x = x > 100 ? 100 : x;
     const float whole = (x + 12582912.0f) - 12582912.0f, f = (x - whole) * 0.6931471806f;
-    const float p = 1 + f * (1 + f * (0.5f + f * (1 / 6.f + f * (1 / 24.f + f * (1 / 120.f + f * (1 / 720.f))))));
+    const float p = 1 + f * (1 + f * (0.5f + f * (1 / 6.f + f * (1 / 24.f + f * (1 / 120.f)))));
     const int32_t bits = (int32_t(whole) + 127) * 0x800000;
     float two;
     std::memcpy(&two, &bits, 4);
@@ -66,8 +66,9 @@ inline uint32_t mix(uint32_t x)
     return x ^ (x >> 16);
 }
 
-/// `lanes` modes from c0 on of the row (mx, my): interleaved real and imaginary parts.
-inline void modes_of_row(const Synthesis& s, int mx, int my, int c0, float* out)
+/// `lanes` modes from c0 on of the row (mx, my): interleaved real and imaginary parts. Inlined, so that each clone of its
+/// caller has its own.
+__attribute__((always_inline)) inline void modes_of_row(const Synthesis& s, int mx, int my, int c0, float* out)
 {
     const auto &X = s.axis[0], &Y = s.axis[1], &Z = s.axis[2];
     const uint64_t key = hash_bits(hash_bits(s.seed + uint32_t(my)) ^ uint32_t(mx));
@@ -86,10 +87,9 @@ inline void modes_of_row(const Synthesis& s, int mx, int my, int c0, float* out)
         const int kept = (kappa2 > 0) & (kappa2 >= s.low2) & (kappa2 <= s.high2) & (inside_xy + fz * fz * Z.limit < 1);
         const float r = std::sqrt(log2_of(uniform) * -0.6931471806f * power) * float(kept);
         const float h = float(int32_t(v)) * float(0x1p-32 * M_PI), h2 = h * h;  // half the phase: |h| <= pi / 2
-        const float sine = h * (1 - h2 * (1 / 6.f - h2 * (1 / 120.f - h2 * (1 / 5040.f - h2 * (1 / 362880.f -
-                           h2 * (1 / 39916800.f))))));
+        const float sine = h * (1 - h2 * (1 / 6.f - h2 * (1 / 120.f - h2 * (1 / 5040.f - h2 * (1 / 362880.f)))));
         const float cosine = 1 - h2 * (0.5f - h2 * (1 / 24.f - h2 * (1 / 720.f - h2 * (1 / 40320.f - h2 *
-                             (1 / 3628800.f - h2 * (1 / 479001600.f))))));
+                             (1 / 3628800.f)))));
         out[2 * w] = r * (cosine * cosine - sine * sine);
         out[2 * w + 1] = r * (2 * sine * cosine);
     }
@@ -107,6 +107,10 @@ bool make_modes(const Synthesis& s, int b, int c0, int width, std::complex<float
         auto* row = out + size_t(a) * stride;
         if (inside + float(mx) * float(mx) * s.axis[0].limit >= 1) {
             std::fill_n(row, width, std::complex<float>());
+            continue;
+        }
+        if (width == lanes && c0 > 0) {
+            modes_of_row(s, mx, my, c0, reinterpret_cast<float*>(row));
             continue;
         }
         float modes[2 * lanes];
