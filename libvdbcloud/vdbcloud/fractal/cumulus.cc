@@ -29,13 +29,13 @@ std::vector<Sphere> columns(const Vec3d& half, double height, const CumulusOptio
             return between(hash_bits(o.seed, 2, uint64_t(t), uint64_t(what)), low, high);
         };
         // The first stands near the middle, the others around it on a spiral, lower and slimmer the further out.
-        const double out_by = t == 0 ? random(0, 0, 0.15) : std::sqrt((t - 0.2) / o.towers) * random(0, 0.62, 0.8);
+        const double out_by = t == 0 ? random(0, 0.05, 0.3) : std::sqrt((t - 0.2) / o.towers) * random(0, 0.62, 0.8);
         const double angle = turn + golden * t + random(1, -0.35, 0.35);
-        const double top = height * (t == 0 ? 1 : (1.05 - 0.75 * out_by) * random(2, 0.5, 0.95));
-        const double r0 = std::min(height * (t == 0 ? 0.42 : random(3, 0.3, 0.4)), 0.7 * top);
+        const double top = height * (t == 0 ? 1 : (1.1 - 0.7 * out_by) * random(2, 0.5, 1));
+        const double r0 = std::min(height * (t == 0 ? 0.5 : random(3, 0.3, 0.44)), 0.75 * top);
         const Vec3d foot(half[0] * out_by * std::cos(angle), half[1] * out_by * std::sin(angle), 0);
         const Vec3d lean(random(4, -0.2, 0.2), random(5, -0.2, 0.2), 0);
-        const double dome = r0 * random(6, 0.55, 0.8);  // radius of the topmost
+        const double dome = r0 * random(6, 0.65, 0.9);  // radius of the topmost
         const int count = std::max(2, int(std::lround((top - dome) / (0.5 * r0))));
         for (int s = 0; s < count; ++s) {
             const double f = double(s) / (count - 1);
@@ -212,7 +212,7 @@ EnvelopePtr cumulus_envelope(const Box& box, const CumulusOptions& o)
     const double height = std::min(sides[up], o.height * std::max(sides[u], sides[v]));
     auto parents = columns({0.5 * sides[u], 0.5 * sides[v], 0}, height, o);
     auto spheres = parents;
-    const struct { int count; double low, high; } growth[] = {{14, 0.34, 0.55}, {11, 0.3, 0.5}, {8, 0.3, 0.5}};
+    const struct { int count; double low, high; } growth[] = {{12, 0.38, 0.62}, {11, 0.32, 0.5}, {8, 0.3, 0.5}};
     for (int g = 1; g < o.generations; ++g) {
         const auto& how = growth[g - 1];
         parents = visible(bulges(parents, how.count, how.low, how.high), spheres);
