@@ -50,4 +50,4 @@ $(BIN)/%:
 clean:
 	rm -rf out
 why:  # what would run, and what made it necessary
-	@$(MAKE) --dry-run --debug=basic all | grep -E 'Must remake|$(notdir $(BIN))/' || echo 'up to date'
+	@$(MAKE) --dry-run --debug=basic all | grep -E 'Must remake|$(notdir $(BIN))/' | grep -v "'all'" || echo 'up to date'
