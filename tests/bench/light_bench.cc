@@ -2,7 +2,7 @@
 #include "vdbcloud/fractal/noise.h"
 #include "vdbcloud/light/transmittance_grid.h"
 
-#include "support/clouds.h"
+#include "support/fields.h"
 
 #include <benchmark/benchmark.h>
 #include <tbb/global_control.h>

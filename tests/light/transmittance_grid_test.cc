@@ -5,7 +5,7 @@
 #include "vdbcloud/grid/io.h"
 #include "vdbcloud/grid/schema.h"
 
-#include "support/clouds.h"
+#include "support/fields.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>

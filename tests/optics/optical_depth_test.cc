@@ -3,7 +3,7 @@
 
 #include "vdbcloud/core/error.h"
 
-#include "support/clouds.h"
+#include "support/fields.h"
 
 #include <gtest/gtest.h>
 

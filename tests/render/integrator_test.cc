@@ -7,7 +7,7 @@
 #include "vdbcloud/optics/optical_depth.h"
 #include "vdbcloud/optics/phase_function.h"
 
-#include "support/clouds.h"
+#include "support/fields.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
