@@ -1,0 +1,67 @@
+// Maps of the floor's fluxes, from pictures and grids.
+#include "options.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbcloud::app {
+
+namespace {
+
+std::vector<double> from_grid(App& app, const std::string& path, const sim::Lattice& l, bool y_up)
+{
+    GridFile file = app.read(path);
+    const auto grid = density_of(file, {}, app.warnings());
+    const auto box = grid->evalActiveVoxelBoundingBox();
+    const int up = y_up ? 1 : 2, across = y_up ? 2 : 1;
+    std::vector<double> map;
+    auto accessor = grid->getConstAccessor();
+    for (int j = 0; j < l.n[1]; ++j)
+        for (int i = 0; i < l.n[0]; ++i) {
+            Vec3d world(0, 0, 0);
+            world[0] = (i + 0.5 - 0.5 * l.n[0]) * l.h[0], world[across] = (j + 0.5 - 0.5 * l.n[1]) * l.h[1];
+            auto at = openvdb::Coord::round(grid->transform().worldToIndex(world));
+            at[up] = box.min()[up];
+            map.push_back(double(accessor.getValue(at)));
+        }
+    return map;
+}
+
+std::vector<double> from_image(const std::string& path, const sim::Lattice& l)
+{
+    auto image = OIIO::ImageInput::open(path);
+    if (!image) throw IoError(path + ": cannot read it as an image: " + printable(OIIO::geterror()));
+    const OIIO::ImageSpec spec = image->spec();
+    if (spec.width < 1 || spec.height < 1 || spec.width > 16384 || spec.height > 16384)
+        throw IoError(path + ": expected an image of 1..16384 pixels a side");
+    std::vector<float> pixels(size_t(spec.width) * size_t(spec.height) * size_t(spec.nchannels));
+    if (!image->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, pixels.data()))
+        throw IoError(path + ": cannot read its pixels: " + printable(image->geterror()));
+    const int colours = std::min(spec.nchannels, 3);
+    std::vector<double> map;
+    for (int j = 0; j < l.n[1]; ++j)
+        for (int i = 0; i < l.n[0]; ++i) {
+            const int x = std::min(spec.width - 1, int((i + 0.5) / l.n[0] * spec.width));
+            const int y = std::min(spec.height - 1, int((1 - (j + 0.5) / l.n[1]) * spec.height));
+            double sum = 0;
+            for (int c = 0; c < colours; ++c)
+                sum += double(pixels[(size_t(y) * size_t(spec.width) + size_t(x)) * size_t(spec.nchannels) + size_t(c)]);
+            map.push_back(sum / colours);
+        }
+    return map;
+}
+
+}  // namespace
+
+std::vector<double> read_floor_map(App& app, const std::string& path, const sim::Lattice& l, bool y_up)
+{
+    const bool grid = path == "-" || (path.size() > 4 && path.substr(path.size() - 4) == ".vdb");
+    return grid ? from_grid(app, path, l, y_up) : from_image(path, l);
+}
+
+}  // namespace vdbcloud::app

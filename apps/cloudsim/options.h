@@ -1,0 +1,42 @@
+#pragma once
+// What can be asked of cloudsim. Every option overrides what the preset says.
+#include "app.h"
+
+#include "vdbcloud/sim/frame.h"
+#include "vdbcloud/sim/presets.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace vdbcloud::app {
+
+struct Options {
+    std::string output, log, checkpoint, resume, init, floor_map;
+    std::string preset = "cumulus", sounding, every, grids;
+    sim::Accuracy accuracy = sim::Accuracy::Default;
+    bool y_up = true, unpruned = false, strict = false, huge_dt = false;
+    std::optional<double> minutes;
+    double effective_radius = 10e-6, smoke_extinction = 0.05;
+    int first_frame = 0, checkpoint_every = 10;
+    std::string cells, spacing, sides, wind, shear;
+    std::vector<std::string> patches, bubbles;
+    bool no_forcing = false;
+    std::string seed;
+    /// Set by options that were given: applied to the preset's parameters, in order of declaration.
+    std::vector<std::function<void(sim::Parameters&)>> overrides;
+};
+
+void declare(App&, Options&);
+
+/// The preset with everything that was given. Throws UsageError.
+sim::Scene resolve(const App&, const Options&);
+
+/// "10s", "2.5 min", "1h" or a number of seconds. Throws UsageError naming the option.
+double seconds_of(const std::string& option, const std::string& text);
+
+/// Factors of the floor's fluxes from an image (mean of its channels) or the lowest voxels of the first float grid of a .vdb,
+/// one a cell of the floor. An image spans the floor, its first row at the far end of y.
+std::vector<double> read_floor_map(App&, const std::string& path, const sim::Lattice&, bool y_up);
+
+}  // namespace vdbcloud::app

@@ -1,0 +1,189 @@
+#include "vdbcloud/sim/checkpoint.h"
+
+#include "vdbcloud/core/atomic_file.h"
+#include "vdbcloud/core/random.h"
+
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+namespace vdbcloud::sim {
+
+namespace {
+
+constexpr const char* magic = "VDBCLOUD CHECKPOINT 1\n";
+
+std::string exact(double x)
+{
+    char text[40];
+    for (int digits = 6; digits <= 17; ++digits) {
+        std::snprintf(text, sizeof text, "%.*g", digits, x);
+        if (std::strtod(text, nullptr) == x) break;
+    }
+    return text;
+}
+
+/// A hash of what passes through to another buffer.
+class Hashing : public std::streambuf {
+public:
+    explicit Hashing(std::streambuf* next) : next_(next) {}
+    uint64_t hash() const { return hash_; }
+
+protected:
+    std::streamsize xsputn(const char* bytes, std::streamsize n) override
+    {
+        add(bytes, n);
+        return next_->sputn(bytes, n);
+    }
+    int_type overflow(int_type c) override
+    {
+        const char byte = char(c);
+        return xsputn(&byte, 1) == 1 ? c : traits_type::eof();
+    }
+    std::streamsize xsgetn(char* bytes, std::streamsize n) override
+    {
+        n = next_->sgetn(bytes, n);
+        add(bytes, n);
+        return n;
+    }
+
+private:
+    // Independent of how the bytes are divided among calls: words of eight, the rest kept for the next call.
+    void add(const char* bytes, std::streamsize n)
+    {
+        for (std::streamsize i = 0; i < n;) {
+            const std::streamsize part = std::min<std::streamsize>(8 - filled_, n - i);
+            std::memcpy(reinterpret_cast<char*>(&word_) + filled_, bytes + i, size_t(part));
+            filled_ += int(part), i += part;
+            if (filled_ < 8) continue;
+            hash_ = (hash_ ^ word_) * 0x9e3779b97f4a7c15ull;
+            hash_ ^= hash_ >> 29;
+            filled_ = 0;
+        }
+    }
+    std::streambuf* next_;
+    uint64_t hash_ = 14695981039346656037ull, word_ = 0;
+    int filled_ = 0;
+};
+
+std::string text_of(const Parameters& p, const Sounding& s)
+{
+    std::string text;
+    for (const auto& [name, value] : describe(p, s)) text += name + " = " + value + "\n";
+    return text;
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> describe(const Parameters& p, const Sounding& s)
+{
+    std::vector<std::pair<std::string, std::string>> list;
+    const auto number = [&](const std::string& name, double x) { list.emplace_back(name, exact(x)); };
+    const auto flag = [&](const std::string& name, bool on) { list.emplace_back(name, on ? "on" : "off"); };
+    const auto numbers = [&](const std::string& name, const std::vector<double>& values) {
+        std::string text;
+        for (const double x : values) text += (text.empty() ? "" : ",") + exact(x);
+        list.emplace_back(name, text);
+    };
+    const auto word = [&](const std::string& name, std::initializer_list<const char*> words, int which) {
+        list.emplace_back(name, words.begin()[which]);
+    };
+    const Lattice& l = p.lattice;
+    numbers("cells", {double(l.n[0]), double(l.n[1]), double(l.n[2])});
+    numbers("spacing", {l.h[0], l.h[1], l.h[2]});
+    word("side_x", {"periodic", "wall", "open"}, int(l.side[0]));
+    word("side_y", {"periodic", "wall", "open"}, int(l.side[1]));
+    word("precision", {"float", "double"}, int(p.precision));
+    word("time_scheme", {"euler", "rk2", "rk3", "huge"}, int(p.time_scheme));
+    word("scalar_scheme", {"upwind", "koren", "limited5", "plain5"}, int(p.scalar_scheme));
+    word("momentum_scheme", {"upwind", "upwind5"}, int(p.momentum_scheme));
+    number("cfl", p.cfl), number("dt", p.dt), number("dt_max", p.dt_max);
+    flag("momentum", p.momentum), flag("buoyancy", p.buoyancy), flag("moisture", p.moisture), flag("rain", p.rain);
+    flag("anelastic", p.anelastic), flag("dye", p.dye), flag("subgrid", p.subgrid);
+    word("saturation", {"height", "temperature"}, int(p.moist.by));
+    flag("latent_heat_on", p.moist.latent_heat), flag("vapour", p.moist.vapour), flag("loading", p.moist.loading);
+    const Constants& c = p.constants;
+    number("gravity", c.g), number("theta0", c.theta0), number("latent_heat", c.latent_heat), number("cp", c.cp);
+    number("r_dry", c.r_dry), number("r_vapour", c.r_vapour), number("surface_pressure", c.surface_pressure);
+    number("rho0", c.rho0), number("q_surface", p.q_surface);
+    number("q_scale_height", p.q_scale_height > 0 ? p.q_scale_height : l.n[2] * l.h[2] / std::log(10.0));
+    number("friction_time", p.friction_time), number("viscosity", p.viscosity), number("diffusivity", p.diffusivity);
+    number("smagorinsky", p.smagorinsky), number("radiation", p.radiation), number("radiation_kappa", p.radiation_kappa);
+    number("sponge", p.sponge), number("sponge_depth", p.sponge_depth), number("wind_relaxation", p.wind_relaxation);
+    number("side_relaxation", p.side_relaxation), number("side_cells", p.side_cells);
+    number("floor_heat", p.floor.heat), number("floor_moisture", p.floor.moisture), number("floor_until", p.floor.until);
+    for (const Patch& f : p.floor.patches)
+        numbers("patch", {f.centre[0], f.centre[1], f.radius, f.heat, f.moisture, f.dye});
+    uint64_t map = 0;
+    for (const double x : p.floor.map) {
+        uint64_t bits;
+        std::memcpy(&bits, &x, 8);
+        map = hash_bits(map, bits);
+    }
+    if (!p.floor.map.empty()) list.emplace_back("floor_map_hash", std::to_string(map));
+    for (const Bubble& b : p.bubbles)
+        numbers("bubble", {b.centre[0], b.centre[1], b.centre[2], b.radius, b.height, b.theta, b.water, b.dye});
+    numbers("noise", {p.noise.theta, p.noise.water, p.noise.below});
+    list.emplace_back("seed", std::to_string(p.noise.seed));
+    list.emplace_back("sounding", s.name);
+    numbers("sounding_z", s.z), numbers("sounding_theta", s.theta), numbers("sounding_water", s.water);
+    numbers("sounding_u", s.u), numbers("sounding_v", s.v), number("sounding_pressure", s.pressure);
+    return list;
+}
+
+void write_checkpoint(const std::string& path, const Simulation& sim, const Sounding& sounding, int frame)
+{
+    AtomicFile file(path);
+    std::ofstream out(file.name(), std::ios::binary | std::ios::trunc);
+    const std::string text = text_of(sim.parameters(), sounding);
+    const uint64_t length = text.size();
+    Hashing hashing(out.rdbuf());
+    std::ostream stream(&hashing);
+    stream << magic;
+    stream.write(reinterpret_cast<const char*>(&length), 8);
+    stream.write(text.data(), std::streamsize(length));
+    stream.write(reinterpret_cast<const char*>(&frame), sizeof frame);
+    sim.save(stream);
+    const uint64_t hash = hashing.hash();
+    out.write(reinterpret_cast<const char*>(&hash), 8);
+    out.flush();
+    if (!stream || !out) throw IoError(path + ": cannot write the checkpoint (is the disk full?)");
+    out.close();
+    file.commit();
+}
+
+int read_checkpoint(const std::string& path, Simulation& sim, const Sounding& sounding)
+{
+    std::ifstream in(path, std::ios::binary);
+    if (!in) throw IoError(path + ": cannot read the checkpoint");
+    Hashing hashing(in.rdbuf());
+    std::istream stream(&hashing);
+    char head[32] = {};
+    stream.read(head, std::streamsize(std::strlen(magic)));
+    if (std::strcmp(head, magic) != 0) throw IoError(path + ": is no checkpoint of this version");
+    uint64_t length = 0;
+    stream.read(reinterpret_cast<char*>(&length), 8);
+    if (!stream || length > (1u << 26)) throw IoError(path + ": the checkpoint is damaged");
+    std::string text(length, ' ');
+    stream.read(text.data(), std::streamsize(length));
+    std::istringstream theirs(text), ours(text_of(sim.parameters(), sounding));
+    for (std::string a, b; bool(std::getline(theirs, a)) | bool(std::getline(ours, b)); a.clear(), b.clear())
+        if (a != b)
+            throw UsageError(path + ": was made with '" + printable(a, 100) + "', this run has '" + printable(b, 100) + "'");
+    int frame = 0;
+    stream.read(reinterpret_cast<char*>(&frame), sizeof frame);
+    try {
+        sim.restore(stream);
+    } catch (const InputError&) {
+        throw IoError(path + ": the checkpoint is damaged: it ends too early");
+    }
+    uint64_t hash = 0;
+    const uint64_t expected = hashing.hash();
+    in.read(reinterpret_cast<char*>(&hash), 8);
+    if (!in || hash != expected) throw IoError(path + ": the checkpoint is damaged: its checksum does not fit");
+    return frame;
+}
+
+}  // namespace vdbcloud::sim

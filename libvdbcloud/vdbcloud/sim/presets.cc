@@ -1,0 +1,170 @@
+#include "vdbcloud/sim/presets.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/sim/sounding.h"
+
+#include <utility>
+
+namespace vdbcloud::sim {
+
+const std::vector<std::pair<std::string, std::string>>& sounding_tables();  // data/soundings, made by CMake
+
+namespace {
+
+Lattice box(int nx, int ny, int nz, double h, double dz)
+{
+    return {{nx, ny, nz}, {h, h, dz}, {Side::Periodic, Side::Periodic}};
+}
+
+/// A warm field among cooler ones feeds one cloud; a first moist bubble starts it within minutes.
+Scene cumulus()
+{
+    Scene s;
+    Parameters& p = s.parameters;
+    p.lattice = box(128, 128, 128, 32, 30);
+    p.floor.heat = 0.03, p.floor.moisture = 3e-5;
+    p.floor.patches = {{{1900, 2050}, 520, 0.55, 3.0e-4, 0}, {{2500, 1750}, 300, 0.35, 1.5e-4, 0}};
+    p.bubbles = {{{1950, 2000, 250}, 650, 350, 0.7, 8e-4, 0}, {{2450, 1800, 200}, 400, 300, 0.5, 5e-4, 0}};
+    p.noise = {0.15, 1e-4, 800, 1};
+    p.sponge = 0.02, p.sponge_depth = 0.15;
+    return s;
+}
+
+Scene congestus()
+{
+    Scene s;
+    Parameters& p = s.parameters;
+    p.lattice = box(128, 128, 160, 64, 60);
+    p.anelastic = p.rain = true;
+    p.floor.heat = 0.04, p.floor.moisture = 5e-5;
+    p.floor.patches = {{{3900, 4100}, 1000, 0.7, 5e-4, 0}, {{5000, 3600}, 600, 0.5, 3e-4, 0}};
+    p.bubbles = {{{4000, 4050, 400}, 1200, 600, 1.0, 1e-3, 0}};
+    p.noise = {0.2, 1e-4, 1000, 1};
+    p.sponge = 0.02, p.sponge_depth = 0.15;
+    s.minutes = 30;
+    return s;
+}
+
+Scene stratocumulus()
+{
+    Scene s;
+    Parameters& p = s.parameters;
+    p.lattice = box(128, 128, 96, 25, 12.5);
+    p.radiation = 70;
+    p.floor.heat = 0.012, p.floor.moisture = 4e-5;
+    p.noise = {0.1, 2.5e-5, 840, 1};
+    p.sponge = 0.02, p.sponge_depth = 0.2;
+    s.minutes = 60, s.every = 30;
+    return s;
+}
+
+Scene fog()
+{
+    Scene s;
+    Parameters& p = s.parameters;
+    p.lattice = box(128, 128, 64, 8, 4);
+    p.radiation = 40, p.radiation_kappa = 130;
+    p.floor.heat = -0.003;
+    p.noise = {0.1, 5e-5, 90, 1};
+    p.sponge = 0.02, p.sponge_depth = 0.3;
+    s.minutes = 30, s.every = 15;
+    return s;
+}
+
+Scene smoke()
+{
+    Scene s;
+    Parameters& p = s.parameters;
+    p.lattice = box(128, 64, 128, 5, 5);
+    p.moisture = false, p.dye = true;
+    p.floor.patches = {{{120, 160}, 18, 25, 0, 8}};
+    p.noise = {0.05, 0, 300, 1};
+    p.sponge = 0.05, p.sponge_depth = 0.15;
+    s.minutes = 5, s.every = 2;
+    return s;
+}
+
+/// Section 5.1 as printed: 10 x 10 x 20 points, forward differences, saturation by height, L/cp = 2500 K, no weight of
+/// vapour and water. Upwind in space, as centred differences with forward steps are unstable.
+Scene paper()
+{
+    Scene s;
+    Parameters& p = s.parameters;
+    p.lattice = box(10, 10, 20, 200, 200);
+    p.lattice.side = {Side::Wall, Side::Wall};
+    p.moist = {SaturationBy::Height, true, false, false};
+    p.constants.latent_heat = 2500 * p.constants.cp;
+    p.friction_time = 600;
+    p.time_scheme = TimeScheme::Euler;
+    p.scalar_scheme = ScalarScheme::Upwind;
+    p.momentum_scheme = MomentumScheme::Upwind;
+    p.dt = 1;
+    p.floor.patches = {{{900, 1000}, 500, 0.4, 2e-4, 0}};
+    p.bubbles = {{{900, 1000, 300}, 700, 500, 1, 1e-3, 0}};
+    p.noise = {0.2, 2e-4, 1000, 1};
+    return s;
+}
+
+}  // namespace
+
+const std::vector<std::string>& scene_names()
+{
+    static const std::vector<std::string> names{"cumulus", "congestus", "stratocumulus", "fog", "smoke", "paper"};
+    return names;
+}
+
+Sounding sounding_named(const std::string& name)
+{
+    std::string names;
+    for (const auto& [known, table] : sounding_tables()) {
+        if (known == name) return read_sounding(name, table);
+        names += (names.empty() ? "" : ", ") + known;
+    }
+    throw InputError("sounding '" + printable(name) + "': expected a file, or one of " + names);
+}
+
+Scene scene(const std::string& name)
+{
+    const std::vector<std::pair<std::string, Scene (*)()>> scenes{{"cumulus", cumulus}, {"congestus", congestus},
+        {"stratocumulus", stratocumulus}, {"fog", fog}, {"smoke", smoke}, {"paper", paper}};
+    for (const auto& [known, make] : scenes)
+        if (known == name) {
+            Scene s = make();
+            s.sounding = sounding_named(name);
+            return s;
+        }
+    std::string names;
+    for (const std::string& known : scene_names()) names += (names.empty() ? "" : ", ") + known;
+    throw InputError("preset '" + printable(name) + "': expected one of " + names);
+}
+
+void apply(Accuracy accuracy, Parameters& p)
+{
+    switch (accuracy) {
+        case Accuracy::Fast:
+            p.time_scheme = TimeScheme::Rk2, p.scalar_scheme = ScalarScheme::Koren;
+            break;
+        case Accuracy::Accurate:
+            p.precision = Precision::Double, p.cfl = 0.4;
+            break;
+        default: break;
+    }
+}
+
+void rescale_forcing(Parameters& p, const Lattice& before)
+{
+    const auto factor = [&](size_t d) {
+        return p.lattice.n[d] * p.lattice.h[d] / (before.n[d] * before.h[d]);
+    };
+    const double horizontal = std::min(factor(0), factor(1) > 0 && !p.lattice.flat(1) ? factor(1) : factor(0));
+    for (Patch& patch : p.floor.patches) {
+        patch.centre = {patch.centre[0] * factor(0), patch.centre[1] * factor(1)};
+        patch.radius *= horizontal;
+    }
+    for (Bubble& b : p.bubbles) {
+        b.centre[0] *= factor(0), b.centre[1] *= factor(1);
+        b.radius *= horizontal;
+    }
+}
+
+}  // namespace vdbcloud::sim
