@@ -1,0 +1,199 @@
+// fractalgen as a user meets it: where the cloud is, what each option does, what passes through.
+#include "support/run.h"
+
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/optics/medium.h"
+
+#include <nlohmann/json.hpp>
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+namespace vdbcloud {
+namespace {
+
+using namespace test;
+using Words = std::vector<std::string>;
+
+class Fractalgen : public testing::Test {
+protected:
+    RunResult run_it(Words words)
+    {
+        words.insert(words.begin(), {program("fractalgen"), "-q"});
+        return run(words);
+    }
+
+    GridFile make(const Words& options, const std::string& size = "32")
+    {
+        const std::string path = folder_ / "made.vdb";
+        Words words{"-o", path, "--size", size};
+        words.insert(words.end(), options.begin(), options.end());
+        const auto result = run_it(words);
+        EXPECT_EQ(result.status, 0) << result.err;
+        return read_grid_file(path);
+    }
+
+    FloatGridPtr density(const Words& options, const std::string& size = "32")
+    {
+        const auto file = make(options, size);
+        return openvdb::gridPtrCast<FloatGrid>(find_grid(file, "density"));
+    }
+
+    Scratch folder_;
+};
+
+TEST_F(Fractalgen, StandsOnTheOriginWithVoxelCentresHalfAVoxelIn)
+{
+    const auto grid = density({}, "64");
+    EXPECT_TRUE(grid->indexToWorld(openvdb::Coord(0, 0, 0)).eq(Vec3d(-1, 0, -1) + Vec3d(1 / 64.0), 1e-12));
+    EXPECT_TRUE(grid->voxelSize().eq(Vec3d(1 / 32.0), 1e-12));
+    EXPECT_EQ(grid->getGridClass(), openvdb::GRID_FOG_VOLUME);
+    openvdb::CoordBBox box;
+    ASSERT_TRUE(grid->tree().evalActiveVoxelBoundingBox(box));
+    EXPECT_EQ(box.min()[1], 0) << "the base is the bottom of the bounds";
+    EXPECT_LT(box.max()[1], 40);
+    EXPECT_GT(box.max()[1], 20);
+    EXPECT_GT(box.dim()[0], 35);
+}
+
+TEST_F(Fractalgen, MakesCubesOfOneSizeAndWhatIsAskedOfThree)
+{
+    const auto cubes = density({"--bounds", "10,20,30,13,21,32", "--envelope", "box"}, "30");
+    EXPECT_TRUE(cubes->voxelSize().eq(Vec3d(0.1), 1e-12));
+    EXPECT_TRUE(cubes->indexToWorld(openvdb::Coord(0, 0, 0)).eq(Vec3d(10.05, 20.05, 30.05), 1e-9));
+    openvdb::CoordBBox box;
+    ASSERT_TRUE(cubes->tree().evalActiveVoxelBoundingBox(box));
+    EXPECT_GE(box.min().x(), 0);
+    EXPECT_LE(box.max().x(), 29);
+    EXPECT_LE(box.max().y(), 9);
+    EXPECT_LE(box.max().z(), 19);
+    const auto uneven = density({"--bounds", "0,0,0,4,4,4", "--envelope", "sphere"}, "20,11,7");
+    EXPECT_TRUE(uneven->voxelSize().eq(Vec3d(0.2, 4 / 11.0, 4 / 7.0), 1e-9));
+}
+
+TEST_F(Fractalgen, PutsTheBaseDownWhicheverAxisPointsUp)
+{
+    const auto file = make({"--up", "z"}, "48");
+    EXPECT_EQ(get_text(*file.metadata, schema::up_axis, ""), "Z");
+    const auto grid = openvdb::gridPtrCast<FloatGrid>(find_grid(file, "density"));
+    EXPECT_TRUE(grid->indexToWorld(openvdb::Coord(0, 0, 0)).eq(Vec3d(-1, -1, 0) + Vec3d(1 / 48.0), 1e-12));
+    std::map<int, int> layers;  // cloudy voxels a layer
+    grid->tree().voxelizeActiveTiles();
+    for (auto it = grid->cbeginValueOn(); it; ++it) layers[it.getCoord().z()] += *it > 0.5f;
+    EXPECT_GT(layers[1], 300) << "a broad base";
+    EXPECT_LT(layers.rbegin()->second, layers[1] / 4) << "below a narrow top";
+}
+
+TEST_F(Fractalgen, EveryOptionOfTheShapeChangesIt)
+{
+    std::map<std::string, std::string> seen{{grid_digest(*density({})), "the default"}};
+    for (const Words& options : std::vector<Words>{
+             {"--seed", "2"}, {"--beta", "3"}, {"--outer", "8"}, {"--low-cut", "5"}, {"--high-cut", "8"},
+             {"--stretch", "1,3,1"}, {"--envelope", "sphere"}, {"--envelope", "ellipsoid"}, {"--envelope", "slab"},
+             {"--envelope", "box"}, {"--towers", "3"}, {"--height", "0.4"}, {"--generations", "1"}, {"--coverage", "0.5"},
+             {"--edge", "0.1"}, {"--roughness", "0.05"}, {"--warp", "0.05"}, {"--billow", "1"}, {"--up", "z"},
+             {"--bounds", "0,0,0,2,2,2"}}) {
+        const auto [at, fresh] = seen.emplace(grid_digest(*density(options)), options[0] + " " + options[1]);
+        EXPECT_TRUE(fresh) << options[0] << " " << options[1] << " makes the same as " << at->second;
+    }
+}
+
+TEST_F(Fractalgen, IsTheSameOnAnyThreadsAndThroughAPipe)
+{
+    const auto one = grid_digest(*density({"--threads", "1", "--coverage", "0.7"}, "50"));
+    EXPECT_EQ(grid_digest(*density({"--threads", "3", "--coverage", "0.7"}, "50")), one);
+    const std::string piped = folder_ / "piped.vdb";
+    ASSERT_EQ(shell(program("fractalgen") + " -q --size 50 --coverage 0.7 -o - > " + piped).status, 0);
+    const auto file = read_grid_file(piped);
+    EXPECT_EQ(grid_digest(*openvdb::gridPtrCast<FloatGrid>(find_grid(file, "density"))), one);
+}
+
+TEST_F(Fractalgen, WritesOfTheMediumWhatIsGiven)
+{
+    EXPECT_FALSE(has_meta(*density({}), schema::albedo));
+    const auto some = density({"--albedo", "0.9,0.8,0.7"});
+    EXPECT_FALSE(has_meta(*some, schema::sigma_t_per_density)) << "a later stage chooses it";
+    EXPECT_EQ(read_medium(*some).albedo, Vec3d(0.9, 0.8, 0.7));
+    const auto all = density({"--extinction", "30", "--g", "0.6"});
+    EXPECT_EQ(read_medium(*all).sigma_t_per_density, Vec3d(30));
+    EXPECT_EQ(read_medium(*all).g, 0.6);
+    EXPECT_EQ(get_text(*all, schema::sigma_t_origin, ""), "given");
+}
+
+TEST_F(Fractalgen, AddsAMountainToAFile)
+{
+    const std::string cloud = folder_ / "cloud.vdb";
+    ASSERT_EQ(run_it({"--size", "24", "-o", cloud}).status, 0);
+    const auto before = read_grid_file(cloud);
+    const auto file = make({cloud, "--mountain", "--seed", "4"}, "48");
+    ASSERT_EQ(file.grids.size(), 2u);
+    EXPECT_EQ(grid_digest(*openvdb::gridPtrCast<FloatGrid>(find_grid(file, "density"))),
+              grid_digest(*openvdb::gridPtrCast<FloatGrid>(find_grid(before, "density"))));
+    const auto solid = openvdb::gridPtrCast<FloatGrid>(find_grid(file, "solid"));
+    ASSERT_TRUE(solid);
+    EXPECT_EQ(solid->getGridClass(), openvdb::GRID_LEVEL_SET);
+    const auto history = get_text(*file.metadata, schema::history, "");
+    EXPECT_EQ(std::count(history.begin(), history.end(), '\n'), 1) << history;
+    std::map<std::string, std::string> seen;
+    for (const Words& options : std::vector<Words>{{"--seed", "4"}, {"--relief", "0.2"}, {"--ridges", "0"}, {"--peak", "0"},
+                                                   {"--band", "5"}, {"--beta", "2.5"}, {"--outer", "4"}}) {
+        Words words{"--mountain"};
+        words.insert(words.end(), options.begin(), options.end());
+        const auto made = make(words);
+        const auto digest = grid_digest(*openvdb::gridPtrCast<FloatGrid>(find_grid(made, "solid")));
+        EXPECT_TRUE(seen.emplace(digest, options[0]).second) << options[0] << " makes the same as " << seen[digest];
+    }
+}
+
+TEST_F(Fractalgen, FillsAnyGridAsAnEnvelope)
+{
+    const std::string mask = folder_ / "mask.vdb";
+    ASSERT_EQ(run_it({"--envelope", "sphere", "--roughness", "0", "--warp", "0", "--bounds", "4,4,4,6,6,6", "--size", "40",
+                      "-o", mask}).status, 0);
+    const auto filled = density({"--envelope-from", mask, "--roughness", "0", "--warp", "0", "--edge", "0"}, "60");
+    double volume = 0;
+    filled->tree().voxelizeActiveTiles();
+    for (auto it = filled->cbeginValueOn(); it; ++it) {
+        volume += *it > 0.5f;
+        ASSERT_LT((filled->indexToWorld(it.getCoord()) - Vec3d(5)).length(), 1.1);
+    }
+    const double h = filled->voxelSize()[0];
+    // Radius 1 less the mask's soft skin and that of the new edge, half a voxel of each grid.
+    EXPECT_NEAR(volume * h * h * h, 4.19, 0.7);
+
+    const std::string land = folder_ / "land.vdb";
+    ASSERT_EQ(run_it({"--mountain", "--size", "32", "-o", land}).status, 0);
+    const auto fog = density({"--envelope-from", land}, "40");
+    EXPECT_GT(fog->activeVoxelCount(), 500u);
+    EXPECT_EQ(run_it({"--envelope-from", land, "--envelope-grid", "nothing", "-o", folder_ / "x.vdb"}).status, 1);
+    EXPECT_EQ(run_it({"--envelope-from", land, "--mountain", "-o", folder_ / "x.vdb"}).status, 2);
+}
+
+TEST_F(Fractalgen, RefusesWhatItCannotMake)
+{
+    for (const Words& options : std::vector<Words>{
+             {"--size", "0"}, {"--size", "513"}, {"--size", "8,8"}, {"--size", "8.5"}, {"--size", "nan"}, {"--bounds", "0,0,0,1,1"},
+             {"--bounds", "0,0,0,1,0,1"}, {"--bounds", "0,0,0,1,1,inf"}, {"--coverage", "1.1"}, {"--beta", "-1"},
+             {"--envelope", "teapot"}, {"--towers", "0"}, {"--edge", "-1"}, {"--extinction", "0"}}) {
+        Words words{"-o", folder_ / "x.vdb"};
+        words.insert(words.end(), options.begin(), options.end());
+        EXPECT_EQ(run_it(words).status, 2) << options[0] << " " << options[1];
+    }
+    EXPECT_EQ(run_it({"--size", "16,8,16", "--mountain", "--bounds", "0,0,0,1,1,1", "-o", folder_ / "x.vdb"}).status, 1);
+    EXPECT_EQ(folder_.list(), Words{});
+}
+
+TEST_F(Fractalgen, EstimatesMemoryWithoutMakingAnything)
+{
+    const auto result = run_it({"--size", "512,512,512", "--dry-run", "--json", "-", "-o", folder_ / "x.vdb"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    const auto report = nlohmann::json::parse(result.out);
+    EXPECT_NEAR(report["estimate"]["memory_bytes"].get<double>(), 2 * 512. * 512 * 528 * 4, 1e7);
+    EXPECT_EQ(folder_.list(), Words{});
+}
+
+}  // namespace
+}  // namespace vdbcloud
