@@ -68,6 +68,7 @@ GridFile App::read(const std::string& path)
     ReadOptions options;
     options.trust = s.trust_input;
     options.max_bytes = uint64_t(std::min(s.max_input * 0x1p30, 0x1p62));
+    options.warn = warnings();
     ReadCost cost;
     GridFile file = read_grid_file(path, options, &cost);
     for (const GridBasePtr& grid : file.grids) s.inherited_grids.insert(grid->getName());

@@ -2,6 +2,7 @@
 #include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/grid/guard.h"
+#include "vdbcloud/grid/header.h"
 #include "vdbcloud/grid/io.h"
 
 #include "support/grids.h"
@@ -10,6 +11,7 @@
 #include <openvdb/io/Stream.h>
 
 #include <gtest/gtest.h>
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -80,6 +82,18 @@ TEST(Reading, RefusesAFileCutAnywhere)
     }
     write_text(folder / "cut.vdb", bytes.substr(0, bytes.size() - 1));
     EXPECT_NE(refusal(folder / "cut.vdb").find("ends too early"), std::string::npos);
+}
+
+TEST(Reading, SeesACutInTheHeaderAlone)
+{
+    const Scratch folder;
+    write_grid_file(folder / "a.vdb", file_of({ball("density"), ball("heat")}));
+    const std::string bytes = read_text(folder / "a.vdb");
+    write_text(folder / "a.vdb", bytes.substr(0, bytes.size() - 1));
+    const int descriptor = ::open((folder / "a.vdb").c_str(), O_RDONLY);
+    const auto said = sentence<IoError>([&] { check_header("a.vdb", descriptor, bytes.size() - 1); });
+    EXPECT_NE(said.find("ends too early: grid 'heat' reaches to byte"), std::string::npos) << said;
+    ::close(descriptor);
 }
 
 TEST(Reading, RefusesANewerFormatByItsNumber)

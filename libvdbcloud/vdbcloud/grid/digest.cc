@@ -16,8 +16,9 @@ void Digest::block(const unsigned char* bytes)
     uint64_t word[4];
     std::memcpy(word, bytes, sizeof word);
     for (int k = 0; k < 4; ++k) {
-        const uint64_t turned = (lane_[k] << 27) | (lane_[k] >> 37);
-        lane_[k] = (turned ^ word[k]) * 0x9fb21c651e98df25ull;
+        // The product carries changes upwards only, so its high half is brought down for the next round.
+        const uint64_t product = (lane_[k] ^ word[k]) * 0x9fb21c651e98df25ull;
+        lane_[k] = product ^ (product >> 32);
     }
 }
 

@@ -6,7 +6,7 @@
 
 namespace vdbcloud {
 
-/// Four lanes of 64 bits, each multiplied and rotated over every fourth word; mixed at the end. One changed word
+/// Four lanes of 64 bits, each taking every fourth word by a product and a shift; mixed at the end. One changed word
 /// always changes its lane, as each step is a bijection of it.
 class Digest {
 public:
