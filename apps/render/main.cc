@@ -23,6 +23,24 @@ void check_outputs(const app::App& app, const RenderOptions& o)
     app.check_output(o.png);
 }
 
+void write_pictures(app::App& app, const RenderOptions& o, const LoadedScene& loaded, const Film& film,
+                    const CameraView& view, bool background_in_exr)
+{
+    const auto phase = app.phase("write");
+    ImageOptions image;
+    image.no_clobber = app.no_clobber();
+    image.draw_background = background_in_exr;
+    image.background_layer = wants_background_layer(o);
+    image.png_bits = o.png_bits;
+    image.view = o.view;
+    const ImageMetadata metadata = image_metadata(app, o, loaded, o.view.exposure);
+    for (const std::string& path : {o.output, o.png}) {
+        if (path.empty()) continue;
+        write_image(path, film, view, metadata, image, app.warnings());
+        app.report()["outputs"].push_back({{"path", path}});
+    }
+}
+
 void render(app::App& app, RenderOptions& o)
 {
     check_outputs(app, o);
@@ -43,16 +61,7 @@ void render(app::App& app, RenderOptions& o)
 
     if (!app.given("--exposure")) o.view.exposure = auto_exposure(film);
     report_cost(app, cost, o.view.exposure);
-    const auto phase = app.phase("write");
-    ImageOptions image;
-    image.no_clobber = app.no_clobber();
-    image.draw_background = background.in_exr;
-    image.background_layer = wants_background_layer(o);
-    image.png_bits = o.png_bits;
-    image.view = o.view;
-    const ImageMetadata metadata = image_metadata(app, o, loaded, o.view.exposure);
-    write_image(o.output, film, view, metadata, image, app.warnings());
-    if (!o.png.empty()) write_image(o.png, film, view, metadata, image, app.warnings());
+    write_pictures(app, o, loaded, film, view, background.in_exr);
 }
 
 }  // namespace

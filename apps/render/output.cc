@@ -78,7 +78,7 @@ void report_estimate(app::App& app, const RenderOptions& o, const LoadedScene& l
         if (!box.empty()) cells += box.dim().asVec3d().length();
     }
     const double seconds = pixels * o.sampling.samples * cells * seconds_per_cell / std::max(1, app.threads());
-    app.report()["estimate"] = {{"bytes", bytes}, {"seconds", seconds}};
+    app.report()["estimate"] = {{"memory_bytes", bytes}, {"seconds", seconds}};
     app.say("would render " + std::to_string(w.width()) + "x" + std::to_string(w.height()) + " pixels in about " +
             app::brief(std::ceil(seconds * 10) / 10) + " s and " + app::brief(std::ceil(bytes / 0x1p20)) + " MiB");
 }

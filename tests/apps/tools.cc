@@ -37,7 +37,7 @@ std::vector<Tool> tools()
         {"cloudsim", {"--size", "8,8,8", "--time", "2"}, ".vdb", false},
         {"illuminate", {}, ".vdb"},
         {"p1solve", {}, ".vdb"},
-        {"render", {"--size", "16"}, ".exr"},
+        {"render", {"--resolution", "16"}, ".exr", true, false, true},
         {"vdbdiff", {}, "", true, true},
     };
     std::vector<Tool> built;

@@ -13,7 +13,7 @@ namespace {
 constexpr double knee = 0.4;
 constexpr double least_alpha = 0.05;
 constexpr size_t fewest_pixels = 16;
-constexpr double percentile = 0.95, target = 1.15;
+constexpr double percentile = 0.95, target = 1.0;
 
 int beauty_of(const Film& film)
 {

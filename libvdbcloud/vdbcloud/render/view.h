@@ -42,7 +42,7 @@ Vec3d displayed(const Vec3d& radiance, const ViewOptions&);
 Vec3d composited(const Film&, int i, int j);
 
 /// The exposure [EV] that shows the medium well: it takes the 95th percentile of the luminance of pixels whose alpha is
-/// above 0.05 (of all pixels, if there are fewer than 16 such) to 1.15, which the filmic curve shows as near white. Computed by ranks, so it does not
+/// above 0.05 (of all pixels, if there are fewer than 16 such) to 1, which the filmic curve shows as a bright white that keeps its relief. Computed by ranks, so it does not
 /// depend on threads; 0 where that luminance is 0. Within [-60, 60].
 double auto_exposure(const Film&);
 
