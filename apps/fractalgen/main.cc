@@ -1,10 +1,11 @@
 // fractalgen: a fractal cloud as a density grid, or a fractal mountain as a level set.
 //
 //   fractalgen --seed 7 -o cloud.vdb
-//   fractalgen --envelope slab --coverage 0.4 --roughness 0.1 --size 256,64,256 --bounds -4,0,-4,4,2,4 -o deck.vdb
+//   fractalgen --envelope slab --coverage 0.4 --roughness 0.1 --bounds -4,0,-4,4,2,4 -o deck.vdb
 //   fractalgen cloud.vdb --mountain -o both.vdb
 //
-// Spectral synthesis of 1/f^beta noise (Voss 1985) shapes the surface of an envelope, by default a cumulus of towers.
+// Spectral synthesis of 1/f^beta noise (Voss 1985) shapes the surface of an envelope, by default a cumulus of
+// towers.
 #include "options.h"
 
 #include "vdbcloud/core/error.h"
@@ -22,7 +23,10 @@ using app::Region;
 namespace {
 
 /// How far beyond the envelope noise carries the cloud [fraction of the longest side].
-double reach(const app::Options& o) { return 3 * (o.shape.warp + (o.shape.coverage ? 0 : o.shape.roughness)); }
+double reach(const app::Options& o)
+{
+    return 3 * (o.shape.warp + (o.shape.coverage ? 0 : o.shape.roughness));
+}
 
 double longest(const Box& box) { return std::max({box.sides()[0], box.sides()[1], box.sides()[2]}); }
 
@@ -80,7 +84,8 @@ void write_flags(const app::App& app, const app::Options& o, FloatGrid& density)
         density.removeMeta(schema::sigma_t_per_density);
 }
 
-/// Bytes at the peak: the noise, the distances of a mask, and at most as much as the noise for the blocks and the grid.
+/// Bytes at the peak: the noise, the distances of a mask, and at most as much as the noise for the blocks and
+/// the grid.
 void estimate(app::App& app, const app::Options& o, const app::Domain& domain)
 {
     const double voxels = double(domain.size[0]) * domain.size[1] * domain.size[2];
@@ -95,10 +100,12 @@ void estimate(app::App& app, const app::Options& o, const app::Domain& domain)
 FloatGridPtr make_mountain(app::App& app, const app::Options& o, const app::Domain& domain)
 {
     const auto phase = app.phase("mountain");
-    return mountain_grid(mountain_heights(domain.box, domain.size, o.spectrum, o.relief), o.relief.half_width);
+    return mountain_grid(mountain_heights(domain.box, domain.size, o.spectrum, o.relief),
+                         o.relief.half_width);
 }
 
-FloatGridPtr make_cloud(app::App& app, const app::Options& o, const app::Domain& domain, const FloatGrid* mask)
+FloatGridPtr make_cloud(app::App& app, const app::Options& o, const app::Domain& domain,
+                        const FloatGrid* mask)
 {
     CloudBlocks cloud;
     {
@@ -110,7 +117,8 @@ FloatGridPtr make_cloud(app::App& app, const app::Options& o, const app::Domain&
     const auto phase = app.phase("grid");
     auto density = cloud_grid(cloud);
     write_flags(app, o, *density);
-    if (density->empty()) app.warnings()("the density is empty: nothing of the envelope is above the threshold");
+    if (density->empty())
+        app.warnings()("the density is empty: nothing of the envelope is above the threshold");
     return density;
 }
 
@@ -120,8 +128,10 @@ void run(app::App& app, app::Options& o)
     o.spectrum.beta = o.beta.value_or(o.mountain ? app::mountain_beta : app::cloud_beta);
     o.spectrum.outer = o.outer.value_or(o.mountain ? app::mountain_outer : app::cloud_outer);
     o.cumulus.up = o.shape.up = o.relief.up = o.up;
-    if (o.mountain && !o.envelope_from.empty()) throw UsageError("--envelope-from shapes clouds, --mountain makes none");
-    if (o.input == "-" && o.envelope_from == "-") throw UsageError("the input and --envelope-from cannot both be -");
+    if (o.mountain && !o.envelope_from.empty())
+        throw UsageError("--envelope-from shapes clouds, --mountain makes none");
+    if (o.input == "-" && o.envelope_from == "-")
+        throw UsageError("the input and --envelope-from cannot both be -");
 
     GridFile file;
     file.metadata = std::make_shared<MetaMap>();
@@ -141,7 +151,8 @@ void run(app::App& app, app::Options& o)
 
 int main(int argc, char** argv)
 {
-    app::App app("fractalgen", "A fractal cloud: noise with a power-law spectrum on an envelope, as a density grid.");
+    app::App app("fractalgen",
+                 "A fractal cloud: noise with a power-law spectrum on an envelope, as a density grid.");
     app::Options o;
     app::declare(app, o);
     return app.run(argc, argv, [&] { run(app, o); });

@@ -29,7 +29,8 @@ struct Options {
     MountainOptions relief;
 };
 
-// The bulges of a cumulus are the long waves of its surface, so its noise begins at shorter ones; other envelopes have none.
+// The bulges of a cumulus are the long waves of its surface, so its noise begins at shorter ones; other
+// envelopes have none.
 inline constexpr double cloud_beta = 4.2, cloud_outer = 4;
 inline constexpr double mountain_beta = 3.6, mountain_outer = 0;
 
@@ -41,8 +42,9 @@ struct Domain {
     Vec3i size;  ///< [voxels]
 };
 
-/// From --size and --bounds, or `otherwise` where there are no --bounds. One number for the size cuts the longest side
-/// into so many voxels, which are cubes: the other sides grow by less than one to a whole number of them. Throws UsageError.
+/// From --size and --bounds, or `otherwise` where there are no --bounds. One number for the size cuts the
+/// longest side into so many voxels, which are cubes: the other sides grow by less than one to a whole number
+/// of them. Throws UsageError.
 Domain domain_of(const Options&, const Box& otherwise);
 
 /// Two units broad, 1.25 high, standing on the origin.

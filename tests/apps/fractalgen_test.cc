@@ -90,12 +90,26 @@ TEST_F(Fractalgen, PutsTheBaseDownWhicheverAxisPointsUp)
 TEST_F(Fractalgen, EveryOptionOfTheShapeChangesIt)
 {
     std::map<std::string, std::string> seen{{grid_digest(*density({})), "the default"}};
-    for (const Words& options : std::vector<Words>{
-             {"--seed", "2"}, {"--beta", "3"}, {"--outer", "8"}, {"--low-cut", "5"}, {"--high-cut", "8"},
-             {"--stretch", "1,3,1"}, {"--envelope", "sphere"}, {"--envelope", "ellipsoid"}, {"--envelope", "slab"},
-             {"--envelope", "box"}, {"--towers", "3"}, {"--height", "0.4"}, {"--generations", "1"}, {"--coverage", "0.5"},
-             {"--edge", "0.1"}, {"--roughness", "0.05"}, {"--warp", "0.05"}, {"--billow", "1"}, {"--up", "z"},
-             {"--bounds", "0,0,0,2,2,2"}}) {
+    for (const Words& options : std::vector<Words>{{"--seed", "2"},
+                                                   {"--beta", "3"},
+                                                   {"--outer", "8"},
+                                                   {"--low-cut", "5"},
+                                                   {"--high-cut", "8"},
+                                                   {"--stretch", "1,3,1"},
+                                                   {"--envelope", "sphere"},
+                                                   {"--envelope", "ellipsoid"},
+                                                   {"--envelope", "slab"},
+                                                   {"--envelope", "box"},
+                                                   {"--towers", "3"},
+                                                   {"--height", "0.4"},
+                                                   {"--generations", "1"},
+                                                   {"--coverage", "0.5"},
+                                                   {"--edge", "0.1"},
+                                                   {"--roughness", "0.05"},
+                                                   {"--warp", "0.05"},
+                                                   {"--billow", "1"},
+                                                   {"--up", "z"},
+                                                   {"--bounds", "0,0,0,2,2,2"}}) {
         const auto [at, fresh] = seen.emplace(grid_digest(*density(options)), options[0] + " " + options[1]);
         EXPECT_TRUE(fresh) << options[0] << " " << options[1] << " makes the same as " << at->second;
     }
@@ -138,22 +152,31 @@ TEST_F(Fractalgen, AddsAMountainToAFile)
     const auto history = get_text(*file.metadata, schema::history, "");
     EXPECT_EQ(std::count(history.begin(), history.end(), '\n'), 1) << history;
     std::map<std::string, std::string> seen;
-    for (const Words& options : std::vector<Words>{{"--seed", "4"}, {"--relief", "0.2"}, {"--ridges", "0"}, {"--peak", "0"},
-                                                   {"--band", "5"}, {"--beta", "2.5"}, {"--outer", "4"}}) {
+    for (const Words& options : std::vector<Words>{{"--seed", "4"},
+                                                   {"--relief", "0.2"},
+                                                   {"--ridges", "0"},
+                                                   {"--peak", "0"},
+                                                   {"--band", "5"},
+                                                   {"--beta", "2.5"},
+                                                   {"--outer", "4"}}) {
         Words words{"--mountain"};
         words.insert(words.end(), options.begin(), options.end());
         const auto made = make(words);
         const auto digest = grid_digest(*openvdb::gridPtrCast<FloatGrid>(find_grid(made, "solid")));
-        EXPECT_TRUE(seen.emplace(digest, options[0]).second) << options[0] << " makes the same as " << seen[digest];
+        EXPECT_TRUE(seen.emplace(digest, options[0]).second)
+            << options[0] << " makes the same as " << seen[digest];
     }
 }
 
 TEST_F(Fractalgen, FillsAnyGridAsAnEnvelope)
 {
     const std::string mask = folder_ / "mask.vdb";
-    ASSERT_EQ(run_it({"--envelope", "sphere", "--roughness", "0", "--warp", "0", "--bounds", "4,4,4,6,6,6", "--size", "40",
-                      "-o", mask}).status, 0);
-    const auto filled = density({"--envelope-from", mask, "--roughness", "0", "--warp", "0", "--edge", "0"}, "60");
+    ASSERT_EQ(run_it({"--envelope", "sphere", "--roughness", "0", "--warp", "0", "--bounds", "4,4,4,6,6,6",
+                      "--size", "40", "-o", mask})
+                  .status,
+              0);
+    const auto filled =
+        density({"--envelope-from", mask, "--roughness", "0", "--warp", "0", "--edge", "0"}, "60");
     double volume = 0;
     filled->tree().voxelizeActiveTiles();
     for (auto it = filled->cbeginValueOn(); it; ++it) {
@@ -168,27 +191,41 @@ TEST_F(Fractalgen, FillsAnyGridAsAnEnvelope)
     ASSERT_EQ(run_it({"--mountain", "--size", "32", "-o", land}).status, 0);
     const auto fog = density({"--envelope-from", land}, "40");
     EXPECT_GT(fog->activeVoxelCount(), 500u);
-    EXPECT_EQ(run_it({"--envelope-from", land, "--envelope-grid", "nothing", "-o", folder_ / "x.vdb"}).status, 1);
+    EXPECT_EQ(run_it({"--envelope-from", land, "--envelope-grid", "nothing", "-o", folder_ / "x.vdb"}).status,
+              1);
     EXPECT_EQ(run_it({"--envelope-from", land, "--mountain", "-o", folder_ / "x.vdb"}).status, 2);
 }
 
 TEST_F(Fractalgen, RefusesWhatItCannotMake)
 {
-    for (const Words& options : std::vector<Words>{
-             {"--size", "0"}, {"--size", "513"}, {"--size", "8,8"}, {"--size", "8.5"}, {"--size", "nan"}, {"--bounds", "0,0,0,1,1"},
-             {"--bounds", "0,0,0,1,0,1"}, {"--bounds", "0,0,0,1,1,inf"}, {"--coverage", "1.1"}, {"--beta", "-1"},
-             {"--envelope", "teapot"}, {"--towers", "0"}, {"--edge", "-1"}, {"--extinction", "0"}}) {
+    for (const Words& options : std::vector<Words>{{"--size", "0"},
+                                                   {"--size", "513"},
+                                                   {"--size", "8,8"},
+                                                   {"--size", "8.5"},
+                                                   {"--size", "nan"},
+                                                   {"--bounds", "0,0,0,1,1"},
+                                                   {"--bounds", "0,0,0,1,0,1"},
+                                                   {"--bounds", "0,0,0,1,1,inf"},
+                                                   {"--coverage", "1.1"},
+                                                   {"--beta", "-1"},
+                                                   {"--envelope", "teapot"},
+                                                   {"--towers", "0"},
+                                                   {"--edge", "-1"},
+                                                   {"--extinction", "0"}}) {
         Words words{"-o", folder_ / "x.vdb"};
         words.insert(words.end(), options.begin(), options.end());
         EXPECT_EQ(run_it(words).status, 2) << options[0] << " " << options[1];
     }
-    EXPECT_EQ(run_it({"--size", "16,8,16", "--mountain", "--bounds", "0,0,0,1,1,1", "-o", folder_ / "x.vdb"}).status, 1);
+    EXPECT_EQ(run_it({"--size", "16,8,16", "--mountain", "--bounds", "0,0,0,1,1,1", "-o", folder_ / "x.vdb"})
+                  .status,
+              1);
     EXPECT_EQ(folder_.list(), Words{});
 }
 
 TEST_F(Fractalgen, EstimatesMemoryWithoutMakingAnything)
 {
-    const auto result = run_it({"--size", "512,512,512", "--dry-run", "--json", "-", "-o", folder_ / "x.vdb"});
+    const auto result =
+        run_it({"--size", "512,512,512", "--dry-run", "--json", "-", "-o", folder_ / "x.vdb"});
     ASSERT_EQ(result.status, 0) << result.err;
     const auto report = nlohmann::json::parse(result.out);
     EXPECT_NEAR(report["estimate"]["memory_bytes"].get<double>(), 2 * 512. * 512 * 528 * 4, 1e7);

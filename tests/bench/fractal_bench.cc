@@ -41,8 +41,9 @@ struct Stopwatch {
     }
 };
 
-/// Arguments: voxels along an edge, threads. Everything is timed in turn in every iteration, so that the ratios hold on a busy
-/// machine. The columns are processor seconds, and `x_...` that over the bare transform.
+/// Arguments: voxels along an edge, threads. Everything is timed in turn in every iteration, so that the
+/// ratios hold on a busy machine. The columns are processor seconds, and `x_...` that over the bare
+/// transform.
 void cumulus(benchmark::State& state)
 {
     const int n = int(state.range(0));
@@ -50,7 +51,8 @@ void cumulus(benchmark::State& state)
     fft::RealField<float> field({n, n, n});
     const fft::RealTransform<float> transform({n, n, n});
     Stopwatch bare, noise, shape, build, write;
-    const auto path = std::filesystem::temp_directory_path() / ("fractal_bench_" + std::to_string(std::clock()) + ".vdb");
+    const auto path =
+        std::filesystem::temp_directory_path() / ("fractal_bench_" + std::to_string(std::clock()) + ".vdb");
     long voxels = 0;
     for (auto _ : state) {
         for (int i = 0; i < n; ++i)
@@ -85,9 +87,11 @@ void transform_against_fftw(benchmark::State& state)
     tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
     fft::RealField<float> field({n, n, n});
     const fft::RealTransform<float> transform({n, n, n});
-    const int size[3] = {n, n, n}, reals[3] = {n, n, int(field.row_length())}, modes[3] = {n, n, int(field.row_length() / 2)};
+    const int size[3] = {n, n, n}, reals[3] = {n, n, int(field.row_length())},
+              modes[3] = {n, n, int(field.row_length() / 2)};
     auto* data = reinterpret_cast<fftwf_complex*>(field.row(0, 0));
-    const auto plan = fftwf_plan_many_dft_c2r(3, size, 1, data, modes, 1, 0, field.row(0, 0), reals, 1, 0, FFTW_ESTIMATE);
+    const auto plan =
+        fftwf_plan_many_dft_c2r(3, size, 1, data, modes, 1, 0, field.row(0, 0), reals, 1, 0, FFTW_ESTIMATE);
     Stopwatch ours, theirs;
     for (auto _ : state) {
         for (int i = 0; i < n; ++i)

@@ -40,8 +40,8 @@ template<typename F> double integral(const CloudBlocks& cloud, F f)
     return sum * cloud.domain.sides().product() / cloud.size.product();
 }
 
-/// Volume within the envelope: density rises as a smoothstep over 1.5 voxels inside, with mean 1/2 at half of that,
-/// so voxels above 1/2 fill the envelope less a skin of 0.75 voxels.
+/// Volume within the envelope: density rises as a smoothstep over 1.5 voxels inside, with mean 1/2 at half of
+/// that, so voxels above 1/2 fill the envelope less a skin of 0.75 voxels.
 double volume(const CloudBlocks& cloud) { return integral(cloud, [](float d) { return d > 0.5f; }); }
 
 const Vec3i size(80, 80, 60);  // cubes of edge 0.05
@@ -64,13 +64,15 @@ TEST(CloudShape, EllipsoidHasItsVolume)
 
 TEST(CloudShape, BoxAndSlabHaveTheirVolume)
 {
-    // Faces between voxel centres: counted exactly. 0.75 voxels in from 0.225 = 4.5 voxels is 5.25: centre 5.5 is the first.
+    // Faces between voxel centres: counted exactly. 0.75 voxels in from 0.225 = 4.5 voxels is 5.25: centre
+    // 5.5 is the first.
     const auto box = shape_cloud(noise_for(size), domain, *box_envelope(domain.inset(0.225)), smooth());
     EXPECT_NEAR(volume(box), 3.5 * 3.5 * 2.5, 1e-6);
     Box layer = domain;
     layer.low[2] = 4.025, layer.high[2] = 5.025;  // through centres 20 and 40: 21 to 39 are above 1/2
     const auto slab = shape_cloud(noise_for(size), domain, *slab_envelope(layer, 2), smooth());
-    EXPECT_NEAR(volume(slab), (4 - 0.1) * (4 - 0.1) * 0.95, 1e-6);  // a voxel fades at each face of the domain
+    EXPECT_NEAR(volume(slab), (4 - 0.1) * (4 - 0.1) * 0.95,
+                1e-6);  // a voxel fades at each face of the domain
 }
 
 TEST(CloudShape, EdgeIsASmoothstepOfItsWidth)
@@ -103,8 +105,8 @@ TEST(CloudShape, ReachesTheCoverageAskedFor)
 }
 
 /// The density of one voxel by the formula of the header, all parts of the envelope looked at.
-double formula(const fft::RealField<float>& noise, const Envelope& envelope, const ShapeOptions& o, const Vec3i& ijk,
-               double threshold)
+double formula(const fft::RealField<float>& noise, const Envelope& envelope, const ShapeOptions& o,
+               const Vec3i& ijk, double threshold)
 {
     const Vec3i n = noise.size();
     const Vec3d h(domain.sides()[0] / n[0], domain.sides()[1] / n[1], domain.sides()[2] / n[2]);
@@ -112,7 +114,9 @@ double formula(const fft::RealField<float>& noise, const Envelope& envelope, con
         return std::clamp(double(noise((ijk[0] + si) % n[0], (ijk[1] + sj) % n[1], ijk[2])), -4.0, 4.0);
     };
     const Vec3d x(domain.low + h * (Vec3d(ijk) + Vec3d(0.5)));
-    const Vec3f y(x + o.warp * 4 * Vec3d(at(n[0] / 3, n[1] / 2), at(n[0] / 2, n[1] / 5), at(n[0] * 5 / 6, n[1] * 3 / 4)));
+    const Vec3f y(x +
+                  o.warp * 4 *
+                      Vec3d(at(n[0] / 3, n[1] / 2), at(n[0] / 2, n[1] / 5), at(n[0] * 5 / 6, n[1] * 3 / 4)));
     const float px = y[0], py = y[1], pz = y[2];
     float depth;
     envelope.depth(envelope.all(), 1, &px, &py, &pz, &depth);
@@ -146,12 +150,14 @@ TEST(CloudShape, EveryVoxelIsWhatTheFormulaSays)
             double most = 0, mass = 0;
             for (int i = 0; i < size[0]; ++i)
                 for (int j = 0; j < size[1]; ++j)
-                    for (int k = (3 * i + 5 * j) % 7; k < size[2]; k += 7) {  // a seventh, in every place of a block
+                    for (int k = (3 * i + 5 * j) % 7; k < size[2];
+                         k += 7) {  // a seventh, in every place of a block
                         const double expected = formula(noise, *envelope, o, {i, j, k}, cloud.threshold);
                         most = std::max(most, std::abs(density.getValue({i, j, k}) - expected));
                         mass += expected;
                     }
-            EXPECT_LT(most, 5e-5);  // single precision against double, over an edge of 0.075 at coordinates of 6
+            EXPECT_LT(most,
+                      5e-5);  // single precision against double, over an edge of 0.075 at coordinates of 6
             EXPECT_GT(mass, 1000);
         }
     ShapeOptions o;
@@ -191,7 +197,8 @@ TEST(CloudShape, RefusesOptionsOutsideTheirRange)
 {
     const auto noise = noise_for({8, 8, 8});
     const auto envelope = sphere_envelope(domain);
-    for (double ShapeOptions::*member : {&ShapeOptions::roughness, &ShapeOptions::warp, &ShapeOptions::edge, &ShapeOptions::billow})
+    for (double ShapeOptions::*member :
+         {&ShapeOptions::roughness, &ShapeOptions::warp, &ShapeOptions::edge, &ShapeOptions::billow})
         for (double value : {-0.1, 11.0, std::nan("")}) {
             ShapeOptions o;
             o.*member = value;
@@ -206,7 +213,8 @@ TEST(CloudShape, RefusesOptionsOutsideTheirRange)
 
 TEST(CloudGrid, PutsVoxelCentresHalfAVoxelInside)
 {
-    const auto grid = cloud_grid(shape_cloud(noise_for(size), domain, *sphere_envelope(domain.inset(0.2)), smooth()));
+    const auto grid =
+        cloud_grid(shape_cloud(noise_for(size), domain, *sphere_envelope(domain.inset(0.2)), smooth()));
     EXPECT_TRUE(grid->indexToWorld(openvdb::Coord(0, 0, 0)).eq(Vec3d(-1.975, 1.025, 3.025), 1e-12));
     EXPECT_TRUE(grid->indexToWorld(openvdb::Coord(79, 79, 59)).eq(Vec3d(1.975, 4.975, 5.975), 1e-12));
     EXPECT_TRUE(grid->hasUniformVoxels());
@@ -223,7 +231,8 @@ TEST(CloudGrid, PutsVoxelCentresHalfAVoxelInside)
         ASSERT_TRUE(*it > 0 && *it <= 1);
     }
     EXPECT_LT((sum / mass - domain.centre()).length(), 1e-3);
-    const auto uneven = cloud_grid(shape_cloud(noise_for({20, 40, 60}), domain, *sphere_envelope(domain), smooth()));
+    const auto uneven =
+        cloud_grid(shape_cloud(noise_for({20, 40, 60}), domain, *sphere_envelope(domain), smooth()));
     EXPECT_TRUE(uneven->voxelSize().eq(Vec3d(0.2, 0.1, 0.05), 1e-12));
 }
 

@@ -19,7 +19,8 @@ const Box domain{{-2, 0, 1}, {2, 2, 4}};
 const Vec3i size(96, 48, 72);
 constexpr double h = 4.0 / 96;
 
-/// Slope of log(mean power of a mode) over log(wave number), from 4 to 0.35 of the size, of heights over a square of n x n.
+/// Slope of log(mean power of a mode) over log(wave number), from 4 to 0.35 of the size, of heights over a
+/// square of n x n.
 double slope(const std::vector<double>& heights, int n)
 {
     fft::RealField<double> field({n, 1, n});
@@ -73,7 +74,8 @@ TEST(Mountain, LevelSetHasTheSlopeStatisticsAskedFor)
         auto surface = surface_of(*mountain_grid(field, 3), n);
         for (int i = 0; i < 128; ++i)
             for (int k = 0; k < 128; ++k)
-                if (std::min({i, k, 127 - i, 127 - k}) < 4) surface[size_t(i * 128 + k)] = heights[size_t(i * 128 + k)];  // walls are near
+                if (std::min({i, k, 127 - i, 127 - k}) < 4)
+                    surface[size_t(i * 128 + k)] = heights[size_t(i * 128 + k)];  // walls are near
         EXPECT_NEAR(slope(surface, 128), -beta, 0.15);
     }
 }
@@ -108,7 +110,8 @@ TEST(Mountain, LevelSetIsASignedDistanceToTheHeights)
     // Over every column the surface is where the heights say; inside is below.
     const auto surface = surface_of(*grid, size);
     double mean = 0;
-    for (size_t c = 0; c < surface.size(); ++c) mean += std::abs(surface[c] - field.height[c]) / double(surface.size());
+    for (size_t c = 0; c < surface.size(); ++c)
+        mean += std::abs(surface[c] - field.height[c]) / double(surface.size());
     EXPECT_LT(mean, 0.1 * h);
     for (int i = 5; i < size[0] - 5; i += 7)
         for (int k = 5; k < size[2] - 5; k += 7) {

@@ -17,8 +17,8 @@ namespace {
 
 using Field = fft::RealField<float>;
 
-/// Calls visit(m, F) for every mode of the half spectrum, F in the scale of the synthesis, its phase that of a box
-/// whose origin is its low corner (voxel centres lie half a voxel inside).
+/// Calls visit(m, F) for every mode of the half spectrum, F in the scale of the synthesis, its phase that of
+/// a box whose origin is its low corner (voxel centres lie half a voxel inside).
 void for_modes(Field& field, const std::function<void(const Vec3i&, std::complex<double>)>& visit)
 {
     const auto n = field.size();
@@ -28,7 +28,8 @@ void for_modes(Field& field, const std::function<void(const Vec3i&, std::complex
             for (int c = 0; c <= n[2] / 2; ++c) {
                 const Vec3i m(2 * a < n[0] ? a : a - n[0], 2 * b < n[1] ? b : b - n[1], c);
                 const double turns = 0.5 * (double(m[0]) / n[0] + double(m[1]) / n[1] + double(m[2]) / n[2]);
-                visit(m, std::complex<double>(field.modes(a, b)[c]) * std::polar(1.0 / n.product(), -2 * M_PI * turns));
+                visit(m, std::complex<double>(field.modes(a, b)[c]) *
+                             std::polar(1.0 / n.product(), -2 * M_PI * turns));
             }
 }
 
@@ -42,11 +43,13 @@ bool inside(const Vec3i& m, const Vec3i& n)
 double kappa(const Vec3i& m, const Vec3d& sides, const Vec3d& stretch)
 {
     const double longest = std::max({sides[0], sides[1], sides[2]});
-    return Vec3d(m[0] * stretch[0] / sides[0], m[1] * stretch[1] / sides[1], m[2] * stretch[2] / sides[2]).length() * longest;
+    return Vec3d(m[0] * stretch[0] / sides[0], m[1] * stretch[1] / sides[1], m[2] * stretch[2] / sides[2])
+               .length() *
+           longest;
 }
 
-/// Slope of log(mean power of a mode) over log(wave number), by least squares over shells of equal ratio, each weighted
-/// by its modes (the relative error of a mean of N exponential variables is 1 / sqrt(N)).
+/// Slope of log(mean power of a mode) over log(wave number), by least squares over shells of equal ratio,
+/// each weighted by its modes (the relative error of a mean of N exponential variables is 1 / sqrt(N)).
 double slope(Field& field, const Vec3d& sides, const Spectrum& s, double from, double to)
 {
     constexpr int shells = 12;
@@ -63,7 +66,8 @@ double slope(Field& field, const Vec3d& sides, const Spectrum& s, double from, d
     for (int i = 0; i < shells; ++i) {
         if (count[i] < 8) continue;
         const double lx = log_k[i] / count[i], ly = std::log(power[i] / count[i]);
-        w += count[i], x += count[i] * lx, y += count[i] * ly, xx += count[i] * lx * lx, xy += count[i] * lx * ly;
+        w += count[i], x += count[i] * lx, y += count[i] * ly, xx += count[i] * lx * lx,
+            xy += count[i] * lx * ly;
     }
     return (w * xy - x * y) / (w * xx - x * x);
 }
@@ -77,8 +81,9 @@ TEST(Noise, HasTheSlopeThatWasAskedFor)
             s.beta = beta;
             s.seed = seed;
             auto field = synthesize({n, n, n}, {1, 1, 1}, s);
-            // A shell from 4 to 0.45 n holds 5e4 modes at 64^3: the slope's own error is about 0.01. At 7, rounding
-            // of the float transform (1e-7 of the largest mode) is 1e-3 of the smallest mode's amplitude.
+            // A shell from 4 to 0.45 n holds 5e4 modes at 64^3: the slope's own error is about 0.01. At 7,
+            // rounding of the float transform (1e-7 of the largest mode) is 1e-3 of the smallest mode's
+            // amplitude.
             EXPECT_NEAR(slope(field, {1, 1, 1}, s, 4, 0.45 * n), -beta, 0.1) << "seed " << seed;
         }
 }
@@ -129,8 +134,9 @@ TEST(Noise, ModesAreComplexGaussiansOfTheStatedPower)
     EXPECT_LT(std::abs(mean / count), error);
     EXPECT_LT(std::abs(square / count), error * std::sqrt(2));   // no preferred phase
     EXPECT_NEAR(second / count, 1, error);
-    EXPECT_NEAR(fourth / count, 2, error * std::sqrt(20));       // <|F|^4> = 2 <|F|^2>^2; its variance is 24 - 4
-    EXPECT_NEAR(plane / plane_count, 1, 4 * std::sqrt(2 / plane_count));  // conjugate pairs, or it would be a half
+    EXPECT_NEAR(fourth / count, 2, error * std::sqrt(20));  // <|F|^4> = 2 <|F|^2>^2; its variance is 24 - 4
+    EXPECT_NEAR(plane / plane_count, 1,
+                4 * std::sqrt(2 / plane_count));  // conjugate pairs, or it would be a half
     EXPECT_LT(outside, 1e-6);
 }
 
@@ -145,10 +151,12 @@ TEST(Noise, IsRealWithMeanZeroAndAboutUnitVariance)
         const auto f = synthesize(n, {1, 1, 1}, s);
         for (int i = 0; i < n[0]; ++i)
             for (int j = 0; j < n[1]; ++j)
-                for (int k = 0; k < n[2]; ++k) mean += f(i, j, k), variance += double(f(i, j, k)) * f(i, j, k);
+                for (int k = 0; k < n[2]; ++k)
+                    mean += f(i, j, k), variance += double(f(i, j, k)) * f(i, j, k);
     }
     EXPECT_NEAR(mean / fields / n.product(), 0, 1e-6);
-    EXPECT_NEAR(variance / fields / n.product(), 1, 0.2);  // a few long waves carry most of it: +-0.2 / sqrt(20) x 4
+    EXPECT_NEAR(variance / fields / n.product(), 1,
+                0.2);  // a few long waves carry most of it: +-0.2 / sqrt(20) x 4
 }
 
 TEST(Noise, IsTwoDimensionalWhereAnAxisHasOneVoxel)

@@ -1,9 +1,10 @@
 #pragma once
-// Plans of FFTW, owned and made safely. FFTW is named in the sources of this folder only, so that it can be replaced.
+// Plans of FFTW, owned and made safely. FFTW is named in the sources of this folder only, so that it can be
+// replaced.
 //
-// FFTW's planner and the destruction of plans share global state: both happen under one lock here. Executing a plan
-// (fftw_execute_*, on arrays given with the call) needs no lock. Always plan with FFTW_ESTIMATE: a measured plan
-// may differ from run to run, and with it the last bits of every result.
+// FFTW's planner and the destruction of plans share global state: both happen under one lock here. Executing
+// a plan (fftw_execute_*, on arrays given with the call) needs no lock. Always plan with FFTW_ESTIMATE: a
+// measured plan may differ from run to run, and with it the last bits of every result.
 #include <cstddef>
 #include <memory>
 #include <mutex>
@@ -27,7 +28,8 @@ template<> struct PlanType<float> { using type = fftwf_plan_s; };
 /// An owned plan in the precision `Real` (float or double): `plan.get()` is the fftw_plan or fftwf_plan.
 template<typename Real> using Plan = std::unique_ptr<typename PlanType<Real>::type, DestroyPlan>;
 
-/// The plan that `make()` returns, made under the lock: make_plan<double>([&] { return fftw_plan_r2r_1d(...); }).
+/// The plan that `make()` returns, made under the lock, as in
+/// make_plan<double>([&] { return fftw_plan_r2r_1d(...); }).
 /// Throws std::logic_error if FFTW has no such plan.
 template<typename Real, typename Make> Plan<Real> make_plan(Make make)
 {

@@ -52,7 +52,7 @@ template<typename Real> size_t padded_row(const Vec3i& size)
 
 template<typename Real> Real* allocate(size_t n)
 {
-    constexpr size_t huge = size_t(2) << 20;  // large fields lie on large pages: 32 000 page faults fewer at 256^3
+    constexpr size_t huge = size_t(2) << 20;  // large fields lie on large pages: far fewer page faults
     const size_t bytes = n * sizeof(Real), to = bytes < 4 * huge ? alignment : huge;
     void* p = std::aligned_alloc(to, round_up(bytes, to));
     if (!p) throw std::bad_alloc();
@@ -64,8 +64,8 @@ const Vec3i& checked(const Vec3i& size)
 {
     for (int axis = 0; axis < 3; ++axis)
         if (size[axis] < 1 || size[axis] > 4096)
-            throw InputError("transform of size " + std::to_string(size[0]) + "," + std::to_string(size[1]) + "," +
-                             std::to_string(size[2]) + ": expected 1..4096 along each axis");
+            throw InputError("transform of size " + std::to_string(size[0]) + "," + std::to_string(size[1]) +
+                             "," + std::to_string(size[2]) + ": expected 1..4096 along each axis");
     return size;
 }
 
@@ -84,8 +84,9 @@ template<typename Real> size_t RealField<Real>::bytes(const Vec3i& size)
 
 template<typename Real> void RealField<Real>::Free::operator()(Real* p) const { std::free(p); }
 
-/// Two sweeps: planes (j, k) of fixed i, which are contiguous; then columns along i, several neighbours at a time,
-/// copied into a scratch block that stays in the first-level cache, as a column alone would waste most of each cache line.
+/// Two sweeps: planes (j, k) of fixed i, which are contiguous; then columns along i, several neighbours at a
+/// time, copied into a scratch block that stays in the first-level cache, as a column alone would waste most
+/// of each cache line.
 template<typename Real> struct RealTransform<Real>::Impl {
     using F = Fftw<Real>;
     using C = typename F::Complex;
@@ -137,12 +138,14 @@ template<typename Real> struct RealTransform<Real>::Impl {
                 auto* c = reinterpret_cast<C*>(r);
                 forward ? F::run_r2c(planes[0].get(), r, c) : F::run_c2r(planes[1].get(), c, r);
                 if (!forward)
-                    for (int j = 0; j < size[1]; ++j) std::fill(field.row(i, j) + size[2], field.row(i, j) + field.row_length(), Real(0));
+                    for (int j = 0; j < size[1]; ++j)
+                        std::fill(field.row(i, j) + size[2], field.row(i, j) + field.row_length(), Real(0));
             }
         });
     }
 
-    /// Calls body(j, k, width, scratch) for every block of columns; it is the body that fills and empties the scratch.
+    /// Calls body(j, k, width, scratch) for every block of columns; it is the body that fills and empties the
+    /// scratch.
     template<typename Body> void over_columns(const Body& body) const
     {
         const int modes = size[2] / 2 + 1;
@@ -177,7 +180,8 @@ template<typename Real> struct RealTransform<Real>::Impl {
                 transform_columns(width, false, s);
                 for (int i = 0; i < size[0]; ++i) copy(s + size_t(i) * block, width, field.modes(i, j) + k);
             } else {
-                for (int i = 0; i < size[0]; ++i) std::fill_n(field.modes(i, j) + k, width, std::complex<Real>());
+                for (int i = 0; i < size[0]; ++i)
+                    std::fill_n(field.modes(i, j) + k, width, std::complex<Real>());
             }
         });
     }
@@ -192,10 +196,13 @@ template<typename Real> struct RealTransform<Real>::Impl {
     std::array<std::array<Plan<Real>, 2>, 2> columns;  // [full block, the last of a row][forward, backward]
 };
 
-template<typename Real> RealTransform<Real>::RealTransform(const Vec3i& size) : impl_(new Impl(checked(size))) {}
+template<typename Real> RealTransform<Real>::RealTransform(const Vec3i& size) : impl_(new Impl(checked(size)))
+{
+}
 template<typename Real> RealTransform<Real>::~RealTransform() = default;
 template<typename Real> RealTransform<Real>::RealTransform(RealTransform&&) noexcept = default;
-template<typename Real> RealTransform<Real>& RealTransform<Real>::operator=(RealTransform&&) noexcept = default;
+template<typename Real>
+RealTransform<Real>& RealTransform<Real>::operator=(RealTransform&&) noexcept = default;
 
 template<typename Real> void RealTransform<Real>::forward(RealField<Real>& field) const
 {

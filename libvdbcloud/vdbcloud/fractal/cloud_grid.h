@@ -5,9 +5,9 @@
 
 namespace vdbcloud {
 
-/// The density grid of `blocks`: fog volume, named by the schema, background 0, voxels above 0 active, and blocks of 1 as
-/// active tiles. Index (0, 0, 0) is the centre of the first voxel of the domain, half a voxel inside its low corner.
-/// Threads: all of TBB's; the grid does not depend on them.
+/// The density grid of `blocks`: fog volume, named by the schema, background 0, voxels above 0 active, and
+/// blocks of 1 as active tiles. Index (0, 0, 0) is the centre of the first voxel of the domain, half a voxel
+/// inside its low corner. Threads: all of TBB's; the grid does not depend on them.
 FloatGridPtr cloud_grid(const CloudBlocks& blocks);
 
 /// The transform of a domain cut into size voxels: index to world, voxel centres at integers.

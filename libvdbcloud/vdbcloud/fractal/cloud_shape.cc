@@ -16,7 +16,7 @@ namespace vdbcloud {
 namespace {
 
 constexpr int B = 8;             // edge of a block [voxels]
-constexpr int super = 4;         // edge of a group of blocks, for which the parts that matter are selected once [blocks]
+constexpr int super = 4;  // edge of a group of blocks, which share a first selection of parts [blocks]
 constexpr float most_noise = 4;  // noise is clamped here, as bounds are needed
 constexpr float nothing = -1e30f;
 
@@ -51,7 +51,8 @@ struct Shaper {
     /// From the centre to the centre of the outermost voxel.
     float block_radius(int edge_voxels) const { return 0.5f * float(edge_voxels - 1) * step.length(); }
 
-    /// The part of a row of noise that belongs to a block, wrapped and clamped to the domain; beyond its end it is 0.
+    /// The part of a row of noise that belongs to a block, wrapped and clamped to the domain; beyond its end
+    /// it is 0.
     const float* noise_row(int i, int j, int k, const Vec3i& by) const
     {
         i = std::min(i, size[0] - 1) + by[0];
@@ -72,12 +73,13 @@ public:
         });
     }
 
-    /// Over the voxels of the block at `o` moved by `shift` along the first two axes, around the ends: the blocks that those
-    /// voxels are in.
+    /// Over the voxels of the block at `o` moved by `shift` along the first two axes, around the ends: the
+    /// blocks that those voxels are in.
     Range over(const Vec3i& o, const Vec3i& shift) const
     {
         int i[B], j[B];
-        const int ni = blocks_touched(o[0], shift[0], size_[0], i), nj = blocks_touched(o[1], shift[1], size_[1], j);
+        const int ni = blocks_touched(o[0], shift[0], size_[0], i),
+                  nj = blocks_touched(o[1], shift[1], size_[1], j);
         Range out{most_noise, -most_noise};
         for (int a = 0; a < ni; ++a)
             for (int b = 0; b < nj; ++b) {
@@ -117,7 +119,8 @@ private:
                             high[l] = row[l] > high[l] ? row[l] : high[l];
                         }
                     } else {
-                        for (int l = 0; l < width; ++l) low[l] = std::min(low[l], row[l]), high[l] = std::max(high[l], row[l]);
+                        for (int l = 0; l < width; ++l)
+                            low[l] = std::min(low[l], row[l]), high[l] = std::max(high[l], row[l]);
                     }
                 }
             out[k] = {std::max(-most_noise, *std::min_element(low, low + B)),
@@ -135,8 +138,8 @@ inline float clamped(float n)
     return n > most_noise ? most_noise : n;
 }
 
-/// What is computed of one slice of a block, Stride-th voxels only: v + t, the envelope's own depth, and what caps v, the
-/// height over the base and the distance to the faces of the domain.
+/// What is computed of one slice of a block, Stride-th voxels only: v + t, the envelope's own depth, and what
+/// caps v, the height over the base and the distance to the faces of the domain.
 template<int Stride> struct Slice {
     static constexpr int n = B / Stride, count = n * n;
     float v[count], depth[count], cap[count];
@@ -144,8 +147,8 @@ template<int Stride> struct Slice {
 };
 
 template<int Stride>
-__attribute__((always_inline)) inline void evaluate(const Shaper& s, const Envelope::Parts& near, const Vec3i& o,
-                                                    Slice<Stride>& out)
+__attribute__((always_inline)) inline void evaluate(const Shaper& s, const Envelope::Parts& near,
+                                                    const Vec3i& o, Slice<Stride>& out)
 {
     constexpr int n = Slice<Stride>::n;
     const Vec3f p = s.position(o);
@@ -170,12 +173,14 @@ __attribute__((always_inline)) inline void evaluate(const Shaper& s, const Envel
     const float limit = s.limited ? 0 : -nothing;  // added to the depth, that of a cap that is none
     for (int j = 0; j < n; ++j) {
         const float py = p[1] + float(j) * dy;
-        const float face = std::min(std::min(p[0] - s.low[0], s.high[0] - p[0]), std::min(py - s.low[1], s.high[1] - py));
+        const float face =
+            std::min(std::min(p[0] - s.low[0], s.high[0] - p[0]), std::min(py - s.low[1], s.high[1] - py));
         const float height = (s.up == 0 ? p[0] : s.up == 1 ? py : p[2]) - base, rise = s.up == 2 ? dz : 0;
         const int q = j * n;
         for (int k = 0; k < n; ++k) {
             const float pz = p[2] + float(k) * dz, depth = out.depth[q + k];
-            const float bump = roughness * (linear * out.noise[q + k] + fold * std::abs(out.noise[q + k]) - mean);
+            const float bump =
+                roughness * (linear * out.noise[q + k] + fold * std::abs(out.noise[q + k]) - mean);
             float cap = std::min(face, std::min(pz - low_z, high_z - pz));
             cap = std::min(cap, height + float(k) * rise + 0.2f * bump);
             out.v[q + k] = depth + bump;
@@ -214,26 +219,29 @@ Kind classify(const Shaper& s, const BlockRanges& ranges, const Vec3i& o, Scratc
             spread[d] = s.warp * 0.5f * (w.high - w.low);
         }
     const float deepest_of_none = s.limited ? std::max(0.0f, s.threshold - most) : s.threshold - most;
-    const auto depth = s.envelope.select(scratch.group, {centre + middle, s.block_radius(B) + spread.length()},
-                                         deepest_of_none, scratch.near);
+    const auto depth = s.envelope.select(
+        scratch.group, {centre + middle, s.block_radius(B) + spread.length()}, deepest_of_none, scratch.near);
     if (depth.high + most <= s.threshold || (s.limited && depth.high <= 0)) return Kind::Empty;
 
     float face = 1e30f;
     for (int d = 0; d < 3; ++d)
-        face = std::min(face, std::min(centre[d] - s.low[d], s.high[d] - centre[d]) - 0.5f * (B - 1) * s.step[d]);
+        face = std::min(face,
+                        std::min(centre[d] - s.low[d], s.high[d] - centre[d]) - 0.5f * (B - 1) * s.step[d]);
     float v = std::min(depth.low + least - s.threshold, height - reach + 0.2f * least);
     if (s.limited) v = std::min(v, depth.low);
     return std::min(v, face) >= s.edge ? Kind::Full : Kind::Mixed;
 }
 
-/// Calls visit(origin, scratch) for the blocks of the group at `corner`, with the parts that matter in scratch.group; passes
-/// over a group whose depth is nowhere above `least`.
+/// Calls visit(origin, scratch) for the blocks of the group at `corner`, with the parts that matter in
+/// scratch.group; passes over a group whose depth is nowhere above `least`.
 template<typename Visit>
 void over_group(const Shaper& s, const Vec3i& corner, float least, Scratch& scratch, const Visit& visit)
 {
     constexpr int edge = super * B;
     const float radius = s.block_radius(edge) + warp_reach(s);
-    if (s.envelope.select(s.envelope.all(), {s.block_centre(corner, edge), radius}, least, scratch.group).high <= least) return;
+    if (s.envelope.select(s.envelope.all(), {s.block_centre(corner, edge), radius}, least, scratch.group)
+            .high <= least)
+        return;
     for (int i = 0; i < edge; i += B)
         for (int j = 0; j < edge; j += B)
             for (int k = 0; k < edge; k += B) {
@@ -242,11 +250,13 @@ void over_group(const Shaper& s, const Vec3i& corner, float least, Scratch& scra
             }
 }
 
-/// Calls visit(corner, index, scratch) for every group of blocks, in parallel; index counts them in order of their corners.
+/// Calls visit(corner, index, scratch) for every group of blocks, in parallel; index counts them in order of
+/// their corners.
 template<typename Visit> void over_groups(const Shaper& s, const Progress& progress, const Visit& visit)
 {
     constexpr int edge = super * B;
-    const Vec3i n((s.size[0] + edge - 1) / edge, (s.size[1] + edge - 1) / edge, (s.size[2] + edge - 1) / edge);
+    const Vec3i n((s.size[0] + edge - 1) / edge, (s.size[1] + edge - 1) / edge,
+                  (s.size[2] + edge - 1) / edge);
     std::atomic<int> done{0};
     tbb::parallel_for(tbb::blocked_range<int>(0, n.product()), [&](const auto& range) {
         Scratch scratch;
@@ -271,7 +281,8 @@ std::vector<float> sample(const Shaper& s)
     over_groups(s, {}, [&](const Vec3i& corner, size_t g, Scratch& scratch) {
         over_group(s, corner, 0, scratch, [&](const Vec3i& o) {
             const float reach = s.block_radius(B) + warp_reach(s);
-            if (s.envelope.select(scratch.group, {s.block_centre(o, B), reach}, 0, scratch.near).high <= 0) return;
+            if (s.envelope.select(scratch.group, {s.block_centre(o, B), reach}, 0, scratch.near).high <= 0)
+                return;
             Slice<2> slice;
             for (int i = 0; i < B; i += 2) {
                 evaluate<2>(s, scratch.near, o + Vec3i(i, 0, 0), slice);
@@ -350,7 +361,8 @@ void check(const fft::RealField<float>& noise, const Box& domain, const ShapeOpt
 {
     const auto within = [](const char* name, double value, double most) {
         if (!(value >= 0 && value <= most))
-            throw InputError(std::string(name) + " = " + std::to_string(value) + ": expected 0.." + std::to_string(most));
+            throw InputError(std::string(name) + " = " + std::to_string(value) + ": expected 0.." +
+                             std::to_string(most));
     };
     within("roughness", o.roughness, 10);
     within("warp", o.warp, 1);
@@ -370,13 +382,26 @@ CloudBlocks shape_cloud(const fft::RealField<float>& noise, const Box& domain, c
     check(noise, domain, o);
     const Vec3i size = noise.size();
     const Vec3d sides = domain.sides(), step(sides[0] / size[0], sides[1] / size[1], sides[2] / size[2]);
-    const double longest = std::max({sides[0], sides[1], sides[2]}), coarsest = std::max({step[0], step[1], step[2]});
+    const double longest = std::max({sides[0], sides[1], sides[2]}),
+                 coarsest = std::max({step[0], step[1], step[2]});
     const double rms = std::sqrt(2 / M_PI);  // mean of |n|
-    Shaper s{noise, envelope, size,
-             {{size[0] / 3, size[1] / 2, 0}, {size[0] / 2, size[1] / 5, 0}, {size[0] * 5 / 6, size[1] * 3 / 4, 0}},
-             Vec3f(domain.low), Vec3f(domain.high), Vec3f(step),
-             float(o.roughness * longest), float(o.warp * longest), float(1 - o.billow), float(2 * o.billow),
-             float(2 * o.billow * rms), float(std::max(o.edge * longest, 1.5 * coarsest)), 0, o.up, o.coverage.has_value()};
+    Shaper s{
+        noise,
+        envelope,
+        size,
+        {{size[0] / 3, size[1] / 2, 0}, {size[0] / 2, size[1] / 5, 0}, {size[0] * 5 / 6, size[1] * 3 / 4, 0}},
+        Vec3f(domain.low),
+        Vec3f(domain.high),
+        Vec3f(step),
+        float(o.roughness * longest),
+        float(o.warp * longest),
+        float(1 - o.billow),
+        float(2 * o.billow),
+        float(2 * o.billow * rms),
+        float(std::max(o.edge * longest, 1.5 * coarsest)),
+        0,
+        o.up,
+        o.coverage.has_value()};
 
     CloudBlocks out;
     out.size = size;

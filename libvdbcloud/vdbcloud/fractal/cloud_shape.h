@@ -15,10 +15,11 @@ namespace vdbcloud {
 ///     v(x) = D(x + w(x)) + roughness b(n(x)) - t,         b(n) = (1 - billow) n + billow (2 |n| - mean)
 ///     density = smoothstep(v / edge) in 0..1
 ///
-/// with n held within +-4 and the shifts, in voxels rounded down, of (1/3, 1/2, 0), (1/2, 1/5, 0) and (5/6, 3/4, 0) of the size.
-/// Below the envelope's base nothing is left, and towards the faces of the domain all fades. Without a coverage t is 0
-/// and noise carries the surface in and out; with one, t is chosen so that this fraction of the envelope is filled, and
-/// nothing lies beyond the envelope as displaced. Lengths here are fractions of the domain's longest side.
+/// with n held within +-4 and the shifts, in voxels rounded down, of (1/3, 1/2, 0), (1/2, 1/5, 0) and (5/6, 3/4, 0) of
+/// the size. Below the envelope's base nothing is left, and towards the faces of the domain all
+/// fades. Without a coverage t is 0 and noise carries the surface in and out; with one, t is chosen so that
+/// this fraction of the envelope is filled, and nothing lies beyond the envelope as displaced. Lengths here
+/// are fractions of the domain's longest side.
 struct ShapeOptions {
     double roughness = 0.012;  ///< how far noise moves the surface, per standard deviation; 0..10
     double warp = 0.012;       ///< how far noise displaces the envelope, per standard deviation; 0..1
@@ -44,12 +45,12 @@ struct CloudBlocks {
 
 /// Shapes a density from noise over the same domain.
 ///
-/// Only blocks near the surface are evaluated voxel by voxel; bounds on depth and noise settle the others. With
-/// coverage the threshold t is found first, as a quantile of v over an eighth of the envelope's voxels.
+/// Only blocks near the surface are evaluated voxel by voxel; bounds on depth and noise settle the others.
+/// With coverage the threshold t is found first, as a quantile of v over an eighth of the envelope's voxels.
 ///
-/// Threads: all of TBB's; values do not depend on them. Memory: the blocks. Throws InputError for an option outside
-/// its range or an envelope without a voxel, Cancelled.
-CloudBlocks shape_cloud(const fft::RealField<float>& noise, const Box& domain, const Envelope&, const ShapeOptions&,
-                        const Progress& = {});
+/// Threads: all of TBB's; values do not depend on them. Memory: the blocks. Throws InputError for an option
+/// outside its range or an envelope without a voxel, Cancelled.
+CloudBlocks shape_cloud(const fft::RealField<float>& noise, const Box& domain, const Envelope&,
+                        const ShapeOptions&, const Progress& = {});
 
 }  // namespace vdbcloud

@@ -19,7 +19,8 @@ struct Sphere {
 
 double between(uint64_t bits, double low, double high) { return low + (high - low) * uniform(bits); }
 
-/// Columns of spheres over the footprint, in a frame whose third axis is up and whose origin is the middle of the base.
+/// Columns of spheres over the footprint, in a frame whose third axis is up and whose origin is the middle of
+/// the base.
 std::vector<Sphere> columns(const Vec3d& half, double height, const CumulusOptions& o)
 {
     std::vector<Sphere> out;
@@ -28,8 +29,10 @@ std::vector<Sphere> columns(const Vec3d& half, double height, const CumulusOptio
         const auto random = [&](int what, double low, double high) {
             return between(hash_bits(o.seed, 2, uint64_t(t), uint64_t(what)), low, high);
         };
-        // The first stands near the middle, the others around it on a spiral, lower and slimmer the further out.
-        const double out_by = t == 0 ? random(0, 0.05, 0.3) : std::sqrt((t - 0.2) / o.towers) * random(0, 0.62, 0.8);
+        // The first stands near the middle, the others around it on a spiral, lower and slimmer the further
+        // out.
+        const double out_by =
+            t == 0 ? random(0, 0.05, 0.3) : std::sqrt((t - 0.2) / o.towers) * random(0, 0.62, 0.8);
         const double angle = turn + golden * t + random(1, -0.35, 0.35);
         const double top = height * (t == 0 ? 1 : (1.1 - 0.7 * out_by) * random(2, 0.5, 1));
         const double r0 = std::min(height * (t == 0 ? 0.5 : random(3, 0.3, 0.44)), 0.75 * top);
@@ -57,11 +60,14 @@ std::vector<Sphere> bulges(const std::vector<Sphere>& parents, int count, double
         const double turn = between(hash_bits(parent.id, 10), 0, 2 * M_PI);
         for (int c = 0; c < count; ++c) {
             const uint64_t id = hash_bits(parent.id, 11, uint64_t(c));
-            const double z = std::clamp(1 - (2 * c + between(hash_bits(id, 1), 0, 2)) / count * 0.8, -1.0, 1.0);
+            const double z =
+                std::clamp(1 - (2 * c + between(hash_bits(id, 1), 0, 2)) / count * 0.8, -1.0, 1.0);
             const double angle = turn + 2.399963229728653 * c + between(hash_bits(id, 2), -0.5, 0.5);
-            const double flat = std::sqrt(1 - z * z), r = parent.radius * between(hash_bits(id, 3), low, high);
+            const double flat = std::sqrt(1 - z * z),
+                         r = parent.radius * between(hash_bits(id, 3), low, high);
             const Vec3d w(flat * std::cos(angle), flat * std::sin(angle), z);
-            const Sphere child{parent.centre + w * (parent.radius * between(hash_bits(id, 4), 0.82, 0.95)), r, id};
+            const Sphere child{parent.centre + w * (parent.radius * between(hash_bits(id, 4), 0.82, 0.95)), r,
+                               id};
             if (child.centre[2] > -0.2 * r) out.push_back(child);
         }
     }
@@ -83,8 +89,8 @@ std::vector<Sphere> visible(const std::vector<Sphere>& children, const std::vect
 
 constexpr int lanes = 8;
 
-/// The parts of a union of spheres: rows x, y, z, r / 2, 1 / (2 r), and one to work in, each of stride(count) numbers. What
-/// pads a row to whole lanes is a sphere of no depth.
+/// The parts of a union of spheres: rows x, y, z, r / 2, 1 / (2 r), and one to work in, each of stride(count)
+/// numbers. What pads a row to whole lanes is a sphere of no depth.
 int stride(int count) { return (count + lanes - 1) / lanes * lanes; }
 
 void resize(Envelope::Parts& parts, int count)
@@ -181,7 +187,8 @@ public:
         const int m = stride(count);
         for (int i = 0, to = 0; i < from.count; ++i) {
             if (most[i] < cut) continue;
-            for (int row = 0; row < 5; ++row) near.data[size_t(row * m + to)] = from.data[size_t(row * n + i)];
+            for (int row = 0; row < 5; ++row)
+                near.data[size_t(row * m + to)] = from.data[size_t(row * n + i)];
             ++to;
         }
         near.count = count;
@@ -189,7 +196,8 @@ public:
         return range;
     }
 
-    void depth(const Parts& near, int count, const float* x, const float* y, const float* z, float* out) const override
+    void depth(const Parts& near, int count, const float* x, const float* y, const float* z,
+               float* out) const override
     {
         deepest(stride(near.count), near.count, near.data.data(), count, x, y, z, out);
     }
@@ -203,7 +211,8 @@ private:
 
 EnvelopePtr cumulus_envelope(const Box& box, const CumulusOptions& o)
 {
-    if (o.towers < 1 || o.towers > 64) throw InputError("towers = " + std::to_string(o.towers) + ": expected 1..64");
+    if (o.towers < 1 || o.towers > 64)
+        throw InputError("towers = " + std::to_string(o.towers) + ": expected 1..64");
     if (o.generations < 1 || o.generations > 4)
         throw InputError("generations = " + std::to_string(o.generations) + ": expected 1..4");
     const Vec3d sides = box.sides();
@@ -212,7 +221,10 @@ EnvelopePtr cumulus_envelope(const Box& box, const CumulusOptions& o)
     const double height = std::min(sides[up], o.height * std::max(sides[u], sides[v]));
     auto parents = columns({0.5 * sides[u], 0.5 * sides[v], 0}, height, o);
     auto spheres = parents;
-    const struct { int count; double low, high; } growth[] = {{12, 0.38, 0.62}, {11, 0.32, 0.5}, {8, 0.3, 0.5}};
+    const struct {
+        int count;
+        double low, high;
+    } growth[] = {{12, 0.38, 0.62}, {11, 0.32, 0.5}, {8, 0.3, 0.5}};
     for (int g = 1; g < o.generations; ++g) {
         const auto& how = growth[g - 1];
         parents = visible(bulges(parents, how.count, how.low, how.high), spheres);
@@ -226,7 +238,8 @@ EnvelopePtr cumulus_envelope(const Box& box, const CumulusOptions& o)
             low[d] = std::min(low[d], s.centre[d] - s.radius);
             high[d] = std::max(high[d], s.centre[d] + s.radius);
         }
-    const double scale = std::min({sides[u] / (high[0] - low[0]), sides[v] / (high[1] - low[1]), sides[up] / high[2]});
+    const double scale =
+        std::min({sides[u] / (high[0] - low[0]), sides[v] / (high[1] - low[1]), sides[up] / high[2]});
     const Vec3d middle = 0.5 * (low + high);
     for (auto& s : spheres) {
         Vec3d c;

@@ -17,11 +17,11 @@ struct Box {
     Box inset(double by) const { return {low + Vec3d(by), high - Vec3d(by)}; }
 };
 
-/// A region by its depth at a point [world]: positive inside, 0 on its surface, negative outside; near the surface about
-/// the distance to it. Immutable, so shared by threads.
+/// A region by its depth at a point [world]: positive inside, 0 on its surface, negative outside; near the
+/// surface about the distance to it. Immutable, so shared by threads.
 ///
-/// A region made of many parts is asked in two steps: first which parts matter within a ball, then the depth at
-/// points of the ball by those parts alone. A region of one part leaves the lists empty.
+/// A region made of many parts is asked in two steps: first which parts matter within a ball, then the depth
+/// at points of the ball by those parts alone. A region of one part leaves the lists empty.
 class Envelope {
 public:
     struct Range {
@@ -41,13 +41,13 @@ public:
         float radius;  ///< [world]
     };
 
-    /// Bounds of the depth over the ball; `near`, another list than `from`, becomes those of `from` that matter in it. A part
-    /// whose depth is nowhere above `least` does not matter: where no other is deeper, the depth is only known to be
-    /// at most that.
+    /// Bounds of the depth over the ball; `near`, another list than `from`, becomes those of `from` that
+    /// matter in it. A part whose depth is nowhere above `least` does not matter: where no other is deeper,
+    /// the depth is only known to be at most that.
     virtual Range select(const Parts& from, const Ball&, float least, Parts& near) const = 0;
 
-    /// out[p] = depth at (x[p], y[p], z[p]), for `count` points inside the ball that `near` was selected for. The arrays
-    /// do not overlap.
+    /// out[p] = depth at (x[p], y[p], z[p]), for `count` points inside the ball that `near` was selected for.
+    /// The arrays do not overlap.
     virtual void depth(const Parts& near, int count, const float* x, const float* y, const float* z,
                        float* out) const = 0;
 
@@ -60,7 +60,8 @@ using EnvelopePtr = std::unique_ptr<const Envelope>;
 /// The largest sphere in the box. Depth: the distance to its surface.
 EnvelopePtr sphere_envelope(const Box&);
 
-/// The ellipsoid that touches the box, of semi-axes a: depth = a_min (1 - |p / a|), which is nowhere more than the distance.
+/// The ellipsoid that touches the box, of semi-axes a: depth = a_min (1 - |p / a|), which is nowhere more
+/// than the distance.
 EnvelopePtr ellipsoid_envelope(const Box&);
 
 /// The box itself: the distance to the nearest face plane.

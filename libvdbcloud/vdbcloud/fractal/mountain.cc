@@ -34,8 +34,8 @@ void rescale(std::vector<float>& values, double low, double high)
     for (float& v : values) v = float(low + (high - low) * (range > 0 ? (v - from) / range : 1));
 }
 
-/// The closed surface of a body under a height field, in world space: a vertex over the centre of each column, and a rim
-/// of them over the faces of the domain, where upright walls go down.
+/// The closed surface of a body under a height field, in world space: a vertex over the centre of each
+/// column, and a rim of them over the faces of the domain, where upright walls go down.
 struct Surface {
     explicit Surface(const HeightField& f) : field(f), rows(f.rows() + 2), columns(f.columns() + 2)
     {
@@ -67,7 +67,8 @@ struct Surface {
     Vec3f point(int i, int j, bool foot) const
     {
         const int n[2] = {rows - 2, columns - 2}, axis[2] = {field.up == 0 ? 1 : 0, field.up == 2 ? 1 : 2};
-        const double along[2] = {std::clamp(i - 0.5, 0.0, double(n[0])), std::clamp(j - 0.5, 0.0, double(n[1]))};
+        const double along[2] = {std::clamp(i - 0.5, 0.0, double(n[0])),
+                                 std::clamp(j - 0.5, 0.0, double(n[1]))};
         Vec3d p;
         for (int d = 0; d < 2; ++d)
             p[axis[d]] = field.domain.low[axis[d]] + along[d] * field.domain.sides()[axis[d]] / n[d];
@@ -84,7 +85,8 @@ struct Surface {
 
 }  // namespace
 
-HeightField mountain_heights(const Box& domain, const Vec3i& size, const Spectrum& spectrum, const MountainOptions& o)
+HeightField mountain_heights(const Box& domain, const Vec3i& size, const Spectrum& spectrum,
+                             const MountainOptions& o)
 {
     check(size, o);
     HeightField f{o.up, domain, size, {}};
@@ -92,7 +94,8 @@ HeightField mountain_heights(const Box& domain, const Vec3i& size, const Spectru
     Vec3i flat = size;
     Vec3d sides = domain.sides();
     const double step = sides[o.up] / size[o.up], ground = domain.low[o.up] + 4 * step;
-    const double relief = std::min(o.relief * std::max(sides[u], sides[v]), domain.high[o.up] - step - ground);
+    const double relief =
+        std::min(o.relief * std::max(sides[u], sides[v]), domain.high[o.up] - step - ground);
     flat[o.up] = 1;
     sides[o.up] = std::min(sides[u], sides[v]);
     const auto noise = synthesize(flat, sides, spectrum);
@@ -109,7 +112,8 @@ HeightField mountain_heights(const Box& domain, const Vec3i& size, const Spectru
     const double a = 0.35 * o.peak;
     for (int i = 0; i < rows; ++i)
         for (int j = 0; j < columns; ++j) {
-            const double x = (2 * i + 1.0) / rows - 1, y = (2 * j + 1.0) / columns - 1, r2 = std::min(1.0, x * x + y * y);
+            const double x = (2 * i + 1.0) / rows - 1, y = (2 * j + 1.0) / columns - 1,
+                         r2 = std::min(1.0, x * x + y * y);
             const double m = (1 - r2) * (1 - r2);
             float& h = f.height[size_t(i) * columns + j];
             h = float((1 - o.peak * (1 - m)) * (a + (1 - a) * double(h)));
@@ -125,7 +129,8 @@ FloatGridPtr mountain_grid(const HeightField& field, double half_width)
     const auto transform = voxel_centre_transform(field.domain, field.size);
     if (!transform->hasUniformScale()) throw InputError("a level set needs voxels that are cubes");
     const Surface surface(field);
-    auto grid = openvdb::tools::meshToLevelSet<FloatGrid>(*transform, surface.points, surface.triangles, float(half_width));
+    auto grid = openvdb::tools::meshToLevelSet<FloatGrid>(*transform, surface.points, surface.triangles,
+                                                          float(half_width));
     grid->setName(schema::solid);
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
     return grid;
