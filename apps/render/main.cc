@@ -44,6 +44,7 @@ void write_pictures(app::App& app, const RenderOptions& o, const LoadedScene& lo
 void render(app::App& app, RenderOptions& o)
 {
     check_outputs(app, o);
+    check_effect(app, o);
     const ImageSize size = image_size(o);
     LoadedScene loaded = load_scene(app, o);
     const auto background = chosen_background(app, o, sun_irradiance(loaded.scene), loaded.up);

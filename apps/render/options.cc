@@ -135,6 +135,24 @@ void declare(app::App& app, RenderOptions& o)
     declare_picture(app, o);
 }
 
+void check_effect(const app::App& app, const RenderOptions& o)
+{
+    const auto needs = [&](const char* option, bool met, const char* what) {
+        if (app.given(option) && !met) throw UsageError(std::string(option) + " has no effect: it needs " + what);
+    };
+    const bool perspective = o.camera.projection == Projection::Perspective;
+    needs("--fov", perspective, "--projection perspective");
+    needs("--ortho-width", !perspective, "--projection orthographic");
+    needs("--tolerance", o.integrator.kind == Integrator::Romberg, "--integrator romberg");
+    needs("--step", o.integrator.kind == Integrator::Steps, "--integrator steps");
+    needs("--parts", o.integrator.kind == Integrator::Cells, "--integrator cells");
+    needs("--fidelity", !o.integrator.shadow_rays, "a light grid, and --shadow-rays does without");
+    for (const char* option : {"--filter", "--filter-width", "--seed"}) needs(option, o.sampling.samples > 1, "--samples above 1");
+    const bool sky = o.background.empty() || o.background == "sky";
+    for (const char* option : {"--sky-zenith", "--sky-horizon", "--sky-ground", "--sky-haze"})
+        needs(option, sky, "a sky for --background");
+}
+
 ImageSize image_size(const RenderOptions& o)
 {
     ImageSize size;
@@ -186,7 +204,6 @@ ChosenBackground chosen_background(const app::App& app, const RenderOptions& o, 
     const auto colour = app::numbers(o.background);
     if (!colour || (colour->size() != 1 && colour->size() != 3))
         throw UsageError("--background " + printable(o.background) + ": expected none, sky, or r,g,b");
-    if (own_sky) throw UsageError("--background " + printable(o.background) + " leaves no sky for --sky-zenith and the like");
     out.sky = Sky::constant(colour->size() == 1 ? Vec3d((*colour)[0]) : Vec3d((*colour)[0], (*colour)[1], (*colour)[2]));
     out.sky.up = up / up.length();
     out.in_exr = true;

@@ -45,6 +45,10 @@ struct RenderOptions {
 
 void declare(app::App&, RenderOptions&);
 
+/// Throws UsageError if an option was given that the others leave without effect, such as --step without the integrator
+/// that takes steps.
+void check_effect(const app::App&, const RenderOptions&);
+
 /// "640x480", or "512" for a square; and "x0,y0,x1,y1" of the crop. Throws UsageError.
 ImageSize image_size(const RenderOptions&);
 

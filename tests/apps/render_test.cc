@@ -312,6 +312,35 @@ TEST_F(Render, RefusesInOneSentenceWithTheRightStatus)
     EXPECT_EQ(scratch.list(), std::vector<std::string>{"lump.vdb"});
 }
 
+TEST_F(Render, RefusesOptionsThatWouldHaveNoEffect)
+{
+    write_lump(path("lump.vdb"));
+    const std::vector<std::vector<std::string>> lines{
+        {"--step", "0.1"}, {"--tolerance", "1e-3"}, {"--integrator", "steps", "--parts", "2"}, {"--ortho-width", "3"},
+        {"--projection", "orthographic", "--fov", "20"}, {"--filter", "gaussian"}, {"--shadow-rays", "--fidelity", "exact"},
+        {"--background", "1,1,1", "--sky-zenith", "0,0,1"}, {"--background", "none", "--sky-haze", "2"}};
+    for (auto line : lines) {
+        line.insert(line.end(), {path("lump.vdb"), "-o", path("a.exr"), "--resolution", "8"});
+        expect_refused(2, "no effect", line);
+    }
+}
+
+TEST_F(Render, TheThreeIntegratorsAgree)
+{
+    write_lump(path("lump.vdb"));
+    const std::vector<std::string> light{"--sun", "1,1,1", "--extinction", "1"};
+    const auto by = [&](const std::string& name, std::vector<std::string> more) {
+        more.insert(more.end(), light.begin(), light.end());
+        more.insert(more.end(), {"--integrator", name});
+        return rendered(path("lump.vdb"), name + ".exr", more);
+    };
+    const Picture cells = by("cells", {}), romberg = by("romberg", {}), steps = by("steps", {"--step", "0.05"});
+    EXPECT_LT(difference(cells, romberg, "R"), 2e-3);  // half floats, and what cells makes of the light within a voxel
+    EXPECT_LT(difference(cells, steps, "R"), 2e-3);
+    const Picture coarse = by("steps", {"--step", "4"});
+    EXPECT_GT(difference(cells, coarse, "R"), 1e-2);  // the step is heeded
+}
+
 TEST_F(Render, AFullDiskIsStatusOne)
 {
     write_lump(path("lump.vdb"));
