@@ -14,7 +14,7 @@ void declare_noise(App& app, Options& o)
     const auto group = "Noise";
     app.add_option("--seed", o.seed, "chooses one of 2^64 clouds")->group(group);
     app.add_option("--beta", o.beta,
-                   "mean power of a wave falls as its wave number to -beta; else 4.2, a mountain's 3.6")
+                   "mean power of a wave falls as its wave number to -beta; else 4.2, a mountain's 3.5")
         ->check(within(0, 12))
         ->group(group);
     app.add_option("--outer", o.outer,

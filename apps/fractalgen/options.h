@@ -32,7 +32,7 @@ struct Options {
 // The bulges of a cumulus are the long waves of its surface, so its noise begins at shorter ones; other
 // envelopes have none.
 inline constexpr double cloud_beta = 4.2, cloud_outer = 4;
-inline constexpr double mountain_beta = 3.6, mountain_outer = 0;
+inline constexpr double mountain_beta = 3.5, mountain_outer = 0;
 
 void declare(App&, Options&);
 

@@ -109,12 +109,12 @@ HeightField mountain_heights(const Box& domain, const Vec3i& size, const Spectru
             f.height.push_back(float((1 - o.ridges) * n - o.ridges * 2 * std::abs(n)));
         }
     rescale(f.height, 0, 1);
-    const double a = 0.35 * o.peak;
+    const double a = 0.1 * o.peak;
     for (int i = 0; i < rows; ++i)
         for (int j = 0; j < columns; ++j) {
             const double x = (2 * i + 1.0) / rows - 1, y = (2 * j + 1.0) / columns - 1,
                          r2 = std::min(1.0, x * x + y * y);
-            const double m = (1 - r2) * (1 - r2);
+            const double m = (1 - r2) * std::sqrt(1 - r2);
             float& h = f.height[size_t(i) * columns + j];
             h = float((1 - o.peak * (1 - m)) * (a + (1 - a) * double(h)));
         }

@@ -9,9 +9,9 @@
 namespace vdbcloud {
 
 /// How noise n of two dimensions makes heights: with b = (1 - ridges) n - ridges 2 |n|, scaled to B in 0..1
-/// over the field, and the mound m = (1 - r^2)^2, r = 1 at the edges of the box,
+/// over the field, and the mound m = (1 - r^2)^(3/2), r = 1 at the edges of the box,
 ///
-///     q = (1 - peak (1 - m)) (a + (1 - a) B),   a = 0.35 peak
+///     q = (1 - peak (1 - m)) (a + (1 - a) B),   a = 0.1 peak
 ///     height = ground + relief (q - q_min) / (q_max - q_min)
 struct MountainOptions {
     double relief = 0.35;  ///< from the lowest to the highest point, over the longest horizontal side; > 0
