@@ -30,7 +30,12 @@ ImageMetadata image_metadata(const app::App& app, const RenderOptions& o, const 
         out.texts.push_back({"vdbcloud:light_" + light.name,
                              app::described(light) + ", irradiance " + app::shortest(light.irradiance)});
     for (size_t v = 0; v < loaded.scene.volumes.size(); ++v) {
-        const Medium& m = loaded.scene.volumes[v].medium;
+        const Volume& volume = loaded.scene.volumes[v];
+        const Medium& m = volume.medium;
+        if (volume.forward > 0)
+            out.texts.push_back({"vdbcloud:scaled_medium_" + std::to_string(v),
+                                 "light, alpha and background in the delta-scaled medium (1 - f w0) sigma_t, f " +
+                                     app::shortest(volume.forward) + ", g' " + app::shortest(volume.mean_cosine)});
         out.texts.push_back({"vdbcloud:medium_" + std::to_string(v),
                              "sigma_t per density " + app::shortest(m.sigma_t_per_density) + ", albedo " +
                                  app::shortest(m.albedo) + ", " + name(m.phase) + ", g " + app::shortest(m.g)});

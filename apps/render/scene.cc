@@ -4,7 +4,9 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/extent.h"
 #include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/scatter/multiple_scattering.h"
 
 #include <algorithm>
 
@@ -36,8 +38,59 @@ Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
         const char* const channels[] = {"r", "g", "b"};
         for (size_t c = 0; c < 3; ++c)
             volume.flux[c] = vectors(app, file, find_grid(file, std::string(schema::flux_prefix) + channels[c]));
+        volume.forward = get_number(*volume.phi, schema::delta_f, 0);
+        volume.mean_cosine = get_number(*volume.phi, schema::scaled_g, 0);
     }
     return volume;
+}
+
+/// Throws if phi is of another density, or scattered other lights than the scene has.
+void require_same_light(const GridFile& file, const Volume& volume, const std::vector<Light>& lights)
+{
+    if (!volume.phi) return;
+    const std::string digest = get_text(*volume.phi, schema::density_digest, "");
+    if (!digest.empty() && digest != grid_digest(*volume.density))
+        throw UsageError(file.path + ": multiple scattering was computed from another density: run p1solve again");
+    const std::string lit_by = get_text(*volume.phi, schema::lit_by, lights_text(lights));
+    if (lit_by != lights_text(lights))
+        throw UsageError(file.path + ": multiple scattering was computed for '" + printable(lit_by) + "', and '" +
+                         lights_text(lights) + "' is asked for: run p1solve again");
+}
+
+/// exp(-tau') towards a light in the medium of extinction (1 - f w0) sigma_t, in which phi and flux hold. From the density:
+/// a stored transmittance is 0 in single precision where this one is not. With a tint w0 varies, and so does the
+/// scaled density, by channel.
+GridBasePtr scaled_light_grid(app::App& app, const Volume& volume, const Light& light, const RenderOptions& o)
+{
+    Medium scaled = volume.medium;
+    if (!volume.colour) {
+        for (int c = 0; c < 3; ++c) scaled.sigma_t_per_density[c] *= 1 - volume.forward * volume.medium.albedo[c];
+        return transmittance_grid(*volume.density, scaled, light, o.light, app.progress("light"));
+    }
+    Vec3SGridPtr all;
+    for (int c = 0; c < 3; ++c) {
+        auto density = volume.density->deepCopy();
+        density->tree().voxelizeActiveTiles();
+        auto tint = volume.colour->getConstAccessor();
+        for (auto v = density->beginValueOn(); v; ++v) {
+            const double w0 = std::clamp(volume.medium.albedo[c] * tint.getValue(v.getCoord())[c], 0.0, 1.0);
+            v.setValue(float(*v * (1 - volume.forward * w0)));
+        }
+        scaled.sigma_t_per_density = Vec3d(volume.medium.sigma_t_per_density[c]);
+        const auto one = gridPtrCast<FloatGrid>(transmittance_grid(*density, scaled, light, o.light, app.progress("light")));
+        if (!all) {
+            all = Vec3SGrid::create(Vec3f(1.0f));
+            all->setTree(std::make_shared<openvdb::Vec3STree>(one->tree(), Vec3f(1.0f), openvdb::TopologyCopy()));
+            all->setTransform(one->transform().copy());
+        }
+        auto from = one->getConstAccessor();
+        for (auto v = all->beginValueOn(); v; ++v) {
+            Vec3f value = *v;
+            value[c] = from.getValue(v.getCoord());
+            v.setValue(value);
+        }
+    }
+    return all;
 }
 
 /// The lights of all inputs, by name. Two of one name must be one light.
@@ -72,6 +125,11 @@ std::string misfit(const GridBase& grid, const Light& light, const Volume& volum
 
 GridBasePtr light_grid(app::App& app, const GridFile& file, const Volume& volume, const Light& light, const RenderOptions& o)
 {
+    if (volume.forward > 0) {
+        if (app.dry_run()) return FloatGrid::create(1.0f);
+        const auto phase = app.phase("scaled light");
+        return scaled_light_grid(app, volume, light, o);
+    }
     if (const GridBasePtr grid = find_grid(file, transmittance_name(light))) {
         const std::string reason = misfit(*grid, light, volume);
         if (reason.empty()) return grid;
@@ -117,6 +175,7 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
         app.say("no light given: " + app::described(out.scene.lights[0]) + ", irradiance " +
                 app::brief(out.scene.lights[0].irradiance[0]));
     }
+    for (size_t v = 0; v < files.size(); ++v) require_same_light(files[v], out.scene.volumes[v], out.scene.lights);
     if (o.integrator.shadow_rays) return out;
     for (size_t v = 0; v < files.size(); ++v)
         for (const Light& light : out.scene.lights) {

@@ -25,4 +25,12 @@ FloatGridPtr field(const Vec3i& n, const Vec3d& h, const std::function<double(co
     return field(n, Vec3d(h[0], 0, 0), Vec3d(0, h[1], 0), Vec3d(0, 0, h[2]), f);
 }
 
+Vec3SGridPtr constant_like(const FloatGrid& grid, const Vec3f& value)
+{
+    auto out = Vec3SGrid::create(Vec3f(1.0f));
+    out->setTransform(grid.transform().copy());
+    for (auto v = grid.cbeginValueOn(); v; ++v) out->tree().setValueOn(v.getCoord(), value);
+    return out;
+}
+
 }  // namespace vdbcloud::test

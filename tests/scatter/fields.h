@@ -13,4 +13,7 @@ FloatGridPtr field(const Vec3i& n, const Vec3d& h, const std::function<double(co
 FloatGridPtr field(const Vec3i& n, const Vec3d& x, const Vec3d& y, const Vec3d& z,
                    const std::function<double(const Vec3i&)>& f);
 
+/// A vector grid of one value wherever `grid` is active.
+Vec3SGridPtr constant_like(const FloatGrid& grid, const Vec3f& value);
+
 }  // namespace vdbcloud::test

@@ -1,5 +1,6 @@
 // P1 against closed forms: slabs, spheres, the white furnace, moments, layers, and the balance of energy.
 #include "vdbcloud/scatter/beam.h"
+#include "vdbcloud/scatter/multiple_scattering.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
@@ -330,6 +331,84 @@ TEST(PointLight, InsideACloudBringsItsWholePower)
     double out = source.beam_out;
     for (double o : s.budget.out) out += o;
     EXPECT_NEAR(out, 3 * 4 * pi, 1e-4);
+}
+
+TEST(ScatterP1, SharesSolutionsBetweenChannelsAndStampsWhatItMade)
+{
+    const auto grid = test::field(Vec3i(12), Vec3d(0.2), [](const Vec3i& p) { return bumpy(p, 11) > 0 ? 1.0 : 0.0; });
+    Medium medium;
+    medium.sigma_t_per_density = Vec3d(3);
+    medium.albedo = Vec3d(0.99, 0.99, 0.9);
+    medium.g = 0.85;
+    Light sun;
+    sun.to_light = Vec3d(0.3, 1, 0.2).unit();
+    sun.irradiance = Vec3d(2, 1, 1);
+    ScatterReport report;
+    const auto fields = scatter_p1(*grid, nullptr, nullptr, medium, {sun}, {}, {}, report);
+    ASSERT_TRUE(fields.phi);
+    EXPECT_EQ(report.solves, 2);
+    EXPECT_EQ(report.channel[1].solved_as, 0);
+    EXPECT_DOUBLE_EQ(report.channel[1].scale, 0.5);
+    EXPECT_EQ(report.channel[2].solved_as, 2);
+    EXPECT_TRUE(report.converged);
+    for (const auto& channel : report.channel) EXPECT_LT(channel.budget.defect, 1e-6);
+    EXPECT_NEAR(report.channel[1].deposited * 2, report.channel[0].deposited, 1e-12);
+    EXPECT_GT(report.channel[0].reentry, 0);
+    EXPECT_LT(report.bytes / report.voxels, 2000u);
+
+    // A sun for each channel of its own is the same medium three times over.
+    Medium grey = medium;
+    grey.albedo = Vec3d(0.99);
+    sun.irradiance = Vec3d(0, 0, 4);
+    ScatterReport blue;
+    scatter_p1(*grid, nullptr, nullptr, grey, {sun}, {}, {}, blue);
+    EXPECT_NEAR(blue.channel[2].budget.largest, 2 * report.channel[0].budget.largest, 1e-5 * blue.channel[2].budget.largest);
+    EXPECT_EQ(blue.channel[0].budget.largest, 0);
+}
+
+TEST(ScatterP1, TakesTheAlbedoOfEachVoxelFromItsTint)
+{
+    // A tint of one value everywhere is that albedo, scaling and beam included.
+    const auto grid = test::field(Vec3i(16), Vec3d(0.1), [](const Vec3i&) { return 1.0; });
+    const auto tint = test::constant_like(*grid, Vec3f(0.9f, 0.9f, 0.9f));
+    Medium medium;
+    medium.sigma_t_per_density = Vec3d(4);
+    medium.g = 0.7;
+    Light sun;
+    ScatterReport tinted, plain;
+    scatter_p1(*grid, tint.get(), nullptr, medium, {sun}, {}, {}, tinted);
+    medium.albedo = Vec3d(double(0.9f));
+    scatter_p1(*grid, nullptr, nullptr, medium, {sun}, {}, {}, plain);
+    EXPECT_EQ(tinted.solves, 1);
+    EXPECT_NEAR(tinted.channel[0].budget.largest / plain.channel[0].budget.largest, 1, 1e-5);
+    EXPECT_NEAR(tinted.channel[0].budget.absorbed / plain.channel[0].budget.absorbed, 1, 1e-5);
+    EXPECT_GT(plain.channel[0].budget.absorbed, 0.01);
+}
+
+TEST(ScatterP1, OfNothingIsNothing)
+{
+    const auto grid = test::field(Vec3i(4), Vec3d(1), [](const Vec3i&) { return 0.0; });
+    ScatterReport report;
+    EXPECT_FALSE(scatter_p1(*grid, nullptr, nullptr, {}, {Light()}, {}, {}, report).phi);
+    EXPECT_TRUE(report.converged);
+}
+
+TEST(ReentryShare, TellsASphereFromTwoSheetsThatFaceEachOther)
+{
+    const auto share = [](const FloatGridPtr& grid) {
+        Case c(grid);
+        const P1Operator p1(c.index, c.density, c.exposed, {1, 1, nullptr, 0, true});
+        P1Source source(p1);
+        const std::vector<double> phi(c.index.blocks().slots(), 1.0);
+        return reentry_share(p1, source, phi, 20000);
+    };
+    const Vec3d middle(15.5);
+    EXPECT_LT(share(test::field(Vec3i(32), Vec3d(1), [&](const Vec3i& p) {
+                  return (Vec3d(p.x(), p.y(), p.z()) - middle).length() < 15 ? 1.0 : 0.0;
+              })), 0.01);
+    // Wide sheets of two voxels, 6 apart: nearly all of the light of the inner sides, half of the whole.
+    EXPECT_NEAR(share(test::field(Vec3i(96, 10, 96), Vec3d(1), [](const Vec3i& p) { return p.y() < 2 || p.y() > 7 ? 1.0 : 0.0; })),
+                0.45, 0.06);
 }
 
 TEST(VoxelIndex, RefusesShearAndSaysSo)

@@ -1,5 +1,5 @@
 // The solver on problems whose answer is known: applied naively, manufactured, or constant by construction.
-#include "vdbcloud/solve/conjugate_gradient.h"
+#include "vdbcloud/solve/relaxation.h"
 
 #include "vdbcloud/core/random.h"
 #include "support/size.h"
@@ -221,6 +221,24 @@ TEST(ConjugateGradient, GivesTheSameBitsOnAnyNumberOfThreads)
         return x;
     };
     EXPECT_EQ(solve(1), solve(3));
+}
+
+TEST(Relaxation, AgreesWithConjugateGradients)
+{
+    const auto blocks = masked(Vec3i(16, 16, 16), [](const Vec3i& p) { return noise(2, p) < 0.8; });
+    const Problem problem(blocks, [](const Vec3i& p) { return 0.2 + noise(4, p); }, 0.3, constant(0.01));
+    SolveOptions options;
+    options.tolerance = 1e-8;
+    options.max_iterations = 2000;
+    Multigrid multigrid(problem.stencil, &problem.boundary);
+    auto b = field(blocks, [](const Vec3i& p) { return noise(8, p); });
+    auto b2 = b;
+    std::vector<double> x, y;
+    EXPECT_TRUE(conjugate_gradient(problem.stencil, multigrid, b, x, options).converged);
+    const auto result = relax(problem.stencil, 1.7, b2, y, options);
+    EXPECT_TRUE(result.converged);
+    EXPECT_GT(result.iterations, 20);
+    for (size_t slot = 0; slot < blocks.count() * 512; ++slot) EXPECT_NEAR(x[slot], y[slot], 1e-5);
 }
 
 TEST(ConjugateGradient, TellsWhenItHasNotConverged)

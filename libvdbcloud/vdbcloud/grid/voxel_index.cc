@@ -146,7 +146,7 @@ std::vector<float> VoxelIndex::gather(const Vec3SGrid& grid, int component) cons
     return gathered(*this, grid, [component](const Vec3f& v) { return v[component]; });
 }
 
-Vec3SGridPtr VoxelIndex::to_grid(const std::array<const float*, 3>& field, const std::string& name) const
+Vec3SGridPtr VoxelIndex::to_grid(const std::array<const float*, 3>& field, const std::string& name, const Vec3d& scale) const
 {
     auto grid = Vec3SGrid::create(Vec3f(0.0f));
     auto& tree = grid->tree();
@@ -155,7 +155,7 @@ Vec3SGridPtr VoxelIndex::to_grid(const std::array<const float*, 3>& field, const
         for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
             if (!blocks_.active(slot)) continue;
             const Vec3i p = blocks_.voxel(slot) + origin_;
-            const Vec3f value(field[0][slot], field[1][slot], field[2][slot]);
+            const Vec3f value(float(scale[0] * field[0][slot]), float(scale[1] * field[1][slot]), float(scale[2] * field[2][slot]));
             const openvdb::Coord at(p.x(), p.y(), p.z());
             if (aligned)
                 tree.touchLeaf(at)->setValueOn(openvdb::Index(slot % 512), value);

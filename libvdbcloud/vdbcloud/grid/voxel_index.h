@@ -37,10 +37,11 @@ public:
     /// One component of a vector grid.
     std::vector<float> gather(const Vec3SGrid&, int component) const;
 
-    /// A vector grid of three fields over the voxels (any may be the same array), with the transform of the grid that was
+    /// A vector grid of three fields over the voxels, each times its scale (any may be the same array), with the transform of the grid that was
     /// indexed, active at the voxels and at the one-voxel fringe about them that trilinear samples reach, where each
     /// value is the mean of the voxels beside it: a constant field stays constant up to its edge.
-    Vec3SGridPtr to_grid(const std::array<const float*, 3>& field, const std::string& name) const;
+    Vec3SGridPtr to_grid(const std::array<const float*, 3>& field, const std::string& name,
+                         const Vec3d& scale = Vec3d(1, 1, 1)) const;
 
 private:
     Blocks blocks_;

@@ -1,6 +1,7 @@
 #include "vdbcloud/scatter/p1_problem.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/solve/relaxation.h"
 
 #include <tbb/parallel_for.h>
 
@@ -131,14 +132,31 @@ void add_emission(const P1Operator& p1, const std::vector<float>& emission, doub
     source.emitted += scale * p1.hbar() * p1.hbar() * total(p1.blocks(), [&](size_t slot) { return double(emission[slot]); });
 }
 
+namespace {
+
+/// What is left of the sources, given to all cells as one constant: phi then balances exactly.
+void close_balance(const P1Operator& p1, const std::vector<double>& residual, std::vector<double>& phi)
+{
+    const Blocks& blocks = p1.blocks();
+    const double left = total(blocks, [&](size_t slot) { return residual[slot]; });
+    const double loss = total(blocks, [&](size_t slot) { return double(p1.stencil().extra[slot]); });
+    if (loss > 0) each_active(blocks, [&](size_t slot) { phi[slot] += left / loss; });
+}
+
+}  // namespace
+
 SolveResult solve_p1(const P1Operator& p1, Multigrid& multigrid, P1Source& source, std::vector<double>& phi,
                      const SolveOptions& options)
 {
-    SolveResult result = conjugate_gradient(p1.stencil(), multigrid, source.rhs, phi, options);
-    const Blocks& blocks = p1.blocks();
-    const double left = total(blocks, [&](size_t slot) { return source.rhs[slot]; });
-    const double loss = total(blocks, [&](size_t slot) { return double(p1.stencil().extra[slot]); });
-    if (loss > 0) each_active(blocks, [&](size_t slot) { phi[slot] += left / loss; });
+    const SolveResult result = conjugate_gradient(p1.stencil(), multigrid, source.rhs, phi, options);
+    close_balance(p1, source.rhs, phi);
+    return result;
+}
+
+SolveResult relax_p1(const P1Operator& p1, double factor, P1Source& source, std::vector<double>& phi, const SolveOptions& options)
+{
+    const SolveResult result = relax(p1.stencil(), factor, source.rhs, phi, options);
+    if (result.converged) close_balance(p1, source.rhs, phi);
     return result;
 }
 

@@ -108,6 +108,8 @@ struct P1Budget {
 /// Solves for phi [radiance x sr]. `source.rhs` is used up. The result's total balance is then closed exactly by one
 /// constant (the Galerkin correction on constants, of the size of the tolerance).
 SolveResult solve_p1(const P1Operator&, Multigrid&, P1Source& source, std::vector<double>& phi, const SolveOptions&);
+/// The same by successive over-relaxation (solve/relaxation.h).
+SolveResult relax_p1(const P1Operator&, double factor, P1Source& source, std::vector<double>& phi, const SolveOptions&);
 
 P1Budget budget(const P1Operator&, const P1Source&, const std::vector<double>& phi);
 

@@ -1,0 +1,197 @@
+// p1solve: light that is scattered many times, by the paper's expansion in spherical harmonics cut after the first.
+//
+//   p1solve light.vdb --albedo 0.9999 --g 0.85 -o lit.vdb
+//   fractalgen -o - | illuminate - --sun 0.3,1,0.2 -o - | p1solve - --albedo 0.9999 --g 0.85 -o - | render - -o cloud.exr
+//   p1solve slab.vdb --sun 0.5,1,0 --periodic xz -o slab.lit.vdb        a cloud layer without end
+//
+// Kajiya & Von Herzen 1984, section 4 (high albedo). Writes phi (fluence) and flux of the collided light beside all that
+// the input holds; the uncollided light is the transmittance grids', and render adds both.
+#include "light_options.h"
+#include "medium_options.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/light/transmittance_grid.h"
+#include "vdbcloud/scatter/multiple_scattering.h"
+
+#include <cmath>
+
+using namespace vdbcloud;
+
+namespace {
+
+struct Options {
+    std::string input, output, density, periodic;
+    app::MediumOptions medium;
+    app::LightOptions lights;
+    ScatterOptions scatter;
+    bool allow_unconverged = false;
+};
+
+void declare(app::App& app, Options& o)
+{
+    app.add_option("input", o.input, ".vdb with a density and its lights' transmittance, '-' for standard input")->required();
+    app.add_option("-o,--output", o.output, ".vdb to write: all of the input, phi and flux; '-' for standard output")->required();
+    app.add_option("--density", o.density, "the density grid's name, or NAME[k]; without it by common names");
+    app.reads_grids();
+    app.writes_grids();
+    app::declare_medium(app, o.medium);
+    app::declare_lights(app, o.lights);
+    app.add_rgb("--sky", o.scatter.sky, "radiance of a uniform sky, one number or r,g,b")->check(app::nonnegative)->group("Lights");
+
+    const auto method = "Method";
+    app.add_choice<bool>("--delta", o.scatter.delta, {{"on", true}, {"off", false}},
+                         "delta-Eddington scaling of forward scattering; off: the paper's plain form")->group(method);
+    app.add_option("--periodic", o.periodic, "axes [of the grid] on which the medium repeats: x, z, xz, ...; their extent a multiple of 8 voxels")
+        ->group(method);
+    app.add_choice<P1Solver>("--solver", o.scatter.solver,
+                             {{"multigrid", P1Solver::Multigrid}, {"relaxation", P1Solver::Relaxation}},
+                             "multigrid: conjugate gradients with a multigrid cycle; relaxation: the paper's, for comparison")->group(method);
+    app.add_option("--relaxation", o.scatter.relaxation, "over-relaxation factor of --solver relaxation")
+        ->check(app::within(0.1, 1.999))->group(method);
+
+    const auto accuracy = "Accuracy";
+    app.add_option("--tolerance", o.scatter.solve.tolerance, "of the residual and of the estimated error, relative")
+        ->check(app::positive)->group(accuracy);
+    app.add_option("--max-iterations", o.scatter.solve.max_iterations, "of the solver")->check(app::within(1, 1000000))->group(accuracy);
+    app.add_flag("--allow-unconverged", o.allow_unconverged, "write the result and end with 0 all the same")->group(accuracy);
+    app.add_option("--rays-per-voxel", o.scatter.rays_per_voxel, "of the light lattice, along each axis")
+        ->check(app::within(1, 8))->group(accuracy);
+    app.add_option("--reentry-rays", o.scatter.reentry_rays, "for the estimate of light that would enter again; 0: none")
+        ->check(app::within(0, 10000000))->group(accuracy);
+}
+
+void read_periodic(Options& o)
+{
+    for (const char axis : o.periodic) {
+        if (axis < 'x' || axis > 'z') throw UsageError("--periodic " + printable(o.periodic) + ": expected letters of x, y and z");
+        o.scatter.periodic[size_t(axis - 'x')] = true;
+    }
+}
+
+/// The vec3s grid of a role, if there is one.
+Vec3SGridPtr vectors(app::App& app, const GridFile& file, const GridBasePtr& grid)
+{
+    if (!grid || grid->empty()) return nullptr;
+    if (auto found = openvdb::gridPtrCast<Vec3SGrid>(grid)) return found;
+    app.warnings()(file.path + ": grid '" + printable(grid->getName()) + "' is " + grid->valueType() + ", expected vec3s; passed over");
+    return nullptr;
+}
+
+/// The lights asked for, else the file's, else a sun if nothing shines. What the file has no transmittance for gets one, as
+/// render needs it.
+std::vector<Light> lights_for(app::App& app, const Options& o, GridFile& file, const FloatGrid& density, const Medium& medium)
+{
+    auto lights = app::lights_asked(o.lights);
+    if (lights.empty()) lights = lights_of(file);
+    const bool sky = o.scatter.sky != Vec3d(0.0), glow = bool(find_grid(file, schema::emission));
+    if (lights.empty() && !sky && !glow) {
+        const bool z_up = get_text(*file.metadata, schema::up_axis, "Y") == "Z";
+        lights.push_back(app::automatic_sun(z_up ? Vec3d(0, 0, 1) : Vec3d(0, 1, 0)));
+        app.say("no light asked for: a " + app::described(lights[0]));
+    }
+    for (const Light& light : lights) {
+        app.uses(transmittance_name(light));
+        if (app.dry_run() || o.periodic.size()) continue;
+        const GridBasePtr there = find_grid(file, transmittance_name(light));
+        const auto theirs = there ? read_light(*there, there->getName()) : std::nullopt;
+        if (theirs && app::same_place(*theirs, light) && theirs->irradiance == light.irradiance &&
+            app::same_extinction(*there, medium) && get_text(*there, schema::density_digest, "") == grid_digest(density))
+            continue;
+        const auto phase = app.phase(transmittance_name(light));
+        put_grid(file, transmittance_grid(density, medium, light, {}, app.progress(light.name)));
+    }
+    return lights;
+}
+
+nlohmann::json numbers(const std::array<double, 6>& v) { return nlohmann::json(std::vector<double>(v.begin(), v.end())); }
+
+nlohmann::json described(const ChannelReport& c)
+{
+    const P1Budget& b = c.budget;
+    nlohmann::json r = {{"solved_as", std::string(1, "rgb"[c.solved_as])}, {"scale", c.scale},
+                        {"iterations", c.solve.iterations}, {"converged", c.solve.converged},
+                        {"residual", c.solve.residual}, {"error_estimate", c.solve.error}, {"residual_history", c.solve.history}};
+    r["budget"] = {{"beam_lost_in_medium", c.deposited}, {"sky_in", b.sky_in}, {"emitted", c.emitted},
+                   {"reflected", c.reflected}, {"transmitted_diffuse", c.transmitted}, {"absorbed", b.absorbed},
+                   {"out_by_face", numbers(b.out)}, {"defect", b.defect}};
+    if (c.lines >= 0) {
+        r["budget"]["beam_lost_by_lines"] = c.lines;
+        r["budget"]["faces_against_lines"] = c.lines > 0 ? c.deposited / c.lines - 1 : 0.0;
+    }
+    if (c.reentry >= 0) r["budget"]["share_that_would_enter_again_and_is_lost"] = c.reentry;
+    r["phi"] = {{"smallest", b.smallest}, {"largest", b.largest}, {"negative_voxels", b.negative}};
+    return r;
+}
+
+void fill_report(app::App& app, const ScatterReport& report)
+{
+    auto& r = app.report();
+    r["counts"] = {{"active_voxels", report.voxels}, {"blocks", report.blocks}, {"exposed_voxels", report.exposed},
+                   {"solves", report.solves}, {"levels", report.levels}};
+    r["memory"] = {{"array_bytes", report.bytes},
+                   {"bytes_per_active_voxel", report.voxels ? double(report.bytes) / double(report.voxels) : 0.0}};
+    const char* const channels[] = {"r", "g", "b"};
+    for (int c = 0; c < 3; ++c) r["channels"][channels[c]] = described(report.channel[c]);
+    r["accuracy"] = {{"bias", "P1: on clouds with directional light the picture is off by 10 to 45 %, which transport sweeps remove"}};
+}
+
+void estimate(app::App& app, const FloatGrid& density, size_t lights)
+{
+    const double voxels = double(density.activeVoxelCount()), slots = 512.0 * density.tree().leafCount();
+    const double bytes = 90 * slots + 60 * voxels, seconds = voxels * (1e-6 * double(lights) + 1e-6);
+    app.report()["estimate"] = {{"memory_bytes", bytes}, {"seconds", seconds}};
+    app.say("would solve for " + std::to_string(std::lround(voxels)) + " voxels in about " + app::brief(std::ceil(seconds)) +
+            " s of processor time and " + app::brief(std::ceil(bytes / 1e6)) + " MB");
+}
+
+void solve(app::App& app, Options& o)
+{
+    read_periodic(o);
+    auto file = app.read(o.input);
+    const auto density = density_of(file, o.density, app.warnings());
+    const Medium medium = app::chosen_medium(app, o.medium, *density);
+    const auto lights = lights_for(app, o, file, *density, medium);
+    if (app.dry_run()) return estimate(app, *density, lights.size());
+
+    const auto tint = vectors(app, file, grid_of(file, schema::colour));
+    const auto emission = vectors(app, file, find_grid(file, schema::emission));
+    ScatterReport report;
+    ScatterFields fields;
+    {
+        const auto phase = app.phase("p1");
+        fields = scatter_p1(*density, tint.get(), emission.get(), medium, lights, o.scatter, app.progress("p1"), report);
+    }
+    fill_report(app, report);
+    if (report.emission_outside) app.warnings()("emission outside the density does not light it: it is left out of multiple scattering");
+    for (int c = 0; c < 3; ++c) {
+        const P1Budget& b = report.channel[c].budget;
+        if (b.negative > 0 && report.channel[c].solved_as == c)
+            app.warnings()(std::to_string(b.negative) + " voxels have negative fluence, the least " + app::brief(b.smallest) +
+                           (o.scatter.delta ? "" : ": --delta on avoids most of them"));
+    }
+    if (!report.converged && !o.allow_unconverged) {
+        for (const ChannelReport& c : report.channel)
+            if (!c.solve.converged)
+                throw ConvergenceError("residual " + app::brief(c.solve.residual) + " and error estimate " + app::brief(c.solve.error) +
+                                       " after " + std::to_string(c.solve.iterations) + " iterations: expected both below " +
+                                       app::brief(o.scatter.solve.tolerance));
+    }
+    if (!fields.phi) app.warnings()("no voxel above 0: nothing to scatter in");
+    if (fields.phi) {
+        put_grid(file, fields.phi);
+        for (const auto& flux : fields.flux) put_grid(file, flux);
+    }
+    app.write(o.output, file);
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    app::App app("p1solve", "Multiple scattering in a density by the P1 equations: fluence and flux beside what the file holds.");
+    Options o;
+    declare(app, o);
+    return app.run(argc, argv, [&] { solve(app, o); });
+}

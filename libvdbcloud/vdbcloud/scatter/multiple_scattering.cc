@@ -1,0 +1,344 @@
+#include "vdbcloud/scatter/multiple_scattering.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/scatter_schema.h"
+#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/scatter/beam.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <sstream>
+
+namespace vdbcloud {
+
+namespace {
+
+/// Channels with one matrix, and within them those with one solution.
+struct Group {
+    struct Solve {
+        int channel;  ///< whose light it is solved for
+        std::vector<std::pair<int, double>> shared;  ///< channels that are a multiple of it, itself with 1
+    };
+    std::vector<Solve> solves;
+};
+
+class Scattering {
+public:
+    Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission, const Medium& medium,
+               const std::vector<Light>& lights, const ScatterOptions& options, ScatterReport& report)
+        : grid_(density), medium_(medium), lights_(lights), o_(options), report_(report),
+          index_(density, {options.periodic}), density_(index_.gather(density)), exposed_(exposed_voxels(index_, density_))
+    {
+        g_ = medium.phase == PhaseKind::HenyeyGreenstein ? medium.g : 0;
+        for (int c = 0; c < 3; ++c) {
+            if (tint) tint_[c] = index_.gather(*tint, c);
+            if (emission) emission_[c] = index_.gather(*emission, c);
+        }
+        if (tint && tint_[0] == tint_[1] && tint_[0] == tint_[2]) tint_[1] = tint_[2] = {};
+        if (emission && emission_[0] == emission_[1] && emission_[0] == emission_[2]) emission_[1] = emission_[2] = {};
+        if (tint) clamp_tint();
+        periodic_ = index_.blocks().period() != Vec3i(0, 0, 0);
+        report.voxels = index_.blocks().active_count();
+        report.blocks = index_.blocks().count();
+        report.exposed = exposed_.size();
+    }
+
+    ScatterFields run(const Progress& progress)
+    {
+        ScatterFields fields;
+        if (index_.blocks().count() == 0) return fields;
+        const auto groups = group_channels();
+        int done = 0, count = 0;
+        for (const Group& group : groups) count += int(group.solves.size());
+        for (const Group& group : groups) solve_group(group, done, count, progress);
+
+        fields.phi = index_.to_grid({phi_[source_of(0)].data(), phi_[source_of(1)].data(), phi_[source_of(2)].data()},
+                                    schema::phi, scales());
+        stamp(*fields.phi);
+        const char* const channels[] = {"r", "g", "b"};
+        for (int c = 0; c < 3; ++c) {
+            auto& flux = flux_[source_of(c)];
+            fields.flux[c] = index_.to_grid({flux[0].data(), flux[1].data(), flux[2].data()},
+                                            std::string(schema::flux_prefix) + channels[c], Vec3d(report_.channel[c].scale));
+            fields.flux[c]->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
+            stamp(*fields.flux[c]);
+        }
+        return fields;
+    }
+
+private:
+    int source_of(int channel) const { return report_.channel[channel].solved_as; }
+    Vec3d scales() const
+    {
+        return {report_.channel[0].scale, report_.channel[1].scale, report_.channel[2].scale};
+    }
+    const std::vector<float>* tint(int channel) const
+    {
+        if (tint_[0].empty()) return nullptr;
+        return tint_[channel].empty() ? &tint_[0] : &tint_[channel];
+    }
+    const std::vector<float>* emission(int channel) const
+    {
+        if (emission_[0].empty()) return nullptr;
+        return emission_[channel].empty() ? &emission_[0] : &emission_[channel];
+    }
+
+    /// Keeps w0 = albedo x tint within [0, 1], as render does.
+    void clamp_tint()
+    {
+        for (int c = 0; c < 3; ++c)
+            for (float& t : tint_[c])
+                t = std::max(0.0f, medium_.albedo[c] > 0 ? std::min(t, float(1 / medium_.albedo[c])) : t);
+    }
+
+    /// Strengths of everything that shines, in one channel.
+    std::vector<double> strengths(int c) const
+    {
+        std::vector<double> s;
+        for (const Light& light : lights_) s.push_back(light.irradiance[c]);
+        s.push_back(o_.sky[c]);
+        s.push_back(emission_[0].empty() ? 0.0 : 1.0);
+        return s;
+    }
+
+    bool same_matrix(int a, int b) const
+    {
+        return medium_.sigma_t_per_density[a] == medium_.sigma_t_per_density[b] &&
+               medium_.albedo[a] == medium_.albedo[b] && tint(a) == tint(b);
+    }
+
+    /// x with strengths(b) = x strengths(a), if there is one (and emission is the same in both).
+    std::optional<double> multiple(int a, int b) const
+    {
+        const auto sa = strengths(a), sb = strengths(b);
+        if (emission(a) != emission(b)) return std::nullopt;
+        double x = -1;
+        for (size_t k = 0; k < sa.size(); ++k)
+            if (sa[k] != 0) x = sb[k] / sa[k];
+        if (x < 0) return std::nullopt;
+        for (size_t k = 0; k < sa.size(); ++k)
+            if (std::abs(sb[k] - x * sa[k]) > 1e-14 * std::abs(sb[k])) return std::nullopt;
+        return x;
+    }
+
+    std::vector<Group> group_channels() const
+    {
+        std::vector<Group> groups;
+        for (int c = 0; c < 3; ++c) {
+            auto group = std::find_if(groups.begin(), groups.end(),
+                                      [&](const Group& g) { return same_matrix(g.solves[0].channel, c); });
+            if (group == groups.end()) {
+                groups.push_back({{{c, {{c, 1.0}}}}});
+                continue;
+            }
+            bool shared = false;
+            for (auto& solve : group->solves)
+                if (const auto x = multiple(solve.channel, c); x && !shared) {
+                    solve.shared.emplace_back(c, *x);
+                    shared = true;
+                }
+            if (!shared) group->solves.push_back({c, {{c, 1.0}}});
+        }
+        return groups;
+    }
+
+    /// The trilinear medium of a channel: the density, or with a tint under scaling the density times (1 - w0 f).
+    BrickMap bricks_of(const P1Operator& p1) const
+    {
+        if (p1.uniform_albedo()) return BrickMap(grid_);
+        auto scaled = grid_.deepCopy();
+        scaled->tree().voxelizeActiveTiles();
+        for (auto v = scaled->beginValueOn(); v; ++v) {
+            const openvdb::Coord p = v.getCoord();
+            const size_t slot = index_.blocks().slot(Vec3i(p.x(), p.y(), p.z()) - index_.origin());
+            if (index_.blocks().active(slot)) v.setValue(float(*v * p1.scaling(slot).extinction));
+        }
+        return BrickMap(*scaled);
+    }
+
+    /// Density depths of all lights in the medium of a channel; kept if every channel has the same.
+    void add_beams(const P1Operator& p1, const std::vector<std::pair<P1Source*, int>>& sources, const Progress& progress)
+    {
+        if (lights_.empty()) return;
+        const double kappa = p1.medium().sigma_t_per_density;
+        const double extinction = p1.uniform_albedo() ? kappa * p1.scaling(0).extinction : kappa;
+        std::vector<float> scaled;
+        if (!p1.uniform_albedo() && periodic_) {
+            scaled = density_;
+            for (size_t slot = 0; slot < scaled.size(); ++slot)
+                if (index_.blocks().active(slot)) scaled[slot] *= float(p1.scaling(slot).extinction);
+        }
+        const std::vector<float>& values = scaled.empty() ? density_ : scaled;
+        std::optional<BrickMap> bricks;
+        if (!periodic_) bricks.emplace(bricks_of(p1));
+        for (size_t l = 0; l < lights_.size(); ++l) {
+            const Light& light = lights_[l];
+            const Progress part =
+                progress ? Progress([&](double f) { return progress((double(l) + f) / double(lights_.size())); }) : Progress();
+            const BeamDepths depths = periodic_ ? periodic_beam_depths(index_, exposed_, values, light)
+                                                : beam_depths(index_, exposed_, *bricks, light, o_.rays_per_voxel, part);
+            note_bytes(p1, sources.size(), 20 * index_.blocks().slots());
+            std::vector<std::pair<P1Source*, double>> channels;
+            for (const auto& [source, channel] : sources) channels.emplace_back(source, light.irradiance[channel]);
+            add_beam(p1, depths, extinction, channels);
+            if (light.kind != LightKind::Directional || !o_.line_rays) continue;
+            const double lost =
+                lost_power(periodic_ ? periodic_line_depths(index_, values, light) : line_depths(index_, *bricks, light), extinction);
+            for (const auto& [source, channel] : sources) {
+                auto& lines = report_.channel[channel].lines;
+                lines = std::max(lines, 0.0) + lost * light.irradiance[channel];
+            }
+        }
+        const bool lamps = std::any_of(lights_.begin(), lights_.end(), [](const Light& l) { return l.kind == LightKind::Point; });
+        for (const auto& [source, channel] : sources)
+            if (lamps) report_.channel[channel].lines = -1;
+    }
+
+    void note_bytes(const P1Operator& p1, size_t sources, size_t besides)
+    {
+        const size_t slots = index_.blocks().slots();
+        size_t now = p1.stencil().bytes() + slots * (4 + 8 * sources) + besides + exposed_.size() * sizeof(ExposedVoxel);
+        if (g_ != 0) now += 12 * slots * sources;
+        report_.bytes = std::max(report_.bytes, now);
+    }
+
+    void solve_group(const Group& group, int& done, int count, const Progress& progress)
+    {
+        const int first = group.solves[0].channel;
+        const P1Operator p1(index_, density_, exposed_,
+                            {medium_.sigma_t_per_density[first], medium_.albedo[first], tint(first), g_, o_.delta});
+        std::vector<P1Source> sources(group.solves.size(), P1Source(p1));
+        std::vector<std::pair<P1Source*, int>> lit;
+        for (size_t k = 0; k < sources.size(); ++k) lit.emplace_back(&sources[k], group.solves[k].channel);
+        const auto part = [&](double f) { return !progress || progress((done + f) / count); };
+        add_beams(p1, lit, [&](double f) { return part(0.3 * f); });
+        for (size_t k = 0; k < sources.size(); ++k) {
+            const int c = group.solves[k].channel;
+            if (o_.sky[c] > 0) add_sky(p1, o_.sky[c], sources[k]);
+            if (emission(c)) add_emission(p1, *emission(c), 1, sources[k]);
+        }
+        std::optional<Multigrid> multigrid;
+        if (o_.solver == P1Solver::Multigrid) {
+            const auto boundary = p1.boundary();
+            multigrid.emplace(p1.stencil(), &boundary);
+            report_.levels = std::max(report_.levels, multigrid->levels());
+        }
+        note_bytes(p1, sources.size(), (multigrid ? multigrid->bytes() : 0) + 24 * index_.blocks().slots());
+        for (size_t k = 0; k < sources.size(); ++k, ++done) {
+            SolveOptions solve = o_.solve;
+            solve.progress = [&](double f) { return part(0.3 + 0.7 * f); };
+            std::vector<double> phi;
+            const int c = group.solves[k].channel;
+            ChannelReport& report = report_.channel[c];
+            report.solve = multigrid ? solve_p1(p1, *multigrid, sources[k], phi, solve)
+                                     : relax_p1(p1, o_.relaxation, sources[k], phi, solve);
+            finish(p1, sources[k], phi, report);
+            flux_[c] = world_flux(p1, sources[k], phi);
+            phi_[c].assign(phi.begin(), phi.end());
+            for (const auto& [channel, scale] : group.solves[k].shared) share(c, channel, scale);
+            ++report_.solves;
+        }
+    }
+
+    void finish(const P1Operator& p1, const P1Source& source, const std::vector<double>& phi, ChannelReport& report)
+    {
+        report.budget = budget(p1, source, phi);
+        report.deposited = source.deposited;
+        report.beam_in = source.beam_in;
+        report.beam_out = source.beam_out;
+        report.emitted = source.emitted;
+        report_.converged = report_.converged && report.solve.converged;
+        report.reentry = o_.reentry_rays > 0 ? reentry_share(p1, source, phi, o_.reentry_rays) : -1;
+        const Vec3d up = lights_.empty() ? Vec3d(0, 1, 0) : lights_[0].to_light;
+        for (int face = 0; face < 6; ++face) {
+            const double side = up.dot(index_.axis(face / 2)) * (face % 2 ? 1 : -1);
+            (side > 1e-9 ? report.reflected : report.transmitted) += report.budget.out[face];
+        }
+    }
+
+    std::array<std::vector<float>, 3> world_flux(const P1Operator& p1, const P1Source& source, const std::vector<double>& phi) const
+    {
+        auto flux = cell_flux(p1, source, phi);
+        for (size_t slot = 0; slot < index_.blocks().count() * 512; ++slot) {
+            Vec3d f(0, 0, 0);
+            for (int a = 0; a < 3; ++a) f += double(flux[a][slot]) * index_.axis(a);
+            for (int a = 0; a < 3; ++a) flux[a][slot] = float(f[a]);
+        }
+        return flux;
+    }
+
+    /// The report of a channel that is `scale` times another.
+    void share(int from, int to, double scale)
+    {
+        ChannelReport r = report_.channel[from];
+        r.solved_as = from;
+        r.scale = scale;
+        for (double* power : {&r.deposited, &r.beam_in, &r.beam_out, &r.emitted, &r.reflected, &r.transmitted,
+                              &r.budget.sky_in, &r.budget.absorbed, &r.budget.smallest, &r.budget.largest})
+            *power *= scale;
+        for (double& power : r.budget.out) power *= scale;
+        if (r.lines >= 0) r.lines *= scale;
+        report_.channel[to] = r;
+    }
+
+    void stamp(GridBase& grid) const
+    {
+        const DeltaScaling scaling = o_.delta ? delta_scaling(1, g_) : no_scaling(1, g_);
+        write_medium(grid, medium_);
+        set_number(grid, schema::delta_f, scaling.f);
+        set_number(grid, schema::scaled_g, scaling.g);
+        set_text(grid, schema::density_digest, grid_digest(grid_));
+        set_vector(grid, schema::lit_sky, o_.sky);
+        set_text(grid, schema::lit_by, lights_text(lights_));
+    }
+
+    const FloatGrid& grid_;
+    const Medium& medium_;
+    const std::vector<Light>& lights_;
+    const ScatterOptions& o_;
+    ScatterReport& report_;
+    VoxelIndex index_;
+    std::vector<float> density_;
+    std::vector<ExposedVoxel> exposed_;
+    double g_ = 0;
+    bool periodic_ = false;
+    std::vector<float> tint_[3], emission_[3];
+    std::vector<float> phi_[3];
+    std::array<std::vector<float>, 3> flux_[3];
+};
+
+}  // namespace
+
+std::string lights_text(const std::vector<Light>& lights)
+{
+    std::ostringstream text;
+    text.precision(12);
+    for (const Light& light : lights) {
+        const bool sun = light.kind == LightKind::Directional;
+        const Vec3d& where = sun ? light.to_light : light.position;
+        if (text.tellp() > 0) text << "; ";
+        text << light.name << (sun ? " towards " : " at ") << where[0] << ',' << where[1] << ',' << where[2] << " of "
+             << light.irradiance[0] << ',' << light.irradiance[1] << ',' << light.irradiance[2];
+    }
+    return text.str();
+}
+
+ScatterFields scatter_p1(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission, const Medium& medium,
+                         const std::vector<Light>& lights, const ScatterOptions& options, const Progress& progress,
+                         ScatterReport& report)
+{
+    if (emission)
+        for (auto v = emission->cbeginValueOn(); v && !report.emission_outside; ++v) {
+            openvdb::CoordBBox box;
+            v.getBoundingBox(box);
+            const bool inside = density.tree().getValue(box.min()) > 0;
+            report.emission_outside = !inside && (*v)[0] + (*v)[1] + (*v)[2] > 0;
+        }
+    Scattering scattering(density, tint, emission, medium, lights, options, report);
+    return scattering.run(progress);
+}
+
+}  // namespace vdbcloud

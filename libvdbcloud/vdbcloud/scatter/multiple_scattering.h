@@ -1,0 +1,81 @@
+#pragma once
+// Multiple scattering by P1: from a density and its lights to phi and flux, all three channels.
+#include "vdbcloud/optics/medium.h"
+#include "vdbcloud/scatter/p1_problem.h"
+#include "vdbcloud/scene/light.h"
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace vdbcloud {
+
+enum class P1Solver { Multigrid, Relaxation };
+
+struct ScatterOptions {
+    bool delta = true;          ///< delta-Eddington scaling; false is the paper's plain form
+    Vec3d sky{0, 0, 0};         ///< radiance of a uniform sky, per channel
+    std::array<bool, 3> periodic{false, false, false};
+    int rays_per_voxel = 2;     ///< of the light lattice
+    P1Solver solver = P1Solver::Multigrid;
+    double relaxation = 1.9;    ///< factor of successive over-relaxation
+    SolveOptions solve;
+    int reentry_rays = 20000;   ///< for the estimate of light that would enter again; 0: none
+    int line_rays = 1;          ///< measure what each sun loses by lines through the medium; 0: not
+};
+
+/// How one channel went.
+struct ChannelReport {
+    int solved_as = 0;        ///< the channel whose solution it shares, itself if it was solved
+    double scale = 1;         ///< times that solution
+    SolveResult solve;
+    P1Budget budget;
+    double deposited = 0;     ///< power that the beams lost in the medium, by faces
+    double lines = -1;        ///< the same by lines across each sun; -1: not measured
+    double beam_in = 0, beam_out = 0, emitted = 0;
+    double reflected = 0, transmitted = 0;  ///< diffuse, on the sides that see the first sun and on the others
+    double reentry = -1;      ///< share of the diffuse outflow that would hit the medium again, and is lost; -1: not measured
+};
+
+struct ScatterReport {
+    std::array<ChannelReport, 3> channel;
+    size_t voxels = 0, blocks = 0, exposed = 0;
+    size_t bytes = 0;         ///< greatest sum of the arrays that were alive together
+    int levels = 0;
+    int solves = 0;
+    bool converged = true;
+    bool emission_outside = false;  ///< there is emission where no density is: it does not enter
+};
+
+struct ScatterFields {
+    Vec3SGridPtr phi;                  ///< null if there is no voxel above 0
+    std::array<Vec3SGridPtr, 3> flux;  ///< of r, g, b; world components
+};
+
+/// Solves the P1 equations (p1_problem.h) for each channel of a medium lit by `lights`, a uniform sky and emission.
+///
+/// `tint` (Cd) multiplies the albedo per voxel, `emission` is a radiance per world unit; either may be null. Channels with
+/// equal coefficients share matrix and hierarchy; those whose light is a multiple of another's share the solution.
+/// The beams are computed here, from the lights, in the scaled medium: a stored transmittance is 0 where T' is not.
+///
+/// phi and flux are collided light only, of the SCALED medium, and bear it as metadata (delta_f, scaled_g, the medium):
+/// an image is formed there too. With f = delta_f, w0, sigma_t of the true medium, s towards the eye and p the true
+/// phase function (Nakajima & Tanaka 1988, TMS), everything attenuated by sigma_t' = (1 - w0 f) sigma_t:
+///
+///     single scattering    w0 sigma_t p(cos) E T'
+///     multiple scattering  w0' sigma_t' / (4 pi) (phi + 3 g' s.F),   w0' sigma_t' = w0 (1 - f) sigma_t
+///
+/// Errors: InputError (shear, coefficients out of range, a light that a periodic medium cannot have); a solver that
+/// misses its tolerance is told by the report. Throws Cancelled.
+ScatterFields scatter_p1(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission, const Medium& medium,
+                         const std::vector<Light>& lights, const ScatterOptions& options, const Progress& progress,
+                         ScatterReport& report);
+
+/// Every light in one line, exactly: what phi's metadata says it was lit by (schema::lit_by).
+std::string lights_text(const std::vector<Light>&);
+
+/// Share of the outflow that leaves exposed faces and would hit an active voxel again, by cosine-distributed rays about the
+/// surface's normal. Deterministic.
+double reentry_share(const P1Operator&, const P1Source&, const std::vector<double>& phi, int rays);
+
+}  // namespace vdbcloud
