@@ -169,7 +169,9 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
 
     out.scene.lights = app::lights_asked(o.lights);
     if (out.scene.lights.empty()) out.scene.lights = inherited_lights(files);
-    if (out.scene.lights.empty()) {
+    // What a sky or fire has lit already needs no sun to be seen.
+    const bool glows = std::any_of(out.scene.volumes.begin(), out.scene.volumes.end(), [](const Volume& v) { return bool(v.phi); });
+    if (out.scene.lights.empty() && !glows) {
         out.scene.lights.push_back(app::automatic_sun(out.up));
         out.automatic_light = true;
         app.say("no light given: " + app::described(out.scene.lights[0]) + ", irradiance " +
