@@ -144,7 +144,7 @@ private:
             tau = tau_end;
             return true;
         });
-        result.tau = Vec3d(tau);
+        result.tau = result.true_tau = Vec3d(tau);
         for (size_t l = 0; l < sun_.size(); ++l)
             result.direct[l] = volume.albedo * media_.arriving(l, 0, 0, 1) * sun_[l].sum;
     }
@@ -238,6 +238,8 @@ private:
         set_local(b_, t1);
         const Vec3d tau_mid = a_.tau + optical(a_, m_, first_half_), tau_end = tau_mid + optical(m_, b_, second_half_);
         result.tau = tau_end;
+        for (size_t v = 0; v < first_half_.size(); ++v)
+            result.true_tau += scene_.volumes[v].kappa * (first_half_[v] + second_half_[v]);
         note_half_way(t0, t1, a_.tau, tau_end, result);
         // Only the depth still counts.
         if (std::min({a_.tau[0], a_.tau[1], a_.tau[2]}) > opaque) {

@@ -125,7 +125,8 @@ RenderCost render_image(Film& film, const Scene& scene, const CameraView& view, 
             put(out, places.beauty, beauty);
             if (places.beauty >= 0) out[places.beauty + 3] = 1 - (left[0] + left[1] + left[2]) / 3;
             put(out, places.background, left * scene.background.radiance(ray.direction));
-            put(out, places.transmittance, left);
+            const Vec3d& tau = result->true_tau;
+            put(out, places.transmittance, {std::exp(-tau[0]), std::exp(-tau[1]), std::exp(-tau[2])});
             put(out, places.multiple, result->multiple);
             put(out, places.emission, result->emission);
             if (places.depth >= 0) out[places.depth] = result->half_way < 1e30 ? view.depth(x, y, result->half_way) : 1e30;

@@ -2,6 +2,7 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/extend.h"
 #include "vdbcloud/optics/optical_depth.h"
 
 #include <cmath>
@@ -32,6 +33,12 @@ std::unique_ptr<BrickMap> map_of(const Vec3SGridPtr& grid, float outside = 0)
     return grid ? std::make_unique<BrickMap>(*grid, outside) : nullptr;
 }
 
+/// Collided light is known in active voxels; the medium reaches up to a voxel further, and light does not end before it.
+std::unique_ptr<BrickMap> carried_on(const Vec3SGridPtr& grid)
+{
+    return grid ? std::make_unique<BrickMap>(*extended(*grid)) : nullptr;
+}
+
 /// The largest channel of a grid, which says where a ray has to stop.
 BrickMap extent_of(const Vec3SGrid& grid)
 {
@@ -48,7 +55,7 @@ BrickMap extent_of(const Vec3SGrid& grid)
 
 bool same_channels(const Vec3d& v) { return v[0] == v[1] && v[1] == v[2]; }
 
-/// The mean of the albedo where a grid tints it: only whether channels differ matters here.
+/// Whether all channels attenuate alike: the scaled medium's extinction depends on the albedo.
 bool extinction_is_grey(const Volume& volume)
 {
     if (!volume.medium.grey()) return false;
@@ -67,9 +74,10 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
         prepared.phase = PhaseFunction(volume.medium);
         prepared.forward = volume.forward;
         prepared.mean_cosine = volume.mean_cosine;
+        scaled = scaled || volume.forward != 0;
         prepared.colour = map_of(volume.colour, 1);
-        prepared.phi = map_of(volume.phi);
-        for (int c = 0; c < 3; ++c) prepared.flux[c] = map_of(volume.flux[size_t(c)]);
+        prepared.phi = carried_on(volume.phi);
+        for (int c = 0; c < 3; ++c) prepared.flux[c] = carried_on(volume.flux[size_t(c)]);
         grey = grey && extinction_is_grey(volume);
         if (!shadow_rays) {
             if (volume.transmittance.size() != lights.size())
@@ -209,7 +217,7 @@ Vec3d RayMedia::arriving(size_t light, size_t volume, double t0, double t1) cons
 void RayResult::clear(size_t lights)
 {
     direct.assign(lights, Vec3d(0));
-    multiple = emission = tau = Vec3d(0);
+    multiple = emission = tau = true_tau = Vec3d(0);
     half_way = 1e30;
     cells = 0;
     converged = true;

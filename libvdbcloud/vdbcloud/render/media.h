@@ -31,6 +31,7 @@ struct PreparedScene {
     std::deque<PreparedVolume> volumes;
     std::vector<Light> lights;
     bool grey = true;         ///< one extinction for all channels, so one exponential
+    bool scaled = false;      ///< some volume is seen delta-scaled
     bool shadow_rays = false; ///< the light's depth by a ray at each point, not from a grid
 };
 
@@ -73,7 +74,8 @@ struct RayResult {
     std::vector<Vec3d> direct;  ///< one for each light
     Vec3d multiple{0, 0, 0};
     Vec3d emission{0, 0, 0};
-    Vec3d tau{0, 0, 0};         ///< optical depth of the whole ray
+    Vec3d tau{0, 0, 0};         ///< optical depth of the whole ray, in the scaled medium if there is one
+    Vec3d true_tau{0, 0, 0};    ///< the same without scaling
     double half_way = 1e30;     ///< t at which the mean transmittance falls to 0.5
     uint64_t cells = 0;
     bool converged = true;

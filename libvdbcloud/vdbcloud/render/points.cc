@@ -2,8 +2,11 @@
 // Romberg rule over the whole ray. Both evaluate extinction and source at points and know nothing of cells.
 #include "vdbcloud/render/media.h"
 
+#include "vdbcloud/optics/optical_depth.h"
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace vdbcloud {
 
@@ -44,7 +47,11 @@ protected:
         std::copy(sum.begin(), sum.begin() + std::ptrdiff_t(lights), result.direct.begin());
         result.multiple = sum[lights];
         result.emission = sum[lights + 1];
-        result.tau = tau;
+        result.tau = result.true_tau = tau;
+        if (!scene_.scaled) return;
+        result.true_tau = Vec3d(0);  // not what these rules integrate: taken from the cells
+        for (const auto& v : scene_.volumes)
+            result.true_tau += v.kappa * density_depth(v.density, media_.ray(), 0, std::numeric_limits<double>::infinity());
     }
 
     const PreparedScene& scene_;
