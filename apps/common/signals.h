@@ -11,7 +11,7 @@ namespace vdbcloud::app {
 void install_signals(const std::string& tool);
 
 /// What to leave at `path` if a signal ends the run: a complete report but for its "SIGNAL" and "STATUS", which the
-/// handler fills in. Empty path: nothing.
+/// handler fills in. Nothing for an empty path, or if what is there is no regular file.
 void report_if_ended(const std::string& path, const std::string& text);
 
 /// Ends the process as `signal` would.

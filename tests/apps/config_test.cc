@@ -47,6 +47,13 @@ TEST(Config, EveryKindOfOptionRoundTrips)
                        "--width", "1e-5", "--width", "3", "--no-haze", "--fast", "--method", "steps", "--keep", "none"});
 }
 
+TEST(Config, NumbersThatTomlWritesOtherwiseAreQuoted)
+{
+    const std::string text = echo({"--density", ".5", "--count", "+7", "--seed", "007", "--print-config"}).out;
+    for (const char* line : {"\ndensity = \".5\"\n", "\ncount = \"+7\"\n", "\nseed = \"007\"\n"})
+        EXPECT_NE(text.find(line), std::string::npos) << text;
+}
+
 TEST(Config, OneOfSeveralRoundTrips)
 {
     expect_round_trip({"--lamp", "1,2,3", "--name", "alone", "--width", "7"});

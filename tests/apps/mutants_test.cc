@@ -67,8 +67,7 @@ TEST_P(Mutants, EndInTimeWithOneLine)
         seeds.push_back(read_text(scratch / "seed.vdb"));
         ASSERT_GT(seeds.back().size(), 1000u);
     }
-    // 300 at CI size over the four programs that read.
-    const int count = sized(75, 300);
+    const int count = sized(300 / int(reading_tools().size()), 300);
     int refused = 0;
     for (int k = 0; k < count; ++k) {
         Random random(1984 + k);

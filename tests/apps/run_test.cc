@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <csignal>
 #include <sstream>
@@ -47,6 +49,20 @@ TEST_P(Signals, EndTheRunAsTheyWouldAndLeaveAReportAlone)
 
 INSTANTIATE_TEST_SUITE_P(Run, Signals, testing::Values(SIGINT, SIGTERM, SIGHUP),
                          [](const auto& p) { return std::string(sigabbrev_np(p.param)); });
+
+TEST(Run, AReportThatGoesToNoFileIsNotPutInItsPlaceByASignal)
+{
+    const Scratch scratch;
+    ASSERT_EQ(::mkfifo((scratch / "fifo").c_str(), 0600), 0);
+    RunOptions options;
+    options.until = "sleeping";
+    options.signal = SIGTERM;
+    EXPECT_EQ(echo({"-o", "/dev/null", "--act", "sleep", "--json", scratch / "fifo"}, options).status, 143);
+    struct stat status = {};
+    ASSERT_EQ(::lstat((scratch / "fifo").c_str(), &status), 0);
+    EXPECT_TRUE(S_ISFIFO(status.st_mode));
+    EXPECT_EQ(scratch.list(), Words{"fifo"});
+}
 
 TEST(Run, AnInterruptThatTheParentIgnoresIsIgnored)
 {

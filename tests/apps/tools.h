@@ -16,7 +16,7 @@ struct Tool {
     std::string extension;    ///< of what it writes; empty: it writes no file
     bool reads = true;        ///< has an input
     bool twice = false;       ///< takes two inputs
-    bool several = false;   ///< takes any number of inputs
+    bool several = false;     ///< takes any number of inputs
 
     /// A command line; `output` may be empty.
     Words command(const std::string& input, const std::string& output) const;

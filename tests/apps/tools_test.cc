@@ -115,13 +115,13 @@ TEST_P(EveryTool, NoNumberMayBeAnythingElse)
 {
     const Words options = number_options(tool());
     EXPECT_GE(options.size(), 2u);
-    const std::vector<const char*> all{"nan", "inf", "-inf", "1e400", "", "1x"}, some{"nan", "1e400", ""};
-    for (const std::string& option : options) {
-        for (const char* bad : full_size() ? all : some) {
-            const RunResult r = expect_refused(tool(), {program(tool().name), option, bad}, 2);
-            EXPECT_NE(r.err.find(option + ": '" + bad + "'"), std::string::npos) << r.err;
-            EXPECT_LT(r.err.size(), 300u) << r.err;
-        }
+    const Words bad{"nan", "1e400", "", "inf", "-inf", "1x"};
+    for (size_t k = 0; k < options.size() * bad.size(); ++k) {
+        const std::string option = options[k / bad.size()], value = bad[k % bad.size()];
+        if (!full_size() && k % bad.size() != k / bad.size() % bad.size()) continue;  // CI size: one value an option
+        const RunResult r = expect_refused(tool(), {program(tool().name), option, value}, 2);
+        EXPECT_NE(r.err.find(option + ": '" + value + "'"), std::string::npos) << r.err;
+        EXPECT_LT(r.err.size(), 300u) << r.err;
     }
 }
 
@@ -178,8 +178,9 @@ TEST_P(EveryTool, ADryRunEstimatesAndWritesNothing)
     ASSERT_EQ(r.status, 0) << r.err;
     const auto report = nlohmann::json::parse(r.out);
     if (!tool().extension.empty()) {
-        EXPECT_GT(report["estimate"]["memory_bytes"].get<double>(), 0) << r.out;
-        EXPECT_GT(report["estimate"]["seconds"].get<double>(), 0) << r.out;
+        const auto estimate = report.value("estimate", nlohmann::json::object());
+        EXPECT_GT(estimate.value("memory_bytes", 0.0), 0) << r.out;
+        EXPECT_GT(estimate.value("seconds", 0.0), 0) << r.out;
     }
     EXPECT_EQ(scratch.list(), Words{"cloud.vdb"});
 }
