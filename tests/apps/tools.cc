@@ -34,7 +34,7 @@ std::vector<Tool> tools()
 {
     const std::vector<Tool> all = {
         {"fractalgen", {"--size", "12"}, ".vdb", false},
-        {"cloudsim", {"--size", "8,8,8", "--time", "2"}, ".vdb", false},
+        {"cloudsim", {"--preset", "smoke", "--cells", "8", "--minutes", "0.2"}, ".vdb", false},
         {"illuminate", {}, ".vdb"},
         {"p1solve", {}, ".vdb"},
         {"render", {"--resolution", "16"}, ".exr", true, false, true},
