@@ -2,6 +2,7 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/optics/optical_depth.h"
+#include "vdbcloud/scatter/free_flux.h"
 #include "vdbcloud/sweep/light_lattice.h"
 
 #include <tbb/parallel_for.h>
@@ -90,33 +91,6 @@ double solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c)
     return 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + a.dot(c) * lb + b.dot(c) * la);
 }
 
-/// Power [per irradiance or intensity, in hbar^2] that the beam would carry up an axis through a voxel's lower face
-/// (or, with `up` 1, its upper one) if nothing were in its way.
-struct FreeFlux {
-    FreeFlux(const P1Operator& p1, const Light& of) : index(p1.index()), light(of)
-    {
-        for (int a = 0; a < 3; ++a) constant[a] = -light.to_light.unit().dot(index.axis(a)) * p1.face_area(a);
-        unit = p1.hbar() * p1.hbar();
-    }
-    double operator()(size_t slot, int axis, int up) const
-    {
-        if (light.kind == LightKind::Directional) return constant[axis];
-        const Vec3d centre = as_double(index.blocks().voxel(slot)) + unit_vector(axis, up ? 0.5 : -0.5);
-        const int b = (axis + 1) % 3, c = (axis + 2) % 3;
-        Vec3d corner[4];
-        for (int k = 0; k < 4; ++k)
-            corner[k] = index.world(centre + unit_vector(b, k == 1 || k == 2 ? 0.5 : -0.5) +
-                                    unit_vector(c, k >= 2 ? 0.5 : -0.5)) - light.position;
-        const double angle = solid_angle(corner[0], corner[1], corner[2]) + solid_angle(corner[0], corner[2], corner[3]);
-        // The corners turn right-handed about the axis if the axes do; the side of the light decides the sign.
-        const double side = (corner[0] + corner[2]).dot(index.axis(axis));
-        return std::copysign(std::abs(angle), side) / unit;
-    }
-    const VoxelIndex& index;
-    const Light& light;
-    double constant[3], unit;
-};
-
 /// A point light inside a voxel brings its whole power, 4 pi I, into it; the faces then carry out what leaves.
 void add_lamp_inside(const P1Operator& p1, const Light& light, const std::vector<std::pair<P1Source*, double>>& channels)
 {
@@ -204,6 +178,26 @@ private:
 };
 
 }  // namespace
+
+FreeFlux::FreeFlux(const P1Operator& p1, const Light& light) : index_(p1.index()), light_(light)
+{
+    for (int a = 0; a < 3; ++a) constant_[a] = -light.to_light.unit().dot(index_.axis(a)) * p1.face_area(a);
+    unit_ = p1.hbar() * p1.hbar();
+}
+
+double FreeFlux::operator()(size_t slot, int axis, int up) const
+{
+    if (light_.kind == LightKind::Directional) return constant_[axis];
+    const Vec3d centre = as_double(index_.blocks().voxel(slot)) + unit_vector(axis, up ? 0.5 : -0.5);
+    const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+    Vec3d corner[4];
+    for (int k = 0; k < 4; ++k)
+        corner[k] = index_.world(centre + unit_vector(b, k == 1 || k == 2 ? 0.5 : -0.5) + unit_vector(c, k >= 2 ? 0.5 : -0.5)) -
+                    light_.position;
+    const double angle = solid_angle(corner[0], corner[1], corner[2]) + solid_angle(corner[0], corner[2], corner[3]);
+    const double side = (corner[0] + corner[2]).dot(index_.axis(axis));  // where the light comes from decides the sign
+    return std::copysign(std::abs(angle), side) / unit_;
+}
 
 BeamDepths beam_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed, const BrickMap& density,
                        const Light& light, int rays_per_voxel, const Progress& progress)
