@@ -13,9 +13,13 @@ bool is_zero(const Vec3d& v) { return v[0] == 0 && v[1] == 0 && v[2] == 0; }
 
 /// The same to rounding: what went through text, or was computed in another order, is no contradiction.
 bool close(double a, double b) { return std::abs(a - b) <= 1e-9 * std::max(std::abs(a), std::abs(b)); }
-bool close(const Vec3d& a, const Vec3d& b) { return close(a[0], b[0]) && close(a[1], b[1]) && close(a[2], b[2]); }
+bool close(const Vec3d& a, const Vec3d& b)
+{
+    return close(a[0], b[0]) && close(a[1], b[1]) && close(a[2], b[2]);
+}
 
-[[noreturn]] void contradict(const std::string& what, const char* key, const std::string& theirs, const std::string& ours)
+[[noreturn]] void contradict(const std::string& what, const char* key, const std::string& theirs,
+                             const std::string& ours)
 {
     throw UsageError(what + " was computed with " + key + " = " + theirs + ", and " + ours +
                      " is asked for: run the stage that made it again");
@@ -26,11 +30,19 @@ bool close(const Vec3d& a, const Vec3d& b) { return close(a[0], b[0]) && close(a
 void declare_medium(App& app, MediumOptions& o)
 {
     const char* group = "Medium";
-    // No default is shown or printed for what a file may give: a printed configuration must not overrule the file.
-    app.add_rgb("--extinction", o.extinction, "sigma_t at density 1 [1/world unit], one number or r,g,b; without it the file's, else automatic")
-        ->check(nonnegative)->default_str("")->group(group);
-    app.add_rgb("--albedo", o.rest.albedo, "share of extinguished light that is scattered; without it the file's, else 1")
-        ->check(within(0, 1))->default_str("")->group(group);
+    // No default is shown or printed for what a file may give: a printed configuration must not overrule the
+    // file.
+    app.add_rgb(
+           "--extinction", o.extinction,
+           "sigma_t at density 1 [1/world unit], one number or r,g,b; without it the file's, else automatic")
+        ->check(nonnegative)
+        ->default_str("")
+        ->group(group);
+    app.add_rgb("--albedo", o.rest.albedo,
+                "share of extinguished light that is scattered; without it the file's, else 1")
+        ->check(within(0, 1))
+        ->default_str("")
+        ->group(group);
     app.add_option("--g", o.rest.g, "mean cosine of Henyey-Greenstein; without it the file's, else 0")
         ->check(within(-0.999999, 0.999999))->default_str("")->group(group);
     app.add_choice<PhaseKind>("--phase", o.rest.phase,
@@ -48,11 +60,13 @@ Medium chosen_medium(App& app, const MediumOptions& o, FloatGrid& density)
     if (app.given("--phase")) medium.phase = o.rest.phase;
     if (app.given("--g")) {
         if (app.given("--phase") && o.rest.phase != PhaseKind::HenyeyGreenstein && o.rest.g != 0)
-            throw UsageError(std::string("--g ") + shortest(o.rest.g) + ": the phase function " + name(o.rest.phase) + " has none");
+            throw UsageError(std::string("--g ") + shortest(o.rest.g) + ": the phase function " +
+                             name(o.rest.phase) + " has none");
         if (!app.given("--phase")) medium.phase = PhaseKind::HenyeyGreenstein;
         medium.g = o.rest.g;
     }
-    if (app.given("--extinction") && is_zero(o.extinction)) throw UsageError("--extinction 0: expected a number above 0");
+    if (app.given("--extinction") && is_zero(o.extinction))
+        throw UsageError("--extinction 0: expected a number above 0");
     std::string origin = get_text(density, schema::sigma_t_origin, "given");
     if (!is_zero(o.extinction)) {
         medium.sigma_t_per_density = o.extinction;
@@ -61,7 +75,8 @@ Medium chosen_medium(App& app, const MediumOptions& o, FloatGrid& density)
     if (is_zero(medium.sigma_t_per_density)) {
         medium.sigma_t_per_density = Vec3d(automatic_extinction(density));
         origin = "automatic";
-        app.say("extinction " + brief(medium.sigma_t_per_density[0]) + " per world unit at density 1, chosen automatically");
+        app.say("extinction " + brief(medium.sigma_t_per_density[0]) +
+                " per world unit at density 1, chosen automatically");
     }
     write_medium(density, medium);
     set_text(density, schema::sigma_t_origin, origin);

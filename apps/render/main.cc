@@ -3,8 +3,9 @@
 //   render lit.vdb -o cloud.exr --png cloud.png
 //   render cloud.vdb -o cloud.exr                 framed, lit and exposed by itself
 //
-// Second pass of Kajiya & Von Herzen 1984: along each camera ray, the light that reaches each point (transmittance grids
-// of illuminate, phi and flux of p1solve where they are there) times the phase function, thinned on its way to the eye.
+// Second pass of Kajiya & Von Herzen 1984: along each camera ray, the light that reaches each point
+// (transmittance grids of illuminate, phi and flux of p1solve where they are there) times the phase function,
+// thinned on its way to the eye.
 #include "camera.h"
 #include "output.h"
 
@@ -19,7 +20,8 @@ void check_outputs(const app::App& app, const RenderOptions& o)
 {
     image_format(o.output);
     if (o.png.empty()) return;
-    if (image_format(o.png) != ImageFormat::Png) throw UsageError("--png " + printable(o.png) + ": expected a name that ends in .png");
+    if (image_format(o.png) != ImageFormat::Png)
+        throw UsageError("--png " + printable(o.png) + ": expected a name that ends in .png");
     app.check_output(o.png);
 }
 

@@ -12,26 +12,42 @@ namespace {
 void declare_camera(app::App& app, RenderOptions& o)
 {
     const char* group = "Camera";
-    app.add_option("--camera", o.camera.position, "position x,y,z, inside the cloud if you like; without it framed automatically")
-        ->default_str("")->group(group);
-    app.add_option("--look-at", o.camera.look_at, "point in the middle of the picture; without it the cloud's middle")
-        ->default_str("")->group(group);
-    app.add_option("--direction", o.direction, "in which to look, x,y,z, where the camera is framed automatically")
-        ->default_str("")->group(group);
-    app.add_choice<Projection>("--projection", o.camera.projection,
-                               {{"perspective", Projection::Perspective}, {"orthographic", Projection::Orthographic}},
-                               "how rays run")->group(group);
+    app.add_option("--camera", o.camera.position,
+                   "position x,y,z, inside the cloud if you like; without it framed automatically")
+        ->default_str("")
+        ->group(group);
+    app.add_option("--look-at", o.camera.look_at,
+                   "point in the middle of the picture; without it the cloud's middle")
+        ->default_str("")
+        ->group(group);
+    app.add_option("--direction", o.direction,
+                   "in which to look, x,y,z, where the camera is framed automatically")
+        ->default_str("")
+        ->group(group);
+    app.add_choice<Projection>(
+           "--projection", o.camera.projection,
+           {{"perspective", Projection::Perspective}, {"orthographic", Projection::Orthographic}},
+           "how rays run")
+        ->group(group);
     app.add_option("--fov", o.camera.fov, "angle across the picture's width, perspective [degrees]")
         ->check(app::within(0.001, 179))->group(group);
-    app.add_option("--ortho-width", o.camera.width, "the picture's width, orthographic [world unit]; without it framed")
-        ->check(app::positive)->default_str("")->group(group);
+    app.add_option("--ortho-width", o.camera.width,
+                   "the picture's width, orthographic [world unit]; without it framed")
+        ->check(app::positive)
+        ->default_str("")
+        ->group(group);
     app.add_option("--margin", o.framing.margin, "share of the picture left free at each edge by framing")
         ->check(app::within(0, 0.49))->group(group);
-    app.add_choice<char>("--up", o.up, {{"y", 'y'}, {"z", 'z'}}, "which axis is up; without it the file's, else y")
-        ->default_str("")->group(group);
+    app.add_choice<char>("--up", o.up, {{"y", 'y'}, {"z", 'z'}},
+                         "which axis is up; without it the file's, else y")
+        ->default_str("")
+        ->group(group);
     app.add_option("--resolution", o.resolution, "pixels, WxH or one number for a square")->group(group);
-    app.add_option("--pixel-aspect", o.pixel_aspect, "width of a pixel over its height")->check(app::positive)->group(group);
-    app.add_option("--crop", o.crop, "render only these pixels, x0,y0,x1,y1 (the last ones not included)")->group(group);
+    app.add_option("--pixel-aspect", o.pixel_aspect, "width of a pixel over its height")
+        ->check(app::positive)
+        ->group(group);
+    app.add_option("--crop", o.crop, "render only these pixels, x0,y0,x1,y1 (the last ones not included)")
+        ->group(group);
 }
 
 void declare_sampling(app::App& app, RenderOptions& o)
@@ -41,16 +57,21 @@ void declare_sampling(app::App& app, RenderOptions& o)
                                {{name(Integrator::Cells), Integrator::Cells},
                                 {name(Integrator::Romberg), Integrator::Romberg},
                                 {name(Integrator::Steps), Integrator::Steps}},
-                               "cells: exact optical depth; romberg: the paper's, adaptive; steps: fixed")->group(group);
+                               "cells: exact optical depth; romberg: the paper's, adaptive; steps: fixed")
+        ->group(group);
     app.add_option("--tolerance", o.integrator.tolerance, "of romberg, relative to the brightest source")
         ->check(app::positive)->group(group);
     app.add_option("--step", o.integrator.step, "of steps [voxel edge]")->check(app::positive)->group(group);
     app.add_option("--parts", o.integrator.parts, "of cells: steps of fourth order in each cell")
         ->check(app::within(1, 64))->group(group);
-    app.add_flag("--shadow-rays", o.integrator.shadow_rays, "find the light at each point by a ray of its own: slow, needs no "
-                                                            "light grid, the measure of those that do")->group(group);
-    app.add_choice<Fidelity>("--fidelity", o.light.fidelity, {{"lattice", Fidelity::Lattice}, {"exact", Fidelity::Exact}},
-                             "how a light is computed that the input does not bring")->group(group);
+    app.add_flag("--shadow-rays", o.integrator.shadow_rays,
+                 "find the light at each point by a ray of its own: slow, needs no "
+                 "light grid, the measure of those that do")
+        ->group(group);
+    app.add_choice<Fidelity>("--fidelity", o.light.fidelity,
+                             {{"lattice", Fidelity::Lattice}, {"exact", Fidelity::Exact}},
+                             "how a light is computed that the input does not bring")
+        ->group(group);
     app.add_option("--samples", o.sampling.samples, "per pixel; 1 is taken at its centre")
         ->check(app::within(1, 65536))->group(group);
     app.add_choice<FilterKind>("--filter", o.sampling.filter,
@@ -58,30 +79,48 @@ void declare_sampling(app::App& app, RenderOptions& o)
                                 {name(FilterKind::Gaussian), FilterKind::Gaussian},
                                 {name(FilterKind::BlackmanHarris), FilterKind::BlackmanHarris}},
                                "reconstruction filter of several samples")->group(group);
-    app.add_option("--filter-width", o.sampling.filter_width, "full width [pixels]; 0: the filter's own, 1 or 3")
-        ->check(app::within(0, 64))->group(group);
+    app.add_option("--filter-width", o.sampling.filter_width,
+                   "full width [pixels]; 0: the filter's own, 1 or 3")
+        ->check(app::within(0, 64))
+        ->group(group);
     app.add_option("--seed", o.sampling.seed, "of the samples' places")->group(group);
 }
 
 void declare_picture(app::App& app, RenderOptions& o)
 {
     const char* group = "Picture";
-    app.add_option("--aov", o.aovs, "layers of the .exr beside R,G,B,A: Z, transmittance, direct, direct_<light>, multiscatter, "
-                                    "emission, variance, background, all, none; commas between, or again")->group(group);
-    app.add_option("--background", o.background, "none, sky, or r,g,b; drawn into .exr and .png. Without it the .exr has "
-                                                 "none and alpha, and the .png shows the sky")->group(group);
+    app.add_option(
+           "--aov", o.aovs,
+           "layers of the .exr beside R,G,B,A: Z, transmittance, direct, direct_<light>, multiscatter, "
+           "emission, variance, background, all, none; commas between, or again")
+        ->group(group);
+    app.add_option("--background", o.background,
+                   "none, sky, or r,g,b; drawn into .exr and .png. Without it the .exr has "
+                   "none and alpha, and the .png shows the sky")
+        ->group(group);
     app.add_rgb("--sky-zenith", o.zenith, "radiance straight up; without it a clear blue day")
         ->check(app::nonnegative)->default_str("")->group(group);
-    app.add_rgb("--sky-horizon", o.horizon, "radiance along the horizon")->check(app::nonnegative)->default_str("")->group(group);
-    app.add_rgb("--sky-ground", o.ground, "radiance straight down")->check(app::nonnegative)->default_str("")->group(group);
-    app.add_option("--sky-haze", o.haze, "how narrow the horizon's band is")->check(app::nonnegative)->group(group);
+    app.add_rgb("--sky-horizon", o.horizon, "radiance along the horizon")
+        ->check(app::nonnegative)
+        ->default_str("")
+        ->group(group);
+    app.add_rgb("--sky-ground", o.ground, "radiance straight down")
+        ->check(app::nonnegative)
+        ->default_str("")
+        ->group(group);
+    app.add_option("--sky-haze", o.haze, "how narrow the horizon's band is")
+        ->check(app::nonnegative)
+        ->group(group);
     app.add_option("--exposure", o.view.exposure, "of the .png [EV]; without it found from the picture")
         ->default_str("")->group(group);
     app.add_choice<ViewKind>("--view", o.view.kind,
-                             {{name(ViewKind::Filmic), ViewKind::Filmic}, {name(ViewKind::Srgb), ViewKind::Srgb},
+                             {{name(ViewKind::Filmic), ViewKind::Filmic},
+                              {name(ViewKind::Srgb), ViewKind::Srgb},
                               {name(ViewKind::None), ViewKind::None}},
-                             "how the .png shows radiance: highlights rolled off, clipped, or linear")->group(group);
-    app.add_choice<int>("--png-bits", o.png_bits, {{"8", 8}, {"16", 16}}, "per channel of the .png")->group(group);
+                             "how the .png shows radiance: highlights rolled off, clipped, or linear")
+        ->group(group);
+    app.add_choice<int>("--png-bits", o.png_bits, {{"8", 8}, {"16", 16}}, "per channel of the .png")
+        ->group(group);
 }
 
 int pixels(const std::string& option, const std::string& word)
@@ -123,9 +162,13 @@ void declare(app::App& app, RenderOptions& o)
 {
     app.add_option("input", o.inputs, ".vdb files, or - for standard input; their media add up")
         ->required()->type_name("FILE")->allow_extra_args()->expected(-1);
-    app.add_option("-o,--output", o.output, "picture to write: .exr, .png, or - for an .exr on standard output")
-        ->required()->type_name("FILE");
-    app.add_option("--png", o.png, "a second picture, .png, to look at")->type_name("FILE")->configurable(false);
+    app.add_option("-o,--output", o.output,
+                   "picture to write: .exr, .png, or - for an .exr on standard output")
+        ->required()
+        ->type_name("FILE");
+    app.add_option("--png", o.png, "a second picture, .png, to look at")
+        ->type_name("FILE")
+        ->configurable(false);
     app.add_option("--grid", o.density, "the density grid's name, or NAME[k]; without it by common names")
         ->group("Medium");
     app::declare_medium(app, o.medium);
@@ -138,7 +181,8 @@ void declare(app::App& app, RenderOptions& o)
 void check_effect(const app::App& app, const RenderOptions& o)
 {
     const auto needs = [&](const char* option, bool met, const char* what) {
-        if (app.given(option) && !met) throw UsageError(std::string(option) + " has no effect: it needs " + what);
+        if (app.given(option) && !met)
+            throw UsageError(std::string(option) + " has no effect: it needs " + what);
     };
     const bool perspective = o.camera.projection == Projection::Perspective;
     needs("--fov", perspective, "--projection perspective");
@@ -147,7 +191,8 @@ void check_effect(const app::App& app, const RenderOptions& o)
     needs("--step", o.integrator.kind == Integrator::Steps, "--integrator steps");
     needs("--parts", o.integrator.kind == Integrator::Cells, "--integrator cells");
     needs("--fidelity", !o.integrator.shadow_rays, "a light grid, and --shadow-rays does without");
-    for (const char* option : {"--filter", "--filter-width", "--seed"}) needs(option, o.sampling.samples > 1, "--samples above 1");
+    for (const char* option : {"--filter", "--filter-width", "--seed"})
+        needs(option, o.sampling.samples > 1, "--samples above 1");
     const bool sky = o.background.empty() || o.background == "sky";
     for (const char* option : {"--sky-zenith", "--sky-horizon", "--sky-ground", "--sky-haze"})
         needs(option, sky, "a sky for --background");
@@ -157,14 +202,16 @@ ImageSize image_size(const RenderOptions& o)
 {
     ImageSize size;
     const auto sides = split(o.resolution, 'x');
-    if (sides.size() > 2) throw UsageError("--resolution " + printable(o.resolution) + ": expected WxH, such as 640x480");
+    if (sides.size() > 2)
+        throw UsageError("--resolution " + printable(o.resolution) + ": expected WxH, such as 640x480");
     size.width = pixels("--resolution", sides.front());
     size.height = pixels("--resolution", sides.back());
     size.pixel_aspect = o.pixel_aspect;
     if (!o.crop.empty()) {
         const auto edges = split(o.crop, ',');
         if (edges.size() != 4) throw UsageError("--crop " + printable(o.crop) + ": expected x0,y0,x1,y1");
-        size.crop = {pixels("--crop", edges[0]), pixels("--crop", edges[1]), pixels("--crop", edges[2]), pixels("--crop", edges[3])};
+        size.crop = {pixels("--crop", edges[0]), pixels("--crop", edges[1]), pixels("--crop", edges[2]),
+                     pixels("--crop", edges[3])};
         const PixelWindow& c = size.crop;
         if (c.x0 < 0 || c.y0 < 0 || c.x0 >= c.x1 || c.y0 >= c.y1 || c.x1 > size.width || c.y1 > size.height)
             throw UsageError("--crop " + printable(o.crop) + ": expected x0 < x1, y0 < y1, within 0,0," +
@@ -176,7 +223,10 @@ ImageSize image_size(const RenderOptions& o)
 std::vector<std::string> wanted_layers(const RenderOptions& o)
 {
     std::vector<std::string> layers = all_words(o);
-    layers.erase(std::remove_if(layers.begin(), layers.end(), [](const auto& w) { return one_of(w, {"none", "background"}); }),
+    layers.erase(std::remove_if(layers.begin(), layers.end(),
+                                [](const auto& w) {
+                                    return one_of(w, {"none", "background"});
+                                }),
                  layers.end());
     return layers;
 }
@@ -184,10 +234,13 @@ std::vector<std::string> wanted_layers(const RenderOptions& o)
 bool wants_background_layer(const RenderOptions& o)
 {
     const auto words = all_words(o);
-    return std::any_of(words.begin(), words.end(), [](const auto& w) { return one_of(w, {"all", "background"}); });
+    return std::any_of(words.begin(), words.end(), [](const auto& w) {
+        return one_of(w, {"all", "background"});
+    });
 }
 
-ChosenBackground chosen_background(const app::App& app, const RenderOptions& o, const Vec3d& sun_irradiance, const Vec3d& up)
+ChosenBackground chosen_background(const app::App& app, const RenderOptions& o, const Vec3d& sun_irradiance,
+                                   const Vec3d& up)
 {
     const bool own_sky = app.given("--sky-zenith") || app.given("--sky-horizon") || app.given("--sky-ground");
     ChosenBackground out;
@@ -204,7 +257,8 @@ ChosenBackground chosen_background(const app::App& app, const RenderOptions& o, 
     const auto colour = app::numbers(o.background);
     if (!colour || (colour->size() != 1 && colour->size() != 3))
         throw UsageError("--background " + printable(o.background) + ": expected none, sky, or r,g,b");
-    out.sky = Sky::constant(colour->size() == 1 ? Vec3d((*colour)[0]) : Vec3d((*colour)[0], (*colour)[1], (*colour)[2]));
+    out.sky = Sky::constant(colour->size() == 1 ? Vec3d((*colour)[0])
+                                                : Vec3d((*colour)[0], (*colour)[1], (*colour)[2]));
     out.sky.up = up / up.length();
     out.in_exr = true;
     check(out.sky);

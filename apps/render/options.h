@@ -45,8 +45,8 @@ struct RenderOptions {
 
 void declare(app::App&, RenderOptions&);
 
-/// Throws UsageError if an option was given that the others leave without effect, such as --step without the integrator
-/// that takes steps.
+/// Throws UsageError if an option was given that the others leave without effect, such as --step without the
+/// integrator that takes steps.
 void check_effect(const app::App&, const RenderOptions&);
 
 /// "640x480", or "512" for a square; and "x0,y0,x1,y1" of the crop. Throws UsageError.
@@ -63,6 +63,7 @@ struct ChosenBackground {
 };
 
 /// `sun_irradiance` sets how bright the default sky is. Throws UsageError on a word that is no background.
-ChosenBackground chosen_background(const app::App&, const RenderOptions&, const Vec3d& sun_irradiance, const Vec3d& up);
+ChosenBackground chosen_background(const app::App&, const RenderOptions&, const Vec3d& sun_irradiance,
+                                   const Vec3d& up);
 
 }  // namespace vdbcloud

@@ -84,7 +84,8 @@ TEST(Medium, RefusesWhatAFileMayClaim)
         FAIL() << "took an unknown phase function";
     } catch (const InputError& error) {
         EXPECT_NE(std::string(error.what()).find("henyey-greenstein"), std::string::npos);
-        EXPECT_EQ(std::string(error.what()).find('\x1b'), std::string::npos) << "printed what a file said, uncleaned";
+        EXPECT_EQ(std::string(error.what()).find('\x1b'), std::string::npos)
+            << "printed what a file said, uncleaned";
     }
     MetaMap number;
     set_number(number, schema::albedo, 0.5);  // a scalar where a vector belongs

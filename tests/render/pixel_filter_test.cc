@@ -111,7 +111,8 @@ TEST(PixelFilter, SpreadsFewSamplesOverThePixel)
     for (int i = 0; i < 20; ++i) {
         std::set<int> columns, rows;
         for (int k = 0; k < 4; ++k) {
-            // Turned round as a whole, the points keep their distance: one in each quarter of the turned axis.
+            // Turned round as a whole, the points keep their distance: one in each quarter of the turned
+            // axis.
             const auto first = filter(i, 3, 0), at = filter(i, 3, k);
             columns.insert(int(std::lround(4 * (at.x - first.x + 1))) % 4);
             rows.insert(int(std::lround(4 * (at.y - first.y + 1))) % 4);
@@ -119,6 +120,19 @@ TEST(PixelFilter, SpreadsFewSamplesOverThePixel)
         EXPECT_EQ(columns.size(), 4u);
         EXPECT_EQ(rows.size(), 4u);
     }
+}
+
+TEST(PixelFilter, TurnsTheTwoAxesIndependently)
+{
+    SamplingOptions options;
+    options.samples = 2;
+    const PixelFilter filter(options);
+    double xy = 0;
+    for (int i = 0; i < 1000; ++i) {
+        const auto [x, y] = filter(i, 7, 0);
+        xy += 12 * x * y / 1000;  // a correlation: 1/12 is the variance of either
+    }
+    EXPECT_LT(std::abs(xy), 0.1);  // three standard deviations of the mean of 1000
 }
 
 TEST(PixelFilter, DependsOnSeedAndPixel)

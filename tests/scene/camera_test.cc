@@ -128,7 +128,8 @@ TEST_P(AnyProjection, CameraSpaceIsLeftHandedWithDepthAlongZ)
     EXPECT_NEAR(homogeneous(ray.origin + 5.0 * ray.direction, m)[2], v.depth(77, 300, 5), 1e-12);
 }
 
-INSTANTIATE_TEST_SUITE_P(Both, AnyProjection, testing::Values(Projection::Perspective, Projection::Orthographic));
+INSTANTIATE_TEST_SUITE_P(Both, AnyProjection,
+                         testing::Values(Projection::Perspective, Projection::Orthographic));
 
 TEST(Camera, LooksStraightUpAndDownToo)
 {

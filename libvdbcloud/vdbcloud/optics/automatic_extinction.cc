@@ -15,7 +15,8 @@ constexpr int block = 8;  // voxels along the edge of a column, and of a leaf
 /// Sums of density x voxels down to each column's face, for the three axes; columns are block x block voxels.
 using Columns = std::array<std::map<std::pair<int, int>, double>, 3>;
 
-/// Adds a body of uniform mean `value` over a box whose edges are multiples of a block (a tile), or one block (a leaf).
+/// Adds a body of uniform mean `value` over a box whose edges are multiples of a block (a tile), or one block
+/// (a leaf).
 void add(Columns& columns, const openvdb::Coord& origin, int edge, double value)
 {
     const int blocks = edge / block;

@@ -29,7 +29,8 @@ void check_channels(const char* key, const Vec3d& value, double low, double high
 
 void check(const Medium& medium)
 {
-    check_channels(schema::sigma_t_per_density, medium.sigma_t_per_density, 0, 1e30, "finite numbers, 0 or above");
+    check_channels(schema::sigma_t_per_density, medium.sigma_t_per_density, 0, 1e30,
+                   "finite numbers, 0 or above");
     check_channels(schema::albedo, medium.albedo, 0, 1, "numbers in [0, 1]");
     if (!(medium.g > -1 && medium.g < 1)) refuse(schema::g, medium.g, "a number in (-1, 1)");
 }
@@ -38,7 +39,8 @@ void check(const Medium& medium)
 
 bool Medium::grey() const
 {
-    return sigma_t_per_density[0] == sigma_t_per_density[1] && sigma_t_per_density[1] == sigma_t_per_density[2];
+    return sigma_t_per_density[0] == sigma_t_per_density[1] &&
+           sigma_t_per_density[1] == sigma_t_per_density[2];
 }
 
 const char* name(PhaseKind kind)

@@ -22,8 +22,9 @@ const char* name(PhaseKind);
 PhaseKind phase_kind(const std::string& name);  ///< Throws InputError with the names that there are.
 
 /// Reads what metadata gives and leaves the rest as it is in `otherwise`.
-/// Throws InputError naming the key whose value cannot be: extinction below 0 or not finite, albedo outside [0, 1],
-/// g outside (-1, 1), a phase function that is not known. So does write_medium, before it writes anything.
+/// Throws InputError naming the key whose value cannot be: extinction below 0 or not finite, albedo outside
+/// [0, 1], g outside (-1, 1), a phase function that is not known. So does write_medium, before it writes
+/// anything.
 Medium read_medium(const MetaMap&, const Medium& otherwise = {});
 void write_medium(MetaMap&, const Medium&);
 

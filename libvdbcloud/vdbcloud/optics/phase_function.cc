@@ -22,7 +22,8 @@ double PhaseFunction::operator()(double cos_theta) const
     case PhaseKind::Isotropic: break;
     case PhaseKind::Rayleigh: return 3.0 / (16.0 * pi) * (1.0 + cos_theta * cos_theta);
     case PhaseKind::HenyeyGreenstein: {
-        // (1-g)^2 + 2g(1-c) is 1 + g^2 - 2gc, without the cancellation that costs digits at g near 1, c near 1; likewise a (1 + g) for 1 - g^2.
+        // (1-g)^2 + 2g(1-c) is 1 + g^2 - 2gc, without the cancellation that costs digits at g near 1, c near
+        // 1; likewise a (1 + g) for 1 - g^2.
         const double a = 1.0 - g_;
         const double d = a * a + 2.0 * g_ * (1.0 - cos_theta);
         return a * (1.0 + g_) / (4.0 * pi * d * std::sqrt(d));

@@ -20,7 +20,7 @@ enum class Combine {
 struct LayerSpec {
     std::string name;                   ///< "" for the beauty, whose channels are R, G, B, A
     std::vector<std::string> channels;  ///< "R", "G", "B"; "Z"; "Y"
-    bool half = true;                   ///< stored as half in files: colour; false for Z, variance and transmittance
+    bool half = true; ///< stored as half in files: colour; false for Z, variance and transmittance
     Combine combine = Combine::Mean;
 };
 
@@ -52,19 +52,21 @@ private:
     std::vector<float> data_;
 };
 
-/// Computes the picture at point (x, y) [pixels, as in CameraView]: fills `channels()` values. Called from many threads.
+/// Computes the picture at point (x, y) [pixels, as in CameraView]: fills `channels()` values. Called from
+/// many threads.
 using SampleFunction = std::function<void(double x, double y, double* out)>;
 
-/// Called once in each thread that helps; what it returns is called by that thread alone, so it may keep caches.
+/// Called once in each thread that helps; what it returns is called by that thread alone, so it may keep
+/// caches.
 using SamplerFactory = std::function<SampleFunction()>;
 
-/// Fills the film, in tiles over all threads. A layer "variance" with one channel is not the sampler's: it becomes the
-/// estimated variance of the pixel's mean luminance in the beauty layer (0 with one sample), and its place in `out` is
-/// passed over.
+/// Fills the film, in tiles over all threads. A layer "variance" with one channel is not the sampler's: it
+/// becomes the estimated variance of the pixel's mean luminance in the beauty layer (0 with one sample), and
+/// its place in `out` is passed over.
 ///
-/// The picture is the same whatever the number of threads: a pixel's samples depend on its coordinates only and are
-/// added in order. A crop has the pixels of the whole picture.
-/// Throws ConvergenceError naming the pixel and the layer if a value is not finite; Cancelled.
+/// The picture is the same whatever the number of threads: a pixel's samples depend on its coordinates only
+/// and are added in order. A crop has the pixels of the whole picture. Throws ConvergenceError naming the
+/// pixel and the layer if a value is not finite; Cancelled.
 void expose(Film&, const SamplingOptions&, const SamplerFactory&, const Progress& = {});
 
 /// Rec. 709 luminance.

@@ -12,7 +12,8 @@ namespace vdbcloud {
 
 enum class ImageFormat { Exr, Png };
 
-/// By extension, in any case: .exr or .png. "-" and a device (/dev/...) are exr. Throws UsageError for others.
+/// By extension, in any case: .exr or .png. "-" and a device (/dev/...) are exr. Throws UsageError for
+/// others.
 ImageFormat image_format(const std::string& path);
 
 /// What a picture says of itself. No clock and no host name: equal runs make equal bytes.
@@ -34,13 +35,15 @@ struct ImageOptions {
 
 /// Writes a film whose beauty layer is R, G, B, A, premultiplied, whole or not at all (core/atomic_file.h).
 ///
-/// exr: scan lines, zip; the display window is the whole picture, the data window the film's; linear Rec. 709. Layers are
-/// channels LAYER.CHANNEL ("Z" stays "Z"): half where the layer says so and every value fits into one, else float,
-/// which `warn` is told. Attributes worldToCamera, worldToNDC, chromaticities, Software, creator, history, DateTime.
-/// png: beauty over background, exposed and encoded by the view, of the film's window only, no alpha.
+/// exr: scan lines, zip; the display window is the whole picture, the data window the film's; linear Rec.
+/// 709. Layers are channels LAYER.CHANNEL ("Z" stays "Z"): half where the layer says so and every value fits
+/// into one, else float, which `warn` is told. Attributes worldToCamera, worldToNDC, chromaticities,
+/// Software, creator, history, DateTime. png: beauty over background, exposed and encoded by the view, of the
+/// film's window only, no alpha.
 ///
-/// Throws IoError, path first (full disk, missing folder, closed pipe), UsageError for a png to "-", InputError.
-void write_image(const std::string& path, const Film&, const CameraView&, const ImageMetadata&, const ImageOptions& = {},
-                 const Warn& = {});
+/// Throws IoError, path first (full disk, missing folder, closed pipe), UsageError for a png to "-",
+/// InputError.
+void write_image(const std::string& path, const Film&, const CameraView&, const ImageMetadata&,
+                 const ImageOptions& = {}, const Warn& = {});
 
 }  // namespace vdbcloud

@@ -12,7 +12,7 @@ const char* name(FilterKind);
 FilterKind filter_kind(const std::string& name);  ///< Throws InputError with the names that there are.
 
 struct SamplingOptions {
-    int samples = 1;                     ///< per pixel, 1 to 65536; one is taken at the pixel's centre, whatever the filter
+    int samples = 1; ///< per pixel, 1 to 65536; one is taken at the pixel's centre, whatever the filter
     FilterKind filter = FilterKind::Box;
     double filter_width = 0;             ///< full width [pixels], 0: the filter's own (box 1, the others 3)
     uint64_t seed = 0;
@@ -27,12 +27,13 @@ struct SampleOffset {
 ///
 ///     box               constant
 ///     Gaussian          exp(-x^2 / 2 s^2), s = w/6, cut off at three standard deviations
-///     Blackman-Harris   0.35875 + 0.48829 cos u + 0.14128 cos 2u + 0.01168 cos 3u, u = 2 pi x / w (Harris 1978, four terms)
+///     Blackman-Harris   0.35875 + 0.48829 cos u + 0.14128 cos 2u + 0.01168 cos 3u, u = 2 pi x / w (Harris
+///     1978, four terms)
 ///
-/// A pixel's samples are placed with the filter as their density (inverse cumulative distribution), so each has the weight
-/// 1/samples: weights sum to one exactly, and no pixel needs its neighbours' samples. Within a pixel they are a
-/// Hammersley set, turned round by a hash of (seed, i, j): well spread, and a function of the pixel alone.
-/// Immutable after construction; share it between threads.
+/// A pixel's samples are placed with the filter as their density (inverse cumulative distribution), so each
+/// has the weight 1/samples: weights sum to one exactly, and no pixel needs its neighbours' samples. Within a
+/// pixel they are a Hammersley set, turned round by a hash of (seed, i, j): well spread, and a function of
+/// the pixel alone. Immutable after construction; share it between threads.
 class PixelFilter {
 public:
     /// Throws InputError if samples or filter_width is out of range.

@@ -54,7 +54,8 @@ CameraView::CameraView(const Camera& camera, const ImageSize& size) : camera_(ca
 {
     check(camera, size);
     for (int c = 0; c < 3; ++c)
-        if (!std::isfinite(camera.position[c])) refuse("camera position", camera.position, "finite coordinates");
+        if (!std::isfinite(camera.position[c]))
+            refuse("camera position", camera.position, "finite coordinates");
 
     forward_ = unit_or_refuse("camera's way from position to look-at", camera.look_at - camera.position,
                               "two different finite points");
@@ -70,7 +71,8 @@ CameraView::CameraView(const Camera& camera, const ImageSize& size) : camera_(ca
     right_.normalize();
     up_ = right_.cross(forward_);
 
-    half_width_ = camera.projection == Projection::Perspective ? std::tan(camera.fov * pi / 360) : camera.width / 2;
+    half_width_ =
+        camera.projection == Projection::Perspective ? std::tan(camera.fov * pi / 360) : camera.width / 2;
     half_height_ = half_width_ * size.height / (size.width * size.pixel_aspect);
 }
 
@@ -117,7 +119,8 @@ Matrix44 CameraView::world_to_ndc() const
     Matrix44 out{};
     for (size_t row = 0; row < 4; ++row)
         for (size_t column = 0; column < 4; ++column)
-            for (size_t k = 0; k < 4; ++k) out[4 * row + column] += view[4 * row + k] * project[4 * k + column];
+            for (size_t k = 0; k < 4; ++k)
+                out[4 * row + column] += view[4 * row + k] * project[4 * k + column];
     return out;
 }
 

@@ -25,7 +25,10 @@ struct PixelWindow {
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
     int width() const { return x1 - x0; }
     int height() const { return y1 - y0; }
-    bool operator==(const PixelWindow& o) const { return x0 == o.x0 && y0 == o.y0 && x1 == o.x1 && y1 == o.y1; }
+    bool operator==(const PixelWindow& o) const
+    {
+        return x0 == o.x0 && y0 == o.y0 && x1 == o.x1 && y1 == o.y1;
+    }
 };
 
 /// The picture's size in pixels, and the part of it that is wanted.
@@ -48,28 +51,30 @@ using Matrix44 = std::array<double, 16>;
 
 /// A camera made ready for one picture. A value; share it between threads.
 ///
-/// Picture coordinates are in pixels, x to the right and y down, (0, 0) the upper left corner of the whole picture,
-/// so the centre of pixel (i, j) is (i + 0.5, j + 0.5). A crop changes nothing here.
+/// Picture coordinates are in pixels, x to the right and y down, (0, 0) the upper left corner of the whole
+/// picture, so the centre of pixel (i, j) is (i + 0.5, j + 0.5). A crop changes nothing here.
 class CameraView {
 public:
-    /// Throws InputError if the camera looks nowhere (position at look_at, up of no length), if fov, width or pixel
-    /// aspect is out of range, if the picture has no pixels or more than 65536 on a side, or the crop is not in it.
-    /// Where up is along the view, the world axis least along it takes its place.
+    /// Throws InputError if the camera looks nowhere (position at look_at, up of no length), if fov, width or
+    /// pixel aspect is out of range, if the picture has no pixels or more than 65536 on a side, or the crop
+    /// is not in it. Where up is along the view, the world axis least along it takes its place.
     CameraView(const Camera&, const ImageSize&);
 
-    /// The ray through picture point (x, y). Orthographic rays start in the plane through the camera's position;
-    /// what is behind that plane is not seen.
+    /// The ray through picture point (x, y). Orthographic rays start in the plane through the camera's
+    /// position; what is behind that plane is not seen.
     CameraRay ray(double x, double y) const;
 
-    /// Distance along the view axis of the point at distance `t` along the ray through (x, y): the depth that goes to Z.
+    /// Distance along the view axis of the point at distance `t` along the ray through (x, y): the depth that
+    /// goes to Z.
     double depth(double x, double y, double t) const;
 
     /// OpenEXR's worldToCamera: left-handed, x right, y up, z along the view, in world units.
     Matrix44 world_to_camera() const;
 
-    /// OpenEXR's worldToNDC: after division by w, (0, 0) is the upper left and (1, 1) the lower right corner of the
-    /// whole picture; z grows from 0 at the near plane (a thousandth of the distance to look_at) to 1 at infinity for
-    /// a perspective camera, and is the depth over the distance to look_at for an orthographic one.
+    /// OpenEXR's worldToNDC: after division by w, (0, 0) is the upper left and (1, 1) the lower right corner
+    /// of the whole picture; z grows from 0 at the near plane (a thousandth of the distance to look_at) to 1
+    /// at infinity for a perspective camera, and is the depth over the distance to look_at for an
+    /// orthographic one.
     Matrix44 world_to_ndc() const;
 
     const Camera& camera() const { return camera_; }
@@ -86,10 +91,12 @@ private:
 };
 
 /// A view that flatters a cloud: three quarters from the front, level with it and a little from below.
-/// The direction in which one looks, unit, given where up is (Y: seen from +Z and +X; turned along for any other).
+/// The direction in which one looks, unit, given where up is (Y: seen from +Z and +X; turned along for any
+/// other).
 Vec3d default_view_direction(const Vec3d& up);
 
-/// The direction TOWARDS a sun that goes with that view: high to the left, a little on the viewer's side. Unit.
+/// The direction TOWARDS a sun that goes with that view: high to the left, a little on the viewer's side.
+/// Unit.
 Vec3d default_sun_direction(const Vec3d& up);
 
 struct FramingOptions {
@@ -100,9 +107,9 @@ struct FramingOptions {
     double margin = 0.08;      ///< of the picture's width and height left free at each edge, in [0, 0.5)
 };
 
-/// The camera that looks along a direction and has all `points` in the picture as large as fits within the margin,
-/// centred. Give the corners of boxes around what should be seen (rotated ones too); more points fit more tightly.
-/// The same picture results if points, up and direction are scaled, turned or moved together.
+/// The camera that looks along a direction and has all `points` in the picture as large as fits within the
+/// margin, centred. Give the corners of boxes around what should be seen (rotated ones too); more points fit
+/// more tightly. The same picture results if points, up and direction are scaled, turned or moved together.
 /// Throws InputError if there is no point or one is not finite.
 Camera frame_points(const std::vector<Vec3d>& points, const ImageSize&, const FramingOptions& = {});
 

@@ -39,7 +39,8 @@ std::vector<Vec3d> in_view(const std::vector<Vec3d>& points, const CameraView& a
 {
     std::vector<Vec3d> out;
     out.reserve(points.size());
-    for (const Vec3d& p : points) out.push_back({p.dot(axes.right()), p.dot(axes.up()), p.dot(axes.forward())});
+    for (const Vec3d& p : points)
+        out.push_back({p.dot(axes.right()), p.dot(axes.up()), p.dot(axes.forward())});
     return out;
 }
 
@@ -58,7 +59,8 @@ struct Stand {
     double middle() const { return low + (high - low) / 2; }  // at any depth
 };
 
-constexpr double view_azimuth = 35, view_elevation = -6;  // of the default camera, seen from the cloud [degrees]
+constexpr double view_azimuth = 35,
+                 view_elevation = -6; // of the default camera, seen from the cloud [degrees]
 constexpr double sun_azimuth = view_azimuth - 52, sun_elevation = 46;
 
 /// Unit vector at an angle from +Z towards +X and one above the horizon [degrees], turned along with `up`.
@@ -81,7 +83,8 @@ Camera frame_points(const std::vector<Vec3d>& points, const ImageSize& size, con
     for (const Vec3d& p : points)
         if (!std::isfinite(p[0] + p[1] + p[2])) throw InputError("framing: a point is not finite");
     if (!(options.margin >= 0 && options.margin < 0.5))
-        throw InputError("framing: margin " + std::to_string(options.margin) + ": expected a number in [0, 0.5)");
+        throw InputError("framing: margin " + std::to_string(options.margin) +
+                         ": expected a number in [0, 0.5)");
     if (!(options.up.length() > 0 && std::isfinite(options.up.length())))
         throw InputError("framing: up has no length");
 

@@ -19,7 +19,8 @@ bool plain_name(const std::string& text)
 {
     if (text.empty()) return false;
     for (const char c : text)
-        if (!(c >= 'a' && c <= 'z') && !(c >= 'A' && c <= 'Z') && !(c >= '0' && c <= '9') && c != '_') return false;
+        if (!(c >= 'a' && c <= 'z') && !(c >= 'A' && c <= 'Z') && !(c >= '0' && c <= '9') && c != '_')
+            return false;
     return true;
 }
 
@@ -29,7 +30,8 @@ template<typename T>
 [[noreturn]] void refuse(const Light& light, const char* what, const T& value, const char* expected)
 {
     std::ostringstream sentence;
-    sentence << "light '" << printable(light.name) << "': " << what << " " << value << ": expected " << expected;
+    sentence << "light '" << printable(light.name) << "': " << what << " " << value << ": expected "
+             << expected;
     throw InputError(sentence.str());
 }
 
@@ -39,7 +41,8 @@ Light checked(Light light)
     if (!plain_name(light.name)) refuse(light, "name", printable(light.name), "letters, digits and '_'");
     if (light.kind == LightKind::Directional) {
         const double length = light.to_light.length();
-        if (!(std::isfinite(length) && length > 0)) refuse(light, "direction", light.to_light, "a non-zero vector");
+        if (!(std::isfinite(length) && length > 0))
+            refuse(light, "direction", light.to_light, "a non-zero vector");
         light.to_light /= length;
     } else if (!is_finite(light.position)) {
         refuse(light, "position", light.position, "finite coordinates");

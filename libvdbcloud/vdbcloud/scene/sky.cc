@@ -41,7 +41,8 @@ Vec3d Sky::mean_radiance() const
 
 void check(const Sky& sky)
 {
-    for (const auto& [name, colour] : {std::pair{"zenith", sky.zenith}, {"horizon", sky.horizon}, {"ground", sky.ground}})
+    for (const auto& [name, colour] :
+         {std::pair{"zenith", sky.zenith}, {"horizon", sky.horizon}, {"ground", sky.ground}})
         for (int c = 0; c < 3; ++c)
             if (!(colour[c] >= 0 && std::isfinite(colour[c]))) {
                 std::ostringstream what;

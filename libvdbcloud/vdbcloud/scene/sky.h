@@ -4,8 +4,8 @@
 
 namespace vdbcloud {
 
-/// Radiance from infinity, a function of the angle to `up` alone. With s = dot(w, up), w pointing AWAY from the viewer
-/// (the direction of a camera ray, so against the light's propagation):
+/// Radiance from infinity, a function of the angle to `up` alone. With s = dot(w, up), w pointing AWAY from
+/// the viewer (the direction of a camera ray, so against the light's propagation):
 ///
 ///     s >= 0:  L = zenith + (horizon - zenith) (1 - s)^haze
 ///     s <  0:  L = ground + (horizon - ground) (1 + s)^haze
@@ -21,18 +21,20 @@ struct Sky {
     /// The same radiance everywhere.
     static Sky constant(const Vec3d& radiance);
 
-    /// A clear blue day: for a sun of irradiance E perpendicular to its beam, a zenith of about E/40 in blue and
-    /// a paler horizon.
+    /// A clear blue day: for a sun of irradiance E perpendicular to its beam, a zenith of about E/40 in blue
+    /// and a paler horizon.
     static Sky clear_day(const Vec3d& sun_irradiance, const Vec3d& up);
 
     /// L in a direction, unit.
     Vec3d radiance(const Vec3d& direction) const;
 
-    /// The mean of L over the sphere, in closed form: the inflow of a uniform sky that carries the same power.
+    /// The mean of L over the sphere, in closed form: the inflow of a uniform sky that carries the same
+    /// power.
     Vec3d mean_radiance() const;
 };
 
-/// Throws InputError unless every radiance is finite and 0 or above, haze finite and 0 or above, up of some length.
+/// Throws InputError unless every radiance is finite and 0 or above, haze finite and 0 or above, up of some
+/// length.
 void check(const Sky&);
 
 }  // namespace vdbcloud
