@@ -4,7 +4,7 @@
 set -euo pipefail
 top=$(cd "$(dirname "$0")/.." && pwd)
 root=${1:-$(mktemp -d)}
-mirror=${DEBIAN_MIRROR:-$(sed -n 's/^deb [^h]*\(http[^ ]*\).* bookworm main.*/\1/p; s/^URIs: //p' /etc/apt/sources.list /etc/apt/sources.list.d/* 2>/dev/null | head -n 1)}
+mirror=${DEBIAN_MIRROR:-$(sed -n 's/^deb [^h]*\(http[^ ]*\).* bookworm main.*/\1/p; s/^URIs: //p' /etc/apt/sources.list /etc/apt/sources.list.d/* 2>/dev/null | head -n 1 || true)}
 mirror=${mirror:-http://deb.debian.org/debian}
 
 [ -x "$root/bin/bash" ] || debootstrap --variant=minbase --include=git,make,ca-certificates bookworm "$root" "$mirror"
