@@ -1,4 +1,5 @@
 # How a Makefile gets the programs: packages, configuration, build. Included by pipelines/ and tests/, which set TOP.
+.DEFAULT_GOAL := all
 BUILD ?= $(TOP)/build
 JOBS  ?= $(shell nproc)
 
