@@ -8,12 +8,13 @@
 // the input holds; the uncollided light is the transmittance grids', and render adds both.
 #include "light_options.h"
 #include "medium_options.h"
+#include "scaled_light.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/light/transmittance_grid.h"
-#include "vdbcloud/scatter/multiple_scattering.h"
+#include "vdbcloud/scatter/series_grids.h"
 
 #include <cmath>
 
@@ -26,7 +27,10 @@ struct Options {
     app::MediumOptions medium;
     app::LightOptions lights;
     ScatterOptions scatter;
-    bool allow_unconverged = false;
+    bool allow_unconverged = false, series_raw = false;
+    SeriesOptions series;
+
+    Options() { series.order = 0; }
 };
 
 void declare(app::App& app, Options& o)
@@ -50,6 +54,14 @@ void declare(app::App& app, Options& o)
                              "multigrid: conjugate gradients with a multigrid cycle; relaxation: the paper's, for comparison")->group(method);
     app.add_option("--relaxation", o.scatter.relaxation, "over-relaxation factor of --solver relaxation")
         ->check(app::within(0.1, 1.999))->group(method);
+
+    const auto series = "Series in absorption";
+    app.add_option("--series", o.series.order, "write I_0 .. I_K of the expansion in 1 - albedo, from which render makes any albedo; 0: none")
+        ->check(app::within(0, 32))->group(series);
+    app.add_flag("--galerkin", o.series.galerkin, "solve on the span of I_0 .. I_K, which does not diverge, instead of summing them")->group(series);
+    app.add_option("--least-albedo", o.series.least_albedo, "the table of coefficients reaches from here to 1")
+        ->check(app::within(0.01, 0.999999))->group(series);
+    app.add_flag("--series-raw", o.series_raw, "write the I_k themselves too")->group(series);
 
     const auto accuracy = "Accuracy";
     app.add_option("--tolerance", o.scatter.solve.tolerance, "of the residual and of the estimated error, relative")
@@ -146,6 +158,44 @@ void estimate(app::App& app, const FloatGrid& density, size_t lights)
             " s of processor time and " + app::brief(std::ceil(bytes / 1e6)) + " MB");
 }
 
+/// || a - b || / || b || over the voxels and channels of b.
+double difference(const Vec3SGrid& a, const Vec3SGrid& b)
+{
+    auto at = a.getConstAccessor();
+    double sum = 0, norm = 0;
+    for (auto v = b.cbeginValueOn(); v; ++v) {
+        sum += double((at.getValue(v.getCoord()) - *v).lengthSqr());
+        norm += double(v->lengthSqr());
+    }
+    return norm > 0 ? std::sqrt(sum / norm) : 0;
+}
+
+/// Adds the series to the file, and replaces the direct solution by what the series gives for the albedo asked for.
+void add_series(app::App& app, Options& o, GridFile& file, const FloatGrid& density, const Vec3SGrid* emission,
+                const Medium& medium, const std::vector<Light>& lights, ScatterFields& fields)
+{
+    const auto phase = app.phase("series");
+    if (find_grid(file, schema::colour)) throw InputError(file.path + ": the series in albedo needs one albedo for all voxels, and there is a Cd");
+    SeriesReport report;
+    o.series.solve.progress = app.progress("series");
+    for (const auto& grid : series_p1(density, emission, medium, lights, o.scatter, o.series, o.series_raw, report)) put_grid(file, grid);
+    const double worst = std::max({report.estimate[0], report.estimate[1], report.estimate[2]});
+    auto& r = app.report()["series"] = {{"norms", report.norm}, {"ratio", report.ratio}, {"convergence_estimate", worst},
+                                        {"galerkin", o.series.galerkin}, {"least_albedo", report.least_albedo},
+                                        {"iterations", report.iterations}};
+    const double least = std::min({medium.albedo[0], medium.albedo[1], medium.albedo[2]});
+    if (!o.series.galerkin && least < report.least_albedo)
+        throw ConvergenceError("the series does not converge at albedo " + app::shortest(least) + ": each order is " + app::brief(worst) +
+                               " times the one before; it needs an albedo above " + app::brief(report.least_albedo) + ", or --galerkin");
+    const double forward = o.scatter.delta && medium.phase == PhaseKind::HenyeyGreenstein && medium.g > 0 ? medium.g * medium.g : 0;
+    std::vector<GridBasePtr> transmittance;
+    for (const Light& light : lights) transmittance.push_back(app::scaled_light_grid(app, density, nullptr, medium, forward, light));
+    const ScatterFields relit = relight(file, medium, lights, transmittance);
+    r["error_against_direct_solve"] = difference(*relit.phi, *fields.phi);
+    fields.phi = relit.phi;
+    if (relit.flux[0]) fields.flux = relit.flux;
+}
+
 void solve(app::App& app, Options& o)
 {
     read_periodic(o);
@@ -178,6 +228,7 @@ void solve(app::App& app, Options& o)
                                        " after " + std::to_string(c.solve.iterations) + " iterations: expected both below " +
                                        app::brief(o.scatter.solve.tolerance));
     }
+    if (o.series.order > 0 && fields.phi) add_series(app, o, file, *density, emission.get(), medium, lights, fields);
     if (!fields.phi) app.warnings()("no voxel above 0: nothing to scatter in");
     if (fields.phi) {
         put_grid(file, fields.phi);

@@ -1,12 +1,14 @@
 #include "scene.h"
 
+#include "scaled_light.h"
+
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/extent.h"
 #include "vdbcloud/grid/io.h"
 #include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
-#include "vdbcloud/scatter/multiple_scattering.h"
+#include "vdbcloud/scatter/series_grids.h"
 
 #include <algorithm>
 
@@ -33,6 +35,12 @@ Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
     volume.colour = vectors(app, file, grid_of(file, schema::colour));
     volume.emission = vectors(app, file, find_grid(file, schema::emission));
     volume.phi = vectors(app, file, find_grid(file, schema::phi));
+    if (const GridBasePtr series = find_grid(file, "series_phi_0");
+        series && (!volume.phi || read_medium(*volume.phi).albedo != volume.medium.albedo)) {
+        volume.phi = nullptr;  // made from the series, once its light is known
+        volume.forward = get_number(*series, schema::delta_f, 0);
+        volume.mean_cosine = get_number(*series, schema::scaled_g, 0);
+    }
     if (volume.phi) {
         app::require_same_medium(file.path + ": multiple scattering", *volume.phi, volume.medium);
         const char* const channels[] = {"r", "g", "b"};
@@ -55,42 +63,6 @@ void require_same_light(const GridFile& file, const Volume& volume, const std::v
     if (lit_by != lights_text(lights))
         throw UsageError(file.path + ": multiple scattering was computed for '" + printable(lit_by) + "', and '" +
                          lights_text(lights) + "' is asked for: run p1solve again");
-}
-
-/// exp(-tau') towards a light in the medium of extinction (1 - f w0) sigma_t, in which phi and flux hold. From the density:
-/// a stored transmittance is 0 in single precision where this one is not. With a tint w0 varies, and so does the
-/// scaled density, by channel.
-GridBasePtr scaled_light_grid(app::App& app, const Volume& volume, const Light& light, const RenderOptions& o)
-{
-    Medium scaled = volume.medium;
-    if (!volume.colour) {
-        for (int c = 0; c < 3; ++c) scaled.sigma_t_per_density[c] *= 1 - volume.forward * volume.medium.albedo[c];
-        return transmittance_grid(*volume.density, scaled, light, o.light, app.progress("light"));
-    }
-    Vec3SGridPtr all;
-    for (int c = 0; c < 3; ++c) {
-        auto density = volume.density->deepCopy();
-        density->tree().voxelizeActiveTiles();
-        auto tint = volume.colour->getConstAccessor();
-        for (auto v = density->beginValueOn(); v; ++v) {
-            const double w0 = std::clamp(volume.medium.albedo[c] * tint.getValue(v.getCoord())[c], 0.0, 1.0);
-            v.setValue(float(*v * (1 - volume.forward * w0)));
-        }
-        scaled.sigma_t_per_density = Vec3d(volume.medium.sigma_t_per_density[c]);
-        const auto one = gridPtrCast<FloatGrid>(transmittance_grid(*density, scaled, light, o.light, app.progress("light")));
-        if (!all) {
-            all = Vec3SGrid::create(Vec3f(1.0f));
-            all->setTree(std::make_shared<openvdb::Vec3STree>(one->tree(), Vec3f(1.0f), openvdb::TopologyCopy()));
-            all->setTransform(one->transform().copy());
-        }
-        auto from = one->getConstAccessor();
-        for (auto v = all->beginValueOn(); v; ++v) {
-            Vec3f value = *v;
-            value[c] = from.getValue(v.getCoord());
-            v.setValue(value);
-        }
-    }
-    return all;
 }
 
 /// The lights of all inputs, by name. Two of one name must be one light.
@@ -128,7 +100,7 @@ GridBasePtr light_grid(app::App& app, const GridFile& file, const Volume& volume
     if (volume.forward > 0) {
         if (app.dry_run()) return FloatGrid::create(1.0f);
         const auto phase = app.phase("scaled light");
-        return scaled_light_grid(app, volume, light, o);
+        return app::scaled_light_grid(app, *volume.density, volume.colour.get(), volume.medium, volume.forward, light, o.light);
     }
     if (const GridBasePtr grid = find_grid(file, transmittance_name(light))) {
         const std::string reason = misfit(*grid, light, volume);
@@ -139,6 +111,22 @@ GridBasePtr light_grid(app::App& app, const GridFile& file, const Volume& volume
     if (app.dry_run()) return FloatGrid::create(1.0f);
     const auto phase = app.phase("light");
     return transmittance_grid(*volume.density, volume.medium, light, o.light, app.progress("light"));
+}
+
+/// phi and flux at the albedo that is asked for, from a file's series where it has one: no solve.
+void relight_volume(app::App& app, const GridFile& file, Volume& volume, const std::vector<Light>& lights, const RenderOptions& o)
+{
+    if (volume.phi || !find_grid(file, "series_phi_0") || app.dry_run()) return;
+    if (!has_series(file, *volume.density, volume.medium, lights))
+        throw UsageError(file.path + ": its series was computed for another density, medium or light: run p1solve again");
+    const auto phase = app.phase("series");
+    std::vector<GridBasePtr> transmittance;
+    for (const Light& light : lights)
+        transmittance.push_back(
+            app::scaled_light_grid(app, *volume.density, nullptr, volume.medium, volume.forward, light, o.light));
+    const ScatterFields fields = relight(file, volume.medium, lights, transmittance);
+    volume.phi = fields.phi;
+    volume.flux = fields.flux;
 }
 
 Vec3d up_of(const RenderOptions& o, const std::vector<GridFile>& files)
@@ -170,7 +158,7 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
     out.scene.lights = app::lights_asked(o.lights);
     if (out.scene.lights.empty()) out.scene.lights = inherited_lights(files);
     // What a sky or fire has lit already needs no sun to be seen.
-    const bool glows = std::any_of(out.scene.volumes.begin(), out.scene.volumes.end(), [](const Volume& v) { return bool(v.phi); });
+    const bool glows = std::any_of(files.begin(), files.end(), [](const GridFile& f) { return bool(find_grid(f, schema::phi)); });
     if (out.scene.lights.empty() && !glows) {
         out.scene.lights.push_back(app::automatic_sun(out.up));
         out.automatic_light = true;
@@ -178,6 +166,7 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
                 app::brief(out.scene.lights[0].irradiance[0]));
     }
     for (size_t v = 0; v < files.size(); ++v) require_same_light(files[v], out.scene.volumes[v], out.scene.lights);
+    for (size_t v = 0; v < files.size(); ++v) relight_volume(app, files[v], out.scene.volumes[v], out.scene.lights, o);
     if (o.integrator.shadow_rays) return out;
     for (size_t v = 0; v < files.size(); ++v)
         for (const Light& light : out.scene.lights) {

@@ -146,47 +146,62 @@ std::vector<float> VoxelIndex::gather(const Vec3SGrid& grid, int component) cons
     return gathered(*this, grid, [component](const Vec3f& v) { return v[component]; });
 }
 
-Vec3SGridPtr VoxelIndex::to_grid(const std::array<const float*, 3>& field, const std::string& name, const Vec3d& scale) const
+namespace {
+
+/// A grid of value(slot) at the active voxels, and at their fringe the mean of the voxels beside.
+template<typename GridT, typename F>
+typename GridT::Ptr grid_of(const VoxelIndex& index, const F& value)
 {
-    auto grid = Vec3SGrid::create(Vec3f(0.0f));
+    using Value = typename GridT::ValueType;
+    const Blocks& blocks = index.blocks();
+    auto grid = GridT::create(Value(0.0f));
     auto& tree = grid->tree();
-    for (size_t b = 0; b < blocks_.count(); ++b) {
-        const bool aligned = (origin_.x() | origin_.y() | origin_.z()) % 8 == 0;
-        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
-            if (!blocks_.active(slot)) continue;
-            const Vec3i p = blocks_.voxel(slot) + origin_;
-            const Vec3f value(float(scale[0] * field[0][slot]), float(scale[1] * field[1][slot]), float(scale[2] * field[2][slot]));
-            const openvdb::Coord at(p.x(), p.y(), p.z());
-            if (aligned)
-                tree.touchLeaf(at)->setValueOn(openvdb::Index(slot % 512), value);
-            else
-                tree.setValueOn(at, value);
-        }
+    for (size_t slot = 0; slot < blocks.count() * 512; ++slot) {
+        if (!blocks.active(slot)) continue;
+        const Vec3i p = blocks.voxel(slot) + index.origin();
+        const openvdb::Coord at(p.x(), p.y(), p.z());
+        tree.touchLeaf(at)->setValueOn(at, value(slot));
     }
     const auto inside = grid->deepCopy();
     openvdb::tools::dilateActiveValues(tree, 1, openvdb::tools::NN_FACE_EDGE_VERTEX);
-    std::vector<openvdb::Vec3STree::LeafNodeType*> leaves;
+    std::vector<typename GridT::TreeType::LeafNodeType*> leaves;
     tree.getNodes(leaves);
     tbb::parallel_for(size_t(0), leaves.size(), [&](size_t l) {
         auto known = inside->getConstAccessor();
         for (auto v = leaves[l]->beginValueOn(); v; ++v) {
             const openvdb::Coord p = v.getCoord();
             if (known.isValueOn(p)) continue;
-            openvdb::Vec3d total(0.0);
+            Value total(0.0f), beside;
             int count = 0;
-            for (int n = 0; n < 27; ++n) {
-                const openvdb::Coord q = p.offsetBy(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
-                Vec3f value;
-                if (!known.probeValue(q, value)) continue;
-                total += openvdb::Vec3d(value);
-                ++count;
-            }
-            if (count) v.setValue(Vec3f(total / count));
+            for (int n = 0; n < 27; ++n)
+                if (known.probeValue(p.offsetBy(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1), beside)) {
+                    total += beside;
+                    ++count;
+                }
+            if (count) v.setValue(total * (1.0f / float(count)));
         }
+    });
+    grid->setGridClass(openvdb::GRID_UNKNOWN);
+    return grid;
+}
+
+}  // namespace
+
+Vec3SGridPtr VoxelIndex::to_grid(const std::array<const float*, 3>& field, const std::string& name, const Vec3d& scale) const
+{
+    auto grid = grid_of<Vec3SGrid>(*this, [&](size_t slot) {
+        return Vec3f(float(scale[0] * field[0][slot]), float(scale[1] * field[1][slot]), float(scale[2] * field[2][slot]));
     });
     grid->setName(name);
     grid->setTransform(transform_->copy());
-    grid->setGridClass(openvdb::GRID_UNKNOWN);
+    return grid;
+}
+
+FloatGridPtr VoxelIndex::to_grid(const float* field, const std::string& name) const
+{
+    auto grid = grid_of<FloatGrid>(*this, [&](size_t slot) { return field[slot]; });
+    grid->setName(name);
+    grid->setTransform(transform_->copy());
     return grid;
 }
 

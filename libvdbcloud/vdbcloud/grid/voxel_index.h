@@ -42,6 +42,8 @@ public:
     /// value is the mean of the voxels beside it: a constant field stays constant up to its edge.
     Vec3SGridPtr to_grid(const std::array<const float*, 3>& field, const std::string& name,
                          const Vec3d& scale = Vec3d(1, 1, 1)) const;
+    /// The same of one field.
+    FloatGridPtr to_grid(const float* field, const std::string& name) const;
 
 private:
     Blocks blocks_;

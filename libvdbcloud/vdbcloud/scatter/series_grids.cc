@@ -1,0 +1,231 @@
+#include "vdbcloud/scatter/series_grids.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/scatter_schema.h"
+#include "vdbcloud/grid/schema.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace vdbcloud {
+
+namespace {
+
+constexpr const char* phi_prefix = "series_phi_";
+constexpr const char* flux_prefix = "series_flux_";
+constexpr const char* raw_prefix = "series_I_";
+constexpr const char* key_albedo = "vdbcloud:series_albedo";
+constexpr const char* key_table = "vdbcloud:series_table";
+constexpr const char* key_map = "vdbcloud:series_map";
+constexpr const char* key_scale = "vdbcloud:series_scale";
+
+std::string text_of(const std::vector<double>& v)
+{
+    std::ostringstream text;
+    text.precision(17);
+    for (size_t k = 0; k < v.size(); ++k) text << (k ? " " : "") << v[k];
+    return text.str();
+}
+
+std::vector<double> numbers_of(const std::string& text)
+{
+    std::istringstream in(text);
+    std::vector<double> v;
+    for (double x; in >> x;) v.push_back(x);
+    return v;
+}
+
+double effective_g(const Medium& medium) { return medium.phase == PhaseKind::HenyeyGreenstein ? medium.g : 0; }
+
+/// How strong each channel's light is in units of that of the channel `c0`, all lights and the sky alike.
+Vec3d channel_scales(const std::vector<Light>& lights, const Vec3d& sky, int& c0)
+{
+    std::vector<Vec3d> strengths{sky};
+    for (const Light& light : lights) strengths.push_back(light.irradiance);
+    const auto total = [&](int c) {
+        double sum = 0;
+        for (const Vec3d& s : strengths) sum += s[c];
+        return sum;
+    };
+    c0 = 0;
+    for (int c = 1; c < 3; ++c)
+        if (total(c) > total(c0)) c0 = c;
+    Vec3d scale(1, 1, 1);
+    for (int c = 0; c < 3 && total(c0) > 0; ++c) {
+        scale[c] = total(c) / total(c0);
+        for (const Vec3d& s : strengths)
+            if (std::abs(s[c] - scale[c] * s[c0]) > 1e-9 * total(c0))
+                throw InputError("the series serves one colour of light: expected lights and sky of equal tint");
+    }
+    return scale;
+}
+
+}  // namespace
+
+std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* emission, const Medium& medium,
+                                   const std::vector<Light>& lights, const ScatterOptions& scatter,
+                                   const SeriesOptions& options, bool raw, SeriesReport& report)
+{
+    if (!medium.grey()) throw InputError("the series serves one extinction: expected equal values of r, g and b");
+    const VoxelIndex index(density, {scatter.periodic});
+    const auto values = index.gather(density);
+    const auto exposed = exposed_voxels(index, values);
+    if (values.size() <= 512) return {};
+    int c0 = 0;
+    const Vec3d scale = channel_scales(lights, scatter.sky, c0);
+    SeriesSources sources;
+    std::vector<float> glow;
+    if (emission) {
+        glow = index.gather(*emission, 0);
+        for (int c = 1; c < 3; ++c)
+            if (scale[c] != 1 || index.gather(*emission, c) != glow)
+                throw InputError("the series serves one colour: expected white emission and white lights with it");
+        sources.emission = &glow;
+    }
+    const bool periodic = index.blocks().period() != Vec3i(0, 0, 0);
+    const BrickMap bricks(density);
+    for (const Light& light : lights)
+        sources.beams.emplace_back(periodic ? periodic_beam_depths(index, exposed, values, light)
+                                            : beam_depths(index, exposed, bricks, light, scatter.rays_per_voxel),
+                                   light.irradiance[c0]);
+    sources.sky = scatter.sky[c0];
+    const P1Medium channel{medium.sigma_t_per_density[0], 1, nullptr, effective_g(medium), scatter.delta};
+    const AlbedoSeries series = albedo_series(index, values, exposed, channel, sources, options);
+
+    report.norm = series.norm;
+    report.ratio = series.ratio();
+    for (int c = 0; c < 3; ++c) report.estimate[c] = report.ratio * (1 - medium.albedo[c]);
+    report.least_albedo = series.albedo.front();
+    report.iterations = series.iterations;
+    report.converged = series.converged;
+
+    std::vector<GridBasePtr> grids;
+    const auto add = [&](const auto& grid) {
+        write_medium(*grid, medium);
+        set_text(*grid, schema::density_digest, grid_digest(density));
+        grids.push_back(grid);
+    };
+    for (size_t k = 0; k < series.size(); ++k) {
+        add(index.to_grid(series.basis[k].data(), phi_prefix + std::to_string(k)));
+        if (k < series.flux.size()) {
+            auto flux = series.flux[k];
+            for (size_t slot = 0; slot < index.blocks().count() * 512; ++slot) {
+                Vec3d f(0, 0, 0);
+                for (int a = 0; a < 3; ++a) f += double(flux[a][slot]) * index.axis(a);
+                for (int a = 0; a < 3; ++a) flux[a][slot] = float(f[a]);
+            }
+            add(index.to_grid({flux[0].data(), flux[1].data(), flux[2].data()}, flux_prefix + std::to_string(k)));
+        }
+        if (!raw) continue;
+        std::vector<float> order(series.basis[k].size(), 0.0f);
+        for (size_t slot = 0; slot < order.size(); ++slot) {
+            double sum = 0;
+            for (size_t j = 0; j <= k; ++j) sum += series.map[k * series.size() + j] * double(series.basis[j][slot]);
+            order[slot] = float(sum);
+        }
+        add(index.to_grid(order.data(), raw_prefix + std::to_string(k)));
+    }
+    MetaMap& first = *grids.front();
+    const DeltaScaling scaling = scatter.delta ? delta_scaling(1, channel.g) : no_scaling(1, channel.g);
+    set_number(first, schema::delta_f, scaling.f);
+    set_number(first, schema::scaled_g, scaling.g);
+    set_text(first, schema::lit_by, lights_text(lights));
+    set_vector(first, schema::lit_sky, scatter.sky);
+    set_text(first, key_albedo, text_of(series.albedo));
+    set_text(first, key_table, text_of(series.table));
+    set_text(first, key_map, text_of(series.map));
+    set_vector(first, key_scale, scale);
+    return grids;
+}
+
+bool has_series(const GridFile& file, const FloatGrid& density, const Medium& medium, const std::vector<Light>& lights)
+{
+    const GridBasePtr first = find_grid(file, std::string(phi_prefix) + "0");
+    if (!first) return false;
+    const Medium theirs = read_medium(*first);
+    const auto close = [](double a, double b) { return std::abs(a - b) <= 1e-9 * std::abs(a); };
+    return close(theirs.sigma_t_per_density[0], medium.sigma_t_per_density[0]) && medium.grey() && close(theirs.g, medium.g) &&
+           theirs.phase == medium.phase && get_text(*first, schema::density_digest, "") == grid_digest(density) &&
+           get_text(*first, schema::lit_by, "") == lights_text(lights);
+}
+
+ScatterFields relight(const GridFile& file, const Medium& medium, const std::vector<Light>& lights,
+                      const std::vector<GridBasePtr>& transmittance)
+{
+    std::vector<FloatGridPtr> basis;
+    std::vector<Vec3SGridPtr> gradients;
+    for (size_t k = 0;; ++k) {
+        const auto grid = find_grid(file, phi_prefix + std::to_string(k));
+        const auto phi = grid ? openvdb::gridPtrCast<FloatGrid>(grid) : nullptr;
+        if (!phi) break;
+        basis.push_back(phi);
+        const auto flux = find_grid(file, flux_prefix + std::to_string(k));
+        if (const auto found = flux ? openvdb::gridPtrCast<Vec3SGrid>(flux) : nullptr) gradients.push_back(found);
+    }
+    if (basis.empty()) throw InputError(file.path + ": no grid 'series_phi_0': expected the output of p1solve --series");
+    const MetaMap& first = *basis[0];
+    const auto albedo = numbers_of(get_text(first, key_albedo, "")), table = numbers_of(get_text(first, key_table, ""));
+    if (table.size() != albedo.size() * basis.size())
+        throw InputError(file.path + ": the series' table of " + std::to_string(table.size()) + " numbers does not fit its " +
+                         std::to_string(basis.size()) + " grids");
+    const Vec3d scale = get_vector(first, key_scale, Vec3d(1.0));
+    const double f = get_number(first, schema::delta_f, 0), scaled_g = get_number(first, schema::scaled_g, 0);
+    const double g = effective_g(medium);
+    std::vector<double> c[3];
+    for (int channel = 0; channel < 3; ++channel) c[channel] = series_coefficients(albedo, table, medium.albedo[channel]);
+
+    ScatterFields fields;
+    std::vector<FloatGrid::ConstAccessor> at;
+    for (const auto& grid : basis) at.push_back(grid->getConstAccessor());
+    fields.phi = Vec3SGrid::create(Vec3f(0.0f));
+    fields.phi->setTree(std::make_shared<openvdb::Vec3STree>(basis[0]->tree(), Vec3f(0.0f), openvdb::TopologyCopy()));
+    for (auto v = fields.phi->beginValueOn(); v; ++v) {
+        Vec3d sum(0, 0, 0);
+        for (size_t k = 0; k < basis.size(); ++k) {
+            const double value = at[k].getValue(v.getCoord());
+            for (int channel = 0; channel < 3; ++channel) sum[channel] += c[channel][k] * value;
+        }
+        v.setValue(Vec3f(sum * scale));
+    }
+    const auto stamp = [&](GridBase& grid, const char* name) {
+        grid.setName(name);
+        grid.setTransform(basis[0]->transform().copy());
+        for (auto m = first.beginMeta(); m != first.endMeta(); ++m)
+            if (m->first.rfind("vdbcloud:", 0) == 0 && m->first.rfind("vdbcloud:series", 0) != 0) grid.insertMeta(m->first, *m->second);
+        write_medium(grid, medium);
+    };
+    stamp(*fields.phi, schema::phi);
+    if (scaled_g == 0 || gradients.size() != basis.size()) return fields;
+
+    std::vector<Vec3SGrid::ConstAccessor> slopes;
+    for (const auto& grid : gradients) slopes.push_back(grid->getConstAccessor());
+    const char* const names[] = {"flux_r", "flux_g", "flux_b"};
+    for (int channel = 0; channel < 3; ++channel) {
+        const double w0 = medium.albedo[channel], ratio = (1 - g) / (1 - w0 * g), q = w0 * (g - f) / (1 - w0 * g);
+        auto& flux = fields.flux[channel] = Vec3SGrid::create(Vec3f(0.0f));
+        flux->setTree(std::make_shared<openvdb::Vec3STree>(basis[0]->tree(), Vec3f(0.0f), openvdb::TopologyCopy()));
+        for (auto v = flux->beginValueOn(); v; ++v) {
+            Vec3d sum(0, 0, 0);
+            for (size_t k = 0; k < slopes.size(); ++k) sum += (c[channel][k] * ratio * scale[channel]) * Vec3d(slopes[k].getValue(v.getCoord()));
+            for (size_t l = 0; l < lights.size() && l < transmittance.size(); ++l) {
+                double t = 1;
+                if (const auto grey = openvdb::gridPtrCast<FloatGrid>(transmittance[l])) t = grey->tree().getValue(v.getCoord());
+                else if (const auto rgb = openvdb::gridPtrCast<Vec3SGrid>(transmittance[l])) t = rgb->tree().getValue(v.getCoord())[channel];
+                Vec3d travel = -lights[l].to_light;
+                double irradiance = lights[l].irradiance[channel];
+                if (lights[l].kind == LightKind::Point) {
+                    travel = basis[0]->transform().indexToWorld(v.getCoord()) - lights[l].position;
+                    irradiance /= std::max(travel.lengthSqr(), 1e-30);
+                }
+                sum += (q * irradiance * t) * travel.unit();
+            }
+            v.setValue(Vec3f(sum));
+        }
+        stamp(*flux, names[channel]);
+    }
+    return fields;
+}
+
+}  // namespace vdbcloud
