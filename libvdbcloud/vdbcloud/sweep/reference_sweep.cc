@@ -1,0 +1,156 @@
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/sweep/transport_sweep.h"
+#include "vdbcloud/sweep/void_rays.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbcloud {
+
+namespace {
+
+/// One direction through one medium.
+class Scalar {
+public:
+    Scalar(const VoxelIndex& index, const VoidRays& rays, const SweepFields& fields, const Vec3d& direction,
+           const float* basis, double sky)
+        : blocks_(index.blocks()), rays_(rays), sigma_(*fields.sigma_t), sky_(sky), radiance_(blocks_.slots(), 0.0),
+          q_(blocks_.slots(), 0.0)
+    {
+        for (int a = 0; a < 3; ++a) step_[a] = direction[a] / index.spacing()[a];
+        w_ = -1;
+        for (int a = 0; a < 3; ++a)
+            if (!blocks_.period()[a] && step_[a] != 0 && (w_ < 0 || std::abs(step_[a]) > std::abs(step_[w_]))) w_ = a;
+        if (w_ < 0) throw InputError("a direction along periodic axes only: expected one that leaves the medium");
+        for (size_t k = 0; k < fields.source->size(); ++k)
+            for (size_t slot = 0; slot < q_.size(); ++slot) q_[slot] += double(basis[k]) * (*fields.source)[k][slot];
+    }
+
+    void sweep()
+    {
+        std::vector<std::pair<int, size_t>> order;  // planes upstream first
+        for (size_t slot = 0; slot < blocks_.count() * 512; ++slot)
+            order.push_back({step_[w_] > 0 ? blocks_.voxel(slot)[w_] : -blocks_.voxel(slot)[w_], slot});
+        std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+        for (const auto& [plane, slot] : order) radiance_[slot] = at_voxel(blocks_.voxel(slot), slot);
+    }
+
+    double radiance(size_t slot) const { return radiance_[slot]; }
+
+    /// L on a face of an active voxel.
+    double on_face(size_t slot, int face) const
+    {
+        const int axis = face / 2, outward = face % 2 ? 1 : -1;
+        if (step_[axis] * outward > 0) return emergent(slot, axis);
+        Vec3i before = blocks_.voxel(slot);
+        before[axis] += outward;
+        return value(before).radiance;
+    }
+
+private:
+    struct Point {
+        double radiance, sigma, q;
+    };
+
+    /// After the half voxel beyond a centre, along an axis; the extinction falls to 0 over a whole one.
+    double emergent(size_t slot, int axis) const
+    {
+        const double e = std::exp(-0.5 * sigma_[slot] / std::abs(step_[axis]));
+        return radiance_[slot] * e + q_[slot] * (1 - e);
+    }
+
+    Point value(const Vec3i& voxel) const
+    {
+        const size_t slot = blocks_.slot(voxel);
+        if (slot < blocks_.count() * 512) return {radiance_[slot], sigma_[slot], q_[slot]};
+        const auto hit = rays_.trace(Vec3d(voxel.x(), voxel.y(), voxel.z()), step_);
+        if (hit.block < 0) return {sky_, 0, 0};
+        static constexpr int stride[3] = {64, 8, 1};
+        const int b = hit.axis == 0 ? 1 : 0, c = hit.axis == 2 ? 1 : 2;
+        const int other[2] = {b, c};
+        int cell[2];
+        double f[2];
+        for (int k = 0; k < 2; ++k) {  // light met the centres' plane half a step before
+            const double at = std::clamp(hit.at[k] - 0.5 * step_[other[k]] / std::abs(step_[hit.axis]), 0.0, 7.0);
+            cell[k] = std::min(int(at), 6);
+            f[k] = at - cell[k];
+        }
+        const size_t base = size_t(hit.block) * 512 + (step_[hit.axis] > 0 ? 7 * stride[hit.axis] : 0);
+        double sum = 0;
+        for (int n = 0; n < 4; ++n)
+            sum += (n & 1 ? f[0] : 1 - f[0]) * (n & 2 ? f[1] : 1 - f[1]) *
+                   emergent(base + (cell[0] + (n & 1)) * stride[b] + (cell[1] + (n >> 1)) * stride[c], hit.axis);
+        return {sum, 0, 0};
+    }
+
+    double at_voxel(const Vec3i& voxel, size_t slot) const
+    {
+        const double ds = 1 / std::abs(step_[w_]);  // length of a step from plane to plane
+        const int u = (w_ + 1) % 3, v = (w_ + 2) % 3;
+        const double pu = voxel[u] - step_[u] * ds, pv = voxel[v] - step_[v] * ds;
+        const int iu = int(std::floor(pu)), iv = int(std::floor(pv));
+        const double fu = pu - iu, fv = pv - iv;
+        double radiance = 0, sigma = 0, source = 0;
+        for (int n = 0; n < 4; ++n) {
+            const double weight = (n & 1 ? fu : 1 - fu) * (n & 2 ? fv : 1 - fv);
+            if (weight == 0) continue;
+            Vec3i from = voxel;
+            from[w_] -= step_[w_] > 0 ? 1 : -1;
+            from[u] = iu + (n & 1);
+            from[v] = iv + (n >> 1);
+            const Point p = value(from);
+            radiance += weight * p.radiance;
+            sigma += weight * p.sigma;
+            source += weight * p.sigma * p.q;
+        }
+        const double before = sigma > 0 ? source / sigma : q_[slot], q = sigma_[slot] > 0 ? q_[slot] : before;
+        const double tau = 0.5 * (sigma + sigma_[slot]) * ds, e = std::exp(-tau);
+        const double lost = -std::expm1(-tau), slope = tau > 1e-5 ? lost / tau - e : tau / 2;
+        return radiance * e + q * lost + (before - q) * slope;
+    }
+
+    const Blocks& blocks_;
+    const VoidRays& rays_;
+    const std::vector<float>& sigma_;
+    double sky_;
+    Vec3d step_;  // voxels per world unit
+    int w_;
+    std::vector<double> radiance_, q_;
+};
+
+}  // namespace
+
+void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& faces, const SweepSet& set,
+                     const SweepFields& fields, SweepResult& result)
+{
+    const Blocks& blocks = index.blocks();
+    const VoidRays rays(blocks);
+    std::vector<std::vector<double>> moments(size_t(set.moment_terms), std::vector<double>(blocks.slots(), 0.0));
+    std::vector<std::array<double, 3>> tally(faces.size(), {0, 0, 0});
+    for (size_t m = 0; m < set.count(); ++m) {
+        Scalar one(index, rays, fields, set.direction[m], set.source_basis.data() + m * set.source_terms,
+                   set.inflow.empty() ? 0.0 : double(set.inflow[m]));
+        one.sweep();
+        for (int k = 0; k < set.moment_terms; ++k) {
+            const double factor = double(set.weight[m]) * set.moment_basis[m * set.moment_terms + k];
+            for (size_t slot = 0; slot < blocks.count() * 512; ++slot)
+                if (blocks.active(slot)) moments[k][slot] += factor * one.radiance(slot);
+        }
+        for (size_t f = 0; f < faces.size(); ++f) {
+            const double cosine = (faces[f].face % 2 ? 1 : -1) * set.direction[m][faces[f].face / 2];
+            const double weighted = set.weight[m] * one.on_face(faces[f].slot, faces[f].face);
+            tally[f][0] += cosine * weighted;
+            tally[f][1] += weighted;
+            tally[f][2] += (cosine * cosine - 1.0 / 3) * weighted;
+        }
+    }
+    result.moments.resize(moments.size());
+    for (size_t k = 0; k < moments.size(); ++k) result.moments[k].assign(moments[k].begin(), moments[k].end());
+    result.tally.resize(faces.size());
+    for (size_t f = 0; f < faces.size(); ++f)
+        result.tally[f] = {float(tally[f][0]), float(tally[f][1]), float(tally[f][2])};
+}
+
+}  // namespace vdbcloud

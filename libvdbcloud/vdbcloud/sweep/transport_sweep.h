@@ -1,0 +1,91 @@
+#pragma once
+// Radiance along many directions through the active voxels of a cloud: the transport equation with a known source.
+#include "vdbcloud/grid/voxel_index.h"
+
+#include <memory>
+#include <vector>
+
+namespace vdbcloud {
+
+/// The directions of a quadrature and the functions of direction that source and result are expanded in.
+struct SweepSet {
+    std::vector<Vec3d> direction;     ///< unit, components along index.axis(0..2), the way light travels
+    std::vector<float> weight;        ///< [sr]
+    int source_terms = 0;
+    std::vector<float> source_basis;  ///< direction by direction, source_terms each
+    int moment_terms = 0;
+    std::vector<float> moment_basis;  ///< direction by direction, moment_terms each, without the weight
+    std::vector<float> inflow;        ///< the sky's radiance along each direction; empty: dark
+
+    size_t count() const { return direction.size(); }
+};
+
+/// A face of an active voxel to one that is not: `face` as Blocks::Face.
+struct SweepFace {
+    uint32_t slot;
+    uint8_t face;
+};
+
+/// Integrals of L over all directions on a face with outward normal n.
+struct FaceTally {
+    float current = 0;  ///< int s.n L
+    float fluence = 0;  ///< int L
+    float second = 0;   ///< int ((s.n)^2 - 1/3) L
+};
+
+/// The fields of a sweep: a value a slot of the index's blocks, 0 at slots that are not active.
+struct SweepFields {
+    const std::vector<float>* sigma_t = nullptr;        ///< [1/world unit]
+    const std::vector<std::vector<float>>* source = nullptr;  ///< S / sigma_t, source_terms arrays [radiance]
+};
+
+struct SweepResult {
+    std::vector<std::vector<float>> moments;  ///< moment_terms arrays over the slots, sum over directions of weight basis L
+    std::vector<FaceTally> tally;             ///< of each face asked for
+};
+
+/// Solves s.grad L + sigma_t L = S for each direction, by short characteristics.
+///
+/// L lives at voxel centres. A voxel's characteristic is followed back to the plane of centres before it, across the
+/// axis along which the direction crosses most voxels. There L, sigma_t and S are interpolated bilinearly from four
+/// voxels; from there on sigma_t is linear in length and q = S / sigma_t linear in optical depth:
+///
+///     tau = (sigma_u + sigma) ds / 2,   L = L_u e^-tau + q (1 - e^-tau) + (q_u - q) ((1 - e^-tau) / tau - e^-tau)
+///
+/// which is exact for such q. Weights are >= 0 and sum to 1: L is a mean of inflow and q, so a furnace is kept to rounding
+/// and nothing is negative. q_u is S_u / sigma_u; where one
+/// of the two ends is void q is that of the other. Bilinear interpolation from plane to plane spreads a beam: first order in the voxel. The scheme is not conservative; whoever needs balance takes ratios
+/// from it (scatter/second_moment.h). Voxels that are not active have sigma_t = 0; inside blocks light crosses them the same way, outside
+/// blocks by rays (void_rays.h) that end at a block's face or in the sky. Light that leaves a block into the void
+/// has crossed the half voxel about its last centres.
+///
+/// On faces L is: outward, the voxel's own after half a voxel of it; inward, that of the void voxel before it.
+///
+/// Cost: time proportional to blocks x directions. Moments and source are in single precision.
+/// Threads: blocks that do not depend on one another in parallel; values do not depend on their number.
+/// Source: Kunasz & Auer 1988 (short characteristics with linear interpolation); Kajiya & Von Herzen 1984, section 4, is the equation.
+class TransportSweep {
+public:
+    /// Keeps a reference to `index`. `faces` are sorted by slot. Throws InputError if an axis is periodic:
+    /// reference_sweep() does those.
+    TransportSweep(const VoxelIndex& index, std::vector<SweepFace> faces);
+    ~TransportSweep();
+
+    /// `result` is overwritten; its arrays are kept if they fit.
+    void run(const SweepSet&, const SweepFields&, SweepResult& result);
+
+    /// Memory of one run beside source and moments.
+    size_t bytes() const;
+
+private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+/// The same, voxel by voxel in double precision, as its definition; also where axes are periodic, as long as one is
+/// not: planes are then across one that is not periodic, so that a characteristic may cross many voxels, and the
+/// extinction between is linear in length all the same: exact for layers. Slow; serial in a direction.
+void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& faces, const SweepSet&, const SweepFields&,
+                     SweepResult& result);
+
+}  // namespace vdbcloud

@@ -1,0 +1,131 @@
+#include "vdbcloud/sweep/void_rays.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace vdbcloud {
+
+namespace {
+
+constexpr size_t most_dense = size_t(1) << 18;  // tiles in the dense table
+
+uint64_t key(const Vec3i& c)
+{
+    constexpr uint64_t mask = (uint64_t(1) << 21) - 1;
+    return (uint64_t(uint32_t(c.x())) & mask) << 42 | (uint64_t(uint32_t(c.y())) & mask) << 21 |
+           (uint64_t(uint32_t(c.z())) & mask);
+}
+
+Vec3i shifted(const Vec3i& v, int bits) { return Vec3i(v.x() >> bits, v.y() >> bits, v.z() >> bits); }
+
+int in_tile(const Vec3i& at) { return (at.x() & 15) * 256 + (at.y() & 15) * 16 + (at.z() & 15); }
+
+}  // namespace
+
+VoidRays::VoidRays(const Blocks& blocks)
+    : blocks_(blocks), periodic_(blocks.period()[0] || blocks.period()[1] || blocks.period()[2])
+{
+    first_ = Vec3i(std::numeric_limits<int>::max());
+    last_ = Vec3i(std::numeric_limits<int>::min());
+    for (size_t b = 0; b < blocks.count(); ++b) {
+        const Vec3i& at = blocks.at(b);
+        for (int a = 0; a < 3; ++a) {
+            first_[a] = std::min(first_[a], at[a]);
+            last_[a] = std::max(last_[a], at[a]);
+        }
+        Tile& to = tiles_[key(shifted(at, 4))];
+        if (to.block.empty()) to.block.assign(4096, -1);
+        to.block[in_tile(at)] = int32_t(b);
+        supers_[key(shifted(at, 8))] = true;
+    }
+    if (!blocks.count()) return;
+    dense_first_ = shifted(first_, 4);
+    dense_size_ = shifted(last_, 4) - dense_first_ + Vec3i(1);
+    const double size = double(dense_size_[0]) * dense_size_[1] * dense_size_[2];
+    if (size > double(most_dense)) return;
+    dense_.assign(size_t(size), nullptr);
+    for (size_t n = 0; n < dense_.size(); ++n) {
+        const int z = int(n % dense_size_[2]), y = int(n / dense_size_[2] % dense_size_[1]);
+        const int x = int(n / dense_size_[2] / dense_size_[1]);
+        const auto found = tiles_.find(key(dense_first_ + Vec3i(x, y, z)));
+        if (found != tiles_.end()) dense_[n] = &found->second;
+    }
+}
+
+const VoidRays::Tile* VoidRays::tile(const Vec3i& at) const
+{
+    if (!dense_.empty()) {
+        const Vec3i d = at - dense_first_;
+        for (int a = 0; a < 3; ++a)
+            if (d[a] < 0 || d[a] >= dense_size_[a]) return nullptr;
+        return dense_[(size_t(d.x()) * dense_size_[1] + d.y()) * dense_size_[2] + d.z()];
+    }
+    const auto found = tiles_.find(key(at));
+    return found == tiles_.end() ? nullptr : &found->second;
+}
+
+int32_t VoidRays::find(const Vec3i& at) const
+{
+    if (periodic_) {
+        const int32_t found = blocks_.find(at);
+        return size_t(found) < blocks_.count() ? found : -1;
+    }
+    const Tile* in = tile(shifted(at, 4));
+    return in ? in->block[in_tile(at)] : -1;
+}
+
+bool VoidRays::empty(int level, const Vec3i& cell) const
+{
+    return level == 1 ? !tile(cell) : supers_.find(key(cell)) == supers_.end();
+}
+
+VoidRays::Hit VoidRays::trace(const Vec3d& point, const Vec3d& step) const
+{
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    Hit hit;
+    Vec3d at = point + Vec3d(0.5);  // a block now covers 8 b .. 8 b + 8
+    Vec3i block(int(std::floor(at[0] / 8)), int(std::floor(at[1] / 8)), int(std::floor(at[2] / 8)));
+    for (int axis = -1;;) {
+        const int32_t found = find(block);
+        if (found >= 0 && axis >= 0) {
+            hit.block = found;
+            hit.axis = axis;
+            int k = 0;
+            for (int a = 0; a < 3; ++a)
+                if (a != axis) hit.at[k++] = at[a] - 0.5 - 8 * block[a];
+            return hit;
+        }
+        int bits = 0;
+        if (!periodic_ && empty(1, shifted(block, 4))) bits = empty(2, shifted(block, 8)) ? 8 : 4;
+        // Out of the cell of 2^bits blocks, against the light.
+        double nearest = infinity;
+        for (int a = 0; a < 3; ++a) {
+            if (step[a] == 0) continue;
+            const int cell = block[a] >> bits;
+            const double wall = 8.0 * double(int64_t(step[a] > 0 ? cell : cell + 1) << bits);
+            const double t = (at[a] - wall) / step[a];
+            if (t < nearest) {
+                nearest = t;
+                axis = a;
+            }
+        }
+        nearest = std::max(nearest, 0.0);
+        for (int a = 0; a < 3; ++a) {
+            const int cell = block[a] >> bits;
+            if (a == axis) {
+                block[a] = step[a] > 0 ? (cell << bits) - 1 : (cell + 1) << bits;
+                at[a] = 8.0 * (step[a] > 0 ? block[a] + 1 : block[a]);
+            } else {
+                at[a] -= nearest * step[a];
+                block[a] = std::clamp(int(std::floor(at[a] / 8)), cell << bits, ((cell + 1) << bits) - 1);
+            }
+        }
+        for (int a = 0; a < 3; ++a)
+            if (blocks_.period()[a] == 0 &&
+                ((step[a] >= 0 && block[a] < first_[a]) || (step[a] <= 0 && block[a] > last_[a])))
+                return hit;
+    }
+}
+
+}  // namespace vdbcloud

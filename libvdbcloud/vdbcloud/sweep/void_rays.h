@@ -1,0 +1,51 @@
+#pragma once
+// Rays through the void between blocks: where light that reaches a block's edge came from.
+#include "vdbcloud/grid/blocks.h"
+
+#include <unordered_map>
+#include <vector>
+
+namespace vdbcloud {
+
+/// Finds, for a point in a block that is missing, the first block upstream of it.
+///
+/// Empty space is crossed in cells of 8, 128 or 2048 voxels, the largest that is empty, so a gap costs what its
+/// surroundings do and not its width. Periodic axes wrap, block by block.
+///
+/// Threads: no state; call from as many as you like.
+class VoidRays {
+public:
+    struct Hit {
+        int32_t block = -1;  ///< -1: the sky
+        int axis = 0;        ///< of the block's face that the ray meets: the one towards +step[axis]
+        double at[2];        ///< where, in voxels from the block's first voxel, along the two other axes in order
+    };
+
+    explicit VoidRays(const Blocks&);
+
+    /// From `point` (block coordinates, voxel centres at integers) against `step`, the direction light travels in, in
+    /// voxels per unit length. `point` lies in a missing block.
+    Hit trace(const Vec3d& point, const Vec3d& step) const;
+
+    /// As Blocks::find, in constant time.
+    int32_t find(const Vec3i& at) const;
+
+private:
+    struct Tile {
+        std::vector<int32_t> block;  ///< 16^3, x slowest
+    };
+    static constexpr int levels = 3;
+    bool empty(int level, const Vec3i& cell) const;
+
+    const Blocks& blocks_;
+    bool periodic_;
+    Vec3i first_{0, 0, 0}, last_{-1, -1, -1};  // blocks
+    std::unordered_map<uint64_t, Tile> tiles_;
+    std::unordered_map<uint64_t, bool> supers_;  // 16^3 tiles
+    // Dense table of tiles where their box is small: the hash costs more than the rest of a step.
+    std::vector<const Tile*> dense_;
+    Vec3i dense_first_{0, 0, 0}, dense_size_{0, 0, 0};
+    const Tile* tile(const Vec3i& at) const;
+};
+
+}  // namespace vdbcloud

@@ -1,0 +1,217 @@
+// Sweeps through voxels: the fast one against its definition, and that one against what can be integrated by hand.
+#include "vdbcloud/sweep/transport_sweep.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/random.h"
+#include "vdbcloud/scatter/harmonics.h"
+#include "vdbcloud/scatter/ordinates.h"
+#include "support/voxel_field.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbcloud {
+namespace {
+
+/// Directions of a quadrature, source and moments in harmonics.
+SweepSet set_of(const Ordinates& ordinates, int source_degree, int moment_degree, double sky)
+{
+    SweepSet set;
+    set.source_terms = harmonic_count(source_degree);
+    set.moment_terms = harmonic_count(moment_degree);
+    std::vector<double> y(size_t(harmonic_count(std::max(source_degree, moment_degree))));
+    for (size_t m = 0; m < ordinates.count(); ++m) {
+        evaluate_harmonics(std::max(source_degree, moment_degree), ordinates.direction[m], y.data());
+        set.direction.push_back(ordinates.direction[m]);
+        set.weight.push_back(float(ordinates.weight[m]));
+        set.source_basis.insert(set.source_basis.end(), y.begin(), y.begin() + set.source_terms);
+        set.moment_basis.insert(set.moment_basis.end(), y.begin(), y.begin() + set.moment_terms);
+        set.inflow.push_back(float(sky));
+    }
+    return set;
+}
+
+/// A density, its exposed faces, and a source.
+struct Medium {
+    explicit Medium(const FloatGridPtr& of, std::array<bool, 3> periodic = {false, false, false})
+        : grid(of), index(*of, {periodic}), sigma(index.gather(*of))
+    {
+        const Blocks& blocks = index.blocks();
+        for (size_t slot = 0; slot < blocks.count() * 512; ++slot)
+            for (int face = 0; face < 6 && blocks.active(slot); ++face)
+                if (!blocks.active(blocks.neighbour(slot, face))) faces.push_back({uint32_t(slot), uint8_t(face)});
+    }
+    void add_source(const std::function<double(const Vec3i&)>& f)
+    {
+        source.emplace_back(index.blocks().slots(), 0.0f);
+        for (size_t slot = 0; slot < index.blocks().count() * 512; ++slot)
+            if (index.blocks().active(slot)) source.back()[slot] = float(f(index.blocks().voxel(slot)));
+    }
+    SweepFields fields() const { return {&sigma, &source}; }
+    FloatGridPtr grid;
+    VoxelIndex index;
+    std::vector<float> sigma;
+    std::vector<SweepFace> faces;
+    std::vector<std::vector<float>> source;
+};
+
+/// Clumps with true voids, jumps and empty blocks between.
+double clumps(const Vec3i& p, uint64_t seed)
+{
+    const double big = uniform(hash_bits(seed, uint64_t(p.x() >> 3), uint64_t(p.y() >> 3), uint64_t(p.z() >> 3)));
+    const double small = uniform(hash_bits(seed + 1, uint64_t(p.x() >> 1), uint64_t(p.y() >> 1), uint64_t(p.z() >> 1)));
+    if (big < 0.6 || small < 0.3) return 0;
+    return std::pow(10.0, 4 * small - 3);
+}
+
+double worst_difference(const SweepResult& a, const SweepResult& b, double& largest)
+{
+    double worst = 0;
+    largest = 0;
+    for (size_t k = 0; k < a.moments.size(); ++k)
+        for (size_t n = 0; n < a.moments[k].size(); ++n) {
+            worst = std::max(worst, double(std::abs(a.moments[k][n] - b.moments[k][n])));
+            largest = std::max(largest, double(std::abs(b.moments[k][n])));
+        }
+    for (size_t f = 0; f < a.tally.size(); ++f) {
+        worst = std::max(worst, double(std::abs(a.tally[f].current - b.tally[f].current)));
+        worst = std::max(worst, double(std::abs(a.tally[f].fluence - b.tally[f].fluence)));
+        worst = std::max(worst, double(std::abs(a.tally[f].second - b.tally[f].second)));
+    }
+    return worst;
+}
+
+TEST(TransportSweep, IsItsDefinitionInAnyDensityAndForAnyThreadCount)
+{
+    for (const Vec3d& h : {Vec3d(1.0), Vec3d(0.5, 1.0, 1.7)}) {
+        Medium m(test::voxel_field(Vec3i(44, 39, 41), h, [](const Vec3i& p) { return clumps(p, 11); }));
+        m.add_source([](const Vec3i& p) { return 1 + 0.5 * std::sin(0.3 * p.x() + 0.2 * p.y() - 0.4 * p.z()); });
+        for (int k = 1; k < 4; ++k)
+            m.add_source([k](const Vec3i& p) { return 0.2 * uniform(hash_bits(k, uint64_t(p.x()), uint64_t(p.y()), uint64_t(p.z()))); });
+        for (const auto& [kind, count] : {std::pair(OrdinateKind::Product, 64), {OrdinateKind::LevelSymmetric, 24}}) {
+            const SweepSet set = set_of(ordinates(kind, count, 1), 1, 2, 0.3);
+            SweepResult slow, fast, again;
+            reference_sweep(m.index, m.faces, set, m.fields(), slow);
+            TransportSweep sweep(m.index, m.faces);
+            sweep.run(set, m.fields(), fast);
+            double largest;
+            const double worst = worst_difference(fast, slow, largest);
+            EXPECT_GT(largest, 1);
+            EXPECT_LT(worst, 2e-5 * largest);  // single precision over some 50 voxels
+            const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+            sweep.run(set, m.fields(), again);  // also from what it remembers of the sky
+            EXPECT_EQ(fast.moments, again.moments);
+            for (size_t f = 0; f < fast.tally.size(); ++f) EXPECT_EQ(fast.tally[f].current, again.tally[f].current);
+        }
+    }
+}
+
+TEST(TransportSweep, KeepsTheWhiteFurnace)
+{
+    Medium m(test::voxel_field(Vec3i(40, 40, 40), Vec3d(0.7), [](const Vec3i& p) { return clumps(p, 5); }));
+    m.add_source([](const Vec3i&) { return std::sqrt(4 * M_PI); });  // Y_00 times this is 1
+    const SweepSet set = set_of(ordinates(OrdinateKind::Product, 32, 1), 0, 2, 1.0);
+    SweepResult result;
+    TransportSweep(m.index, m.faces).run(set, m.fields(), result);
+    const Blocks& blocks = m.index.blocks();
+    for (size_t slot = 0; slot < blocks.count() * 512; ++slot) {
+        if (!blocks.active(slot)) continue;
+        ASSERT_NEAR(result.moments[0][slot], std::sqrt(4 * M_PI), 2e-5);
+        for (int k = 1; k < 9; ++k) ASSERT_NEAR(result.moments[k][slot], 0, 2e-5);
+    }
+    ASSERT_FALSE(m.faces.empty());
+    for (const FaceTally& tally : result.tally) {
+        ASSERT_NEAR(tally.current, 0, 2e-5);
+        ASSERT_NEAR(tally.fluence, 4 * M_PI, 5e-5);
+        ASSERT_NEAR(tally.second, 0, 2e-5);
+    }
+}
+
+TEST(TransportSweep, IsExactInLayersForSourcesLinearInOpticalDepth)
+{
+    // A slab along y, periodic across, q = a + b tau(y): L(mu) = q - mu b + (...) e^(-tau/mu), known in closed form.
+    const int n = 24;
+    const double h = 0.1, sigma = 7, a = 2, b = 0.5;
+    Medium m(test::voxel_field(Vec3i(8, n, 8), Vec3d(h), [&](const Vec3i&) { return sigma; }), {true, false, true});
+    m.add_source([&](const Vec3i& p) { return a + b * sigma * h * (p.y() + 0.5); });  // depth grows with y
+    SweepSet set;
+    set.source_terms = set.moment_terms = 1;
+    for (const Vec3d& s : {Vec3d(0, 1, 0), Vec3d(0.8, 0.6, 0), Vec3d(-0.48, -0.6, 0.64), Vec3d(0.96, 0.28, 0)}) {
+        set.direction = {s};
+        set.weight = set.source_basis = set.moment_basis = {1.0f};
+        set.inflow = {3.0f};
+        SweepResult result;
+        reference_sweep(m.index, m.faces, set, m.fields(), result);
+        const double mu = std::abs(s.y()), slope = s.y() > 0 ? b : -b;
+        // The first half voxel has the constant q of its voxel.
+        const double first = sigma * h / 2 / mu, edge = s.y() > 0 ? 0.5 : n - 0.5;
+        const double q_first = a + b * sigma * h * edge, start = 3 * std::exp(-first) + q_first * (1 - std::exp(-first));
+        for (int j = 0; j < n; ++j) {
+            const double depth = std::abs(j + 0.5 - edge) * sigma * h;
+            const double q = a + b * sigma * h * (j + 0.5);
+            const double exact = q - slope * mu + (start - q_first + slope * mu) * std::exp(-depth / mu);
+            EXPECT_NEAR(result.moments[0][m.index.blocks().slot(Vec3i(3, j, 5))], exact, 2e-6) << s << ' ' << j;
+        }
+    }
+}
+
+TEST(TransportSweep, CarriesLightAcrossAWideGap)
+{
+    // An emitting cloud and a dark one, 40 000 voxels apart along x: only directions along the gap see it.
+    for (int gap : {20, 40000}) {
+        const int far = 16 + gap;
+        Medium m(test::voxel_clouds({{Vec3i(0, 0, 0), Vec3i(15, 15, 15)}, {Vec3i(far, 0, 0), Vec3i(far + 15, 15, 15)}}, Vec3d(1.0), 0.2));
+        m.add_source([&](const Vec3i& p) { return p.x() < 16 ? 1.0 : 0.0; });
+        SweepSet set;
+        set.source_terms = set.moment_terms = 1;
+        set.direction = {Vec3d(1, 0, 0)};
+        set.weight = set.source_basis = set.moment_basis = {1.0f};
+        SweepResult result;
+        TransportSweep(m.index, m.faces).run(set, m.fields(), result);
+        const double left = 1 - std::exp(-0.2 * 16);
+        for (int i = 0; i < 16; ++i)
+            EXPECT_NEAR(result.moments[0][m.index.blocks().slot(Vec3i(far + i, 7, 3))], left * std::exp(-0.2 * (i + 0.5)), 1e-5);
+    }
+}
+
+TEST(TransportSweep, AttenuatesABeamAtFirstOrder)
+{
+    // Inflow 1 through a smooth ball without source: L at the centre is exp(-tau) of the exact density. Each plane interpolates once,
+    // at O(h^2), and there are O(1/h) of them.
+    double error[3];
+    for (int k = 0; k < 3; ++k) {
+        const int n = 16 << k;
+        const double h = 2.0 / n;
+        Medium m(test::voxel_field(Vec3i(n), Vec3d(h), [&](const Vec3i& p) {
+            const Vec3d x = Vec3d(p.x() + 0.5, p.y() + 0.5, p.z() + 0.5) * h - Vec3d(1.0);
+            return std::max(0.0, 3 * std::pow(std::max(0.0, 1 - x.dot(x)), 2));
+        }));
+        m.add_source([](const Vec3i&) { return 0.0; });
+        SweepSet set;
+        set.source_terms = set.moment_terms = 1;
+        set.direction = {Vec3d(0.36, 0.48, 0.8)};
+        set.weight = set.source_basis = set.moment_basis = set.inflow = {1.0f};
+        SweepResult result;
+        TransportSweep(m.index, m.faces).run(set, m.fields(), result);
+        double mean = 0;  // of the eight voxels about the centre; tau is even to first order about it
+        for (int c = 0; c < 8; ++c)
+            mean += result.moments[0][m.index.blocks().slot(Vec3i(n / 2 - (c & 1), n / 2 - (c >> 1 & 1), n / 2 - (c >> 2)))] / 8;
+        const double tau = 3 * (1 - 2.0 / 3 + 1.0 / 5);  // int_0^1 3 (1 - r^2)^2
+        error[k] = std::abs(mean - std::exp(-tau));
+    }
+    EXPECT_GT(std::log2(error[0] / error[1]), 0.9);
+    EXPECT_GT(std::log2(error[1] / error[2]), 0.9);
+    EXPECT_LT(error[2], 5e-3);
+}
+
+TEST(TransportSweep, RefusesPeriodicMediaAndSaysWhatTakesThem)
+{
+    Medium m(test::voxel_field(Vec3i(8), Vec3d(1.0), [](const Vec3i&) { return 1.0; }), {true, false, false});
+    EXPECT_THROW(TransportSweep(m.index, m.faces), InputError);
+}
+
+}  // namespace
+}  // namespace vdbcloud
