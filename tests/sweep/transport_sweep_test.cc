@@ -100,11 +100,11 @@ TEST(TransportSweep, IsItsDefinitionInAnyDensityAndForAnyThreadCount)
             double largest;
             const double worst = worst_difference(fast, slow, largest);
             EXPECT_GT(largest, 1);
-            EXPECT_LT(worst, 2e-5 * largest);  // single precision over some 50 voxels
+            EXPECT_LT(worst, 1e-5 * largest);  // single precision over some 50 voxels
             const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
             sweep.run(set, m.fields(), again);  // also from what it remembers of the sky
-            EXPECT_EQ(fast.moments, again.moments);
-            for (size_t f = 0; f < fast.tally.size(); ++f) EXPECT_EQ(fast.tally[f].current, again.tally[f].current);
+            EXPECT_TRUE(fast.moments == again.moments);
+            for (size_t f = 0; f < fast.tally.size(); ++f) ASSERT_EQ(fast.tally[f].current, again.tally[f].current);
         }
     }
 }

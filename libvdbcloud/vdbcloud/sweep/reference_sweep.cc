@@ -67,22 +67,33 @@ private:
         if (slot < blocks_.count() * 512) return {radiance_[slot], sigma_[slot], q_[slot]};
         const auto hit = rays_.trace(Vec3d(voxel.x(), voxel.y(), voxel.z()), step_);
         if (hit.block < 0) return {sky_, 0, 0};
+        double sum = 0;
+        for (int axis = 0; axis < 3; ++axis)
+            if (hit.axes >> axis & 1) sum += on_block(hit, axis) / __builtin_popcount(unsigned(hit.axes));
+        return {sum, 0, 0};
+    }
+
+    /// What leaves a block through its downstream face across `axis`, where a ray meets it.
+    double on_block(const VoidRays::Hit& hit, int axis) const
+    {
         static constexpr int stride[3] = {64, 8, 1};
-        const int b = hit.axis == 0 ? 1 : 0, c = hit.axis == 2 ? 1 : 2;
-        const int other[2] = {b, c};
+        const int other[2] = {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
         int cell[2];
         double f[2];
         for (int k = 0; k < 2; ++k) {  // light met the centres' plane half a step before
-            const double at = std::clamp(hit.at[k] - 0.5 * step_[other[k]] / std::abs(step_[hit.axis]), 0.0, 7.0);
+            const double at = std::clamp(hit.at[other[k]] - 0.5 * step_[other[k]] / std::abs(step_[axis]), 0.0, 7.0);
             cell[k] = std::min(int(at), 6);
             f[k] = at - cell[k];
         }
-        const size_t base = size_t(hit.block) * 512 + (step_[hit.axis] > 0 ? 7 * stride[hit.axis] : 0);
+        const size_t base = size_t(hit.block) * 512 + (step_[axis] > 0 ? 7 * stride[axis] : 0);
+        // A ray through an edge may meet a face that touches another block.
+        const bool open = size_t(blocks_.neighbours(size_t(hit.block))[2 * axis + (step_[axis] > 0)]) == blocks_.count();
         double sum = 0;
-        for (int n = 0; n < 4; ++n)
-            sum += (n & 1 ? f[0] : 1 - f[0]) * (n & 2 ? f[1] : 1 - f[1]) *
-                   emergent(base + (cell[0] + (n & 1)) * stride[b] + (cell[1] + (n >> 1)) * stride[c], hit.axis);
-        return {sum, 0, 0};
+        for (int n = 0; n < 4; ++n) {
+            const size_t slot = base + (cell[0] + (n & 1)) * stride[other[0]] + (cell[1] + (n >> 1)) * stride[other[1]];
+            sum += (n & 1 ? f[0] : 1 - f[0]) * (n & 2 ? f[1] : 1 - f[1]) * (open ? emergent(slot, axis) : radiance_[slot]);
+        }
+        return sum;
     }
 
     double at_voxel(const Vec3i& voxel, size_t slot) const

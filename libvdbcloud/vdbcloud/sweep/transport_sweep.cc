@@ -32,6 +32,48 @@ struct Faces {
 /// Position of (x, y, z) on face `axis`: the two other coordinates in order.
 int on_face(int axis, const int* c) { return axis == 0 ? c[1] * 8 + c[2] : axis == 1 ? c[0] * 8 + c[2] : c[0] * 8 + c[1]; }
 
+/// Where a block's upstream apron and its downstream centres lie in a padded block, for one octant and layout.
+struct Places {
+    Places(const Layout& layout, const std::array<int, 3>& sign);
+    int count[regions];           ///< voxels of a region: 64, 8 or 1
+    int16_t to[regions][64];      ///< in the padded block, in order of the coordinates that run
+    int16_t slot[regions][64];    ///< in the neighbour, as a slot of its 512
+    int8_t on_shown[regions][64];  ///< on the neighbour's face along the region's first axis
+    int16_t last[3][64];          ///< downstream centres in the padded block, by axis
+    int16_t last_row[3][64];      ///< the same in 512 values of the layout's order
+};
+
+Places::Places(const Layout& layout, const std::array<int, 3>& sign)
+{
+    for (int region = 0; region < regions; ++region) {
+        int lo[3], hi[3], n = 0, c[3], e[3];
+        for (int a = 0; a < 3; ++a) {
+            const bool outside = region_axes[region] >> a & 1;
+            lo[a] = outside ? (sign[a] > 0 ? -1 : 8) : 0;
+            hi[a] = outside ? lo[a] : 7;
+        }
+        const int first_axis = region_axes[region] & 1 ? 0 : region_axes[region] & 2 ? 1 : 2;
+        for (c[0] = lo[0]; c[0] <= hi[0]; ++c[0])
+            for (c[1] = lo[1]; c[1] <= hi[1]; ++c[1])
+                for (c[2] = lo[2]; c[2] <= hi[2]; ++c[2], ++n) {
+                    for (int a = 0; a < 3; ++a) e[a] = c[a] & 7;
+                    to[region][n] = int16_t(layout.at(c[0], c[1], c[2]));
+                    slot[region][n] = int16_t(e[0] * 64 + e[1] * 8 + e[2]);
+                    on_shown[region][n] = int8_t(on_face(first_axis, e));
+                }
+        count[region] = n;
+    }
+    for (int axis = 0; axis < 3; ++axis)
+        for (int k = 0; k < 64; ++k) {
+            int c[3];
+            c[axis] = sign[axis] > 0 ? 7 : 0;
+            c[axis == 0 ? 1 : 0] = k / 8;
+            c[axis == 2 ? 1 : 2] = k % 8;
+            last[axis][k] = int16_t(layout.at(c[0], c[1], c[2]));
+            last_row[axis][k] = int16_t(c[0] * layout.row_stride[0] + c[1] * layout.row_stride[1] + c[2] * layout.row_stride[2]);
+        }
+}
+
 /// Blocks in upstream order for one octant of directions: those of one level do not depend on one another.
 struct Order {
     std::vector<int32_t> block;
@@ -68,6 +110,8 @@ struct TransportSweep::Impl {
         for (size_t b = blocks.count(); b-- > 0;)
             first_face[b] = std::min(first_face[b], first_face[b + 1]);
         for (int octant = 0; octant < 8; ++octant) order[octant] = order_of(blocks, signs(octant));
+        for (const Layout* layout : {&block_sweep::natural, &block_sweep::turned})
+            for (int octant = 0; octant < 8; ++octant) place.emplace_back(*layout, signs(octant));
     }
 
     static std::array<int, 3> signs(int octant) { return {octant & 4 ? -1 : 1, octant & 2 ? -1 : 1, octant & 1 ? -1 : 1}; }
@@ -85,7 +129,13 @@ struct TransportSweep::Impl {
     void upstream(const std::array<int, 3>& sign, size_t block, int32_t* neighbour) const;
     void load_sigma(const Frame&, size_t block, const int32_t* neighbour, float* padded) const;
     void load_apron(const Batch&, size_t d, size_t block, const int32_t* neighbour, Scratch&);
-    float through_void(const Batch&, size_t d, const int* apron, size_t block, bool& sky) const;
+    struct Patch;
+    float radiance_at(const Batch&, size_t d, const VoidRays::Hit&) const;
+    bool fill_patch(Patch&, const int* lo, const int* hi, float* radiance) const;
+    const Places& places(const Frame& frame) const
+    {
+        return place[(frame.sign[0] < 0) * 4 + (frame.sign[1] < 0) * 2 + (frame.sign[2] < 0) + 8 * (frame.w == 2)];
+    }
     void show(const Batch&, size_t d, size_t block, const Scratch&);
     void tally(const Batch&, size_t d, size_t block, const Scratch&, SweepResult&) const;
 
@@ -95,6 +145,7 @@ struct TransportSweep::Impl {
     std::vector<size_t> first_face;  // of each block
     VoidRays rays;
     Order order[8];
+    std::vector<Places> place;  // of each octant, for the natural layout and then for the turned one
     // Of the run:
     const SweepSet* set = nullptr;
     const SweepFields* fields = nullptr;
@@ -140,89 +191,148 @@ void TransportSweep::Impl::upstream(const std::array<int, 3>& sign, size_t block
     }
 }
 
-namespace {
-
-/// Calls f(c, e) for every voxel of a region of the upstream apron: c its coordinates, -1..8, and e those in its own block.
-template<typename F>
-void each_apron(int region, const std::array<int, 3>& sign, const F& f)
-{
-    int lo[3], hi[3];
-    for (int a = 0; a < 3; ++a) {
-        const bool outside = region_axes[region] >> a & 1;
-        lo[a] = outside ? (sign[a] > 0 ? -1 : 8) : 0;
-        hi[a] = outside ? lo[a] : 7;
-    }
-    int c[3], e[3];
-    for (c[0] = lo[0]; c[0] <= hi[0]; ++c[0])
-        for (c[1] = lo[1]; c[1] <= hi[1]; ++c[1])
-            for (c[2] = lo[2]; c[2] <= hi[2]; ++c[2]) {
-                for (int a = 0; a < 3; ++a) e[a] = c[a] & 7;
-                f(c, e);
-            }
-}
-
-}  // namespace
-
 void TransportSweep::Impl::load_sigma(const Frame& frame, size_t block, const int32_t* neighbour, float* padded) const
 {
-    const Layout& layout = *frame.layout;
+    const Places& at = places(frame);
     const float* sigma = fields->sigma_t->data();
-    block_sweep::load_inside(layout, sigma + block * 512, padded);
+    block_sweep::load_inside(*frame.layout, sigma + block * 512, padded);
     for (int region = 0; region < regions; ++region) {
         const float* from = neighbour[region] < 0 ? nullptr : sigma + size_t(neighbour[region]) * 512;
-        each_apron(region, frame.sign, [&](const int* c, const int* e) {
-            padded[layout.at(c[0], c[1], c[2])] = from ? from[e[0] * 64 + e[1] * 8 + e[2]] : 0.0f;
-        });
+        for (int k = 0; k < at.count[region]; ++k) padded[at.to[region][k]] = from ? from[at.slot[region][k]] : 0.0f;
     }
 }
 
-/// What comes to an apron voxel of a missing block.
-float TransportSweep::Impl::through_void(const Batch& with, size_t d, const int* apron, size_t block, bool& is_sky) const
-{
-    const Vec3i& at = blocks.at(block);
-    const Vec3d& step = with.step[d];
-    const auto hit = rays.trace(Vec3d(8 * at[0] + apron[0], 8 * at[1] + apron[1], 8 * at[2] + apron[2]), step);
-    is_sky = hit.block < 0;
-    if (is_sky) return set->inflow.empty() ? 0.0f : set->inflow[with.direction[d]];
-    const int other[2] = {hit.axis == 0 ? 1 : 0, hit.axis == 2 ? 1 : 2};
-    int cell[2];
-    float f[2];
-    for (int k = 0; k < 2; ++k) {  // light met the centres' plane half a step before
-        const double place = std::clamp(hit.at[k] - 0.5 * step[other[k]] / std::abs(step[hit.axis]), 0.0, 7.0);
-        cell[k] = std::min(int(place), 6);
-        f[k] = float(place - cell[k]);
+/// A region of the apron of a missing block, for one direction: voxels c with c[a] running along `along`.
+struct TransportSweep::Impl::Patch {
+    const Batch* with;
+    size_t d;
+    Vec3d corner;   // its first voxel, in block coordinates
+    int along[2];   // axes; -1: none
+    int stride[2];  // in `radiance` and `hit`
+    uint64_t traced = 0;  // which of the hits are known
+    VoidRays::Hit hit[64];
+
+    const VoidRays::Hit& trace(const VoidRays& rays, int i, int j)
+    {
+        const int k = i * stride[0] + j * stride[1];
+        if (!(traced >> k & 1)) {
+            Vec3d from = corner;
+            if (along[0] >= 0) from[along[0]] += i;
+            if (along[1] >= 0) from[along[1]] += j;
+            hit[k] = rays.trace(from, with->step[d]);
+            traced |= uint64_t(1) << k;
+        }
+        return hit[k];
     }
-    const float* from = &outer[(size_t(outer_of[size_t(hit.block)][hit.axis]) * batch + d) * 64 + size_t(cell[0] * 8 + cell[1])];
-    return (1 - f[0]) * ((1 - f[1]) * from[0] + f[1] * from[1]) + f[0] * ((1 - f[1]) * from[8] + f[1] * from[9]);
+};
+
+/// What a ray brings from where it ends.
+float TransportSweep::Impl::radiance_at(const Batch& with, size_t d, const VoidRays::Hit& hit) const
+{
+    if (hit.block < 0) return set->inflow.empty() ? 0.0f : set->inflow[with.direction[d]];
+    const Vec3d& step = with.step[d];
+    float sum = 0;
+    int faces_met = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!(hit.axes >> axis & 1)) continue;
+        int cell[2];
+        float f[2];
+        for (int k = 0; k < 2; ++k) {  // light met the centres' plane half a step before
+            const int other = k == 0 ? (axis == 0 ? 1 : 0) : (axis == 2 ? 1 : 2);
+            const double on = std::clamp(hit.at[other] - 0.5 * step[other] / std::abs(step[axis]), 0.0, 7.0);
+            cell[k] = std::min(int(on), 6);
+            f[k] = float(on - cell[k]);
+        }
+        const size_t block = size_t(hit.block);  // a ray through an edge may meet a face that touches another block
+        const float* face = outer_of[block][axis] < 0 ? shown[block * batch + d].radiance[axis]
+                                                      : &outer[(size_t(outer_of[block][axis]) * batch + d) * 64];
+        const float* from = face + cell[0] * 8 + cell[1];
+        sum += (1 - f[0]) * ((1 - f[1]) * from[0] + f[1] * from[1]) + f[0] * ((1 - f[1]) * from[8] + f[1] * from[9]);
+        ++faces_met;
+    }
+    return sum / float(faces_met);
+}
+
+/// Fills the voxels lo..hi of a patch; true if all of it is sky.
+///
+/// Rays are parallel and a block is wider than any patch, so that whatever blocks one of them blocks one at a corner:
+/// where the corners' rays end on one face, or all in the sky, so do all between.
+bool TransportSweep::Impl::fill_patch(Patch& patch, const int* lo, const int* hi, float* radiance) const
+{
+    const Vec3d& step = patch.with->step[patch.d];
+    VoidRays::Hit first;
+    bool one = true;
+    for (int c = 0; c < 4 && one; ++c) {
+        if ((c & 1 && lo[0] == hi[0]) || (c & 2 && lo[1] == hi[1])) continue;
+        const VoidRays::Hit& hit = patch.trace(rays, c & 1 ? hi[0] : lo[0], c & 2 ? hi[1] : lo[1]);
+        if (c == 0) first = hit;
+        one = hit.block == first.block && hit.axes == first.axes;
+    }
+    const bool on_edge = first.axes & (first.axes - 1);
+    if (on_edge) one = lo[0] == hi[0] && lo[1] == hi[1];
+    if (!one) {
+        const int k = hi[0] - lo[0] >= hi[1] - lo[1] ? 0 : 1, middle = (lo[k] + hi[k]) / 2;
+        int upper_lo[2] = {lo[0], lo[1]}, lower_hi[2] = {hi[0], hi[1]};
+        lower_hi[k] = middle;
+        upper_lo[k] = middle + 1;
+        const bool lower_sky = fill_patch(patch, lo, lower_hi, radiance);
+        return fill_patch(patch, upper_lo, hi, radiance) && lower_sky;
+    }
+    double slope[2][3] = {{0, 0, 0}, {0, 0, 0}};  // how the end moves with the start
+    for (int k = 0; k < 2 && first.block >= 0 && !on_edge; ++k) {
+        const int axis = first.axes >> 1;  // 1, 2, 4: 0, 1, 2
+        for (int a = 0; a < 3 && patch.along[k] >= 0; ++a)
+            if (a != axis) slope[k][a] = a == patch.along[k] ? 1.0 : patch.along[k] == axis ? -step[a] / step[axis] : 0.0;
+    }
+    for (int i = lo[0]; i <= hi[0]; ++i)
+        for (int j = lo[1]; j <= hi[1]; ++j) {
+            VoidRays::Hit hit = first;
+            for (int a = 0; a < 3; ++a) hit.at[a] += slope[0][a] * (i - lo[0]) + slope[1][a] * (j - lo[1]);
+            radiance[i * patch.stride[0] + j * patch.stride[1]] = radiance_at(*patch.with, patch.d, hit);
+        }
+    return first.block < 0;
 }
 
 void TransportSweep::Impl::load_apron(const Batch& with, size_t d, size_t block, const int32_t* neighbour, Scratch& s)
 {
     const Frame& frame = with.frame[d];
-    const Layout& layout = *frame.layout;
+    const Places& at = places(frame);
     uint8_t& known = sky[with.direction[d] * blocks.count() + block];
-    const float dark = set->inflow.empty() ? 0.0f : set->inflow[with.direction[d]];
     for (int region = 0; region < regions; ++region) {
+        const int count = at.count[region];
         if (neighbour[region] >= 0) {
             const Faces& from = shown[size_t(neighbour[region]) * batch + d];
             const int axis = region_axes[region] & 1 ? 0 : region_axes[region] & 2 ? 1 : 2;
-            each_apron(region, frame.sign, [&](const int* c, const int* e) {
-                const int to = layout.at(c[0], c[1], c[2]), k = on_face(axis, e);
-                s.radiance[to] = from.radiance[axis][k];
-                s.source[to] = from.source[axis][k];
-            });
+            for (int k = 0; k < count; ++k) {
+                s.radiance[at.to[region][k]] = from.radiance[axis][at.on_shown[region][k]];
+                s.source[at.to[region][k]] = from.source[axis][at.on_shown[region][k]];
+            }
             continue;
         }
-        const bool all_sky = known >> region & 1;
-        bool none_hit = true;
-        each_apron(region, frame.sign, [&](const int* c, const int*) {
-            const int to = layout.at(c[0], c[1], c[2]);
-            bool is_sky = true;
-            s.radiance[to] = all_sky ? dark : through_void(with, d, c, block, is_sky);
-            s.source[to] = 0;
-            none_hit = none_hit && is_sky;
-        });
-        if (none_hit) known = uint8_t(known | 1 << region);
+        float radiance[64];
+        if (known >> region & 1) {
+            std::fill_n(radiance, count, set->inflow.empty() ? 0.0f : set->inflow[with.direction[d]]);
+        } else {
+            Patch patch;
+            patch.with = &with;
+            patch.d = d;
+            patch.along[0] = patch.along[1] = -1;
+            int lo[2] = {0, 0}, hi[2] = {0, 0}, runs = 0;
+            for (int a = 0; a < 3; ++a) {
+                const bool outside = region_axes[region] >> a & 1;
+                patch.corner[a] = 8 * blocks.at(block)[a] + (outside ? (frame.sign[a] > 0 ? -1 : 8) : 0);
+                if (outside) continue;
+                patch.along[runs] = a;
+                hi[runs++] = 7;
+            }
+            patch.stride[0] = runs == 2 ? 8 : 1;
+            patch.stride[1] = 1;
+            if (fill_patch(patch, lo, hi, radiance)) known = uint8_t(known | 1 << region);
+        }
+        for (int k = 0; k < count; ++k) {
+            s.radiance[at.to[region][k]] = radiance[k];
+            s.source[at.to[region][k]] = 0;
+        }
     }
 }
 
@@ -230,26 +340,20 @@ void TransportSweep::Impl::load_apron(const Batch& with, size_t d, size_t block,
 void TransportSweep::Impl::show(const Batch& with, size_t d, size_t block, const Scratch& s)
 {
     const Frame& frame = with.frame[d];
-    const Layout& layout = *frame.layout;
+    const Places& at = places(frame);
     Faces& to = shown[block * batch + d];
     for (int axis = 0; axis < 3; ++axis) {
-        const int b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;
-        const int base = Layout::first + (frame.sign[axis] > 0 ? 8 : 1) * layout.stride[axis];
-        for (int i = 0; i < 8; ++i)
-            for (int j = 0; j < 8; ++j) {
-                const int from = base + (i + 1) * layout.stride[b] + (j + 1) * layout.stride[c];
-                to.radiance[axis][i * 8 + j] = s.radiance[from];
-                to.source[axis][i * 8 + j] = s.source[from];
-            }
+        for (int k = 0; k < 64; ++k) {
+            to.radiance[axis][k] = s.radiance[at.last[axis][k]];
+            to.source[axis][k] = s.source[at.last[axis][k]];
+        }
         if (outer_of[block][axis] < 0) continue;
         alignas(64) float sigma[64], q[64], length[64];
-        const int q_base = (frame.sign[axis] > 0 ? 7 : 0) * layout.row_stride[axis];
-        for (int i = 0; i < 8; ++i)
-            for (int j = 0; j < 8; ++j) {
-                sigma[i * 8 + j] = s.sigma[base + (i + 1) * layout.stride[b] + (j + 1) * layout.stride[c]];
-                q[i * 8 + j] = s.q[q_base + i * layout.row_stride[b] + j * layout.row_stride[c]];
-                length[i * 8 + j] = frame.half_exit[axis];
-            }
+        for (int k = 0; k < 64; ++k) {
+            sigma[k] = s.sigma[at.last[axis][k]];
+            q[k] = s.q[at.last_row[axis][k]];
+            length[k] = frame.half_exit[axis];
+        }
         block_sweep::leave(64, to.radiance[axis], sigma, q, length,
                            &outer[(size_t(outer_of[block][axis]) * batch + d) * 64]);
     }
@@ -328,11 +432,12 @@ void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepRe
     for (int octant = 0; octant < 8; ++octant) {
         const auto sign = Impl::signs(octant);
         std::vector<Impl::Batch> batches;
-        for (size_t m = 0; m < set.count(); ++m) {
+        for (size_t n = 0; n < 2 * set.count(); ++n) {  // those of one layout after those of the other
+            const size_t m = n % set.count();
             Vec3d step;
             for (int a = 0; a < 3; ++a) step[a] = set.direction[m][a] / my.index.spacing()[a];
             const Frame frame(step);
-            if (frame.sign != sign) continue;
+            if (frame.sign != sign || (frame.w == 2) != (n >= set.count())) continue;
             if (batches.empty() || batches.back().frame.size() == batch) batches.emplace_back();
             batches.back().frame.push_back(frame);
             batches.back().step.push_back(step);

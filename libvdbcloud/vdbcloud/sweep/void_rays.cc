@@ -9,6 +9,7 @@ namespace vdbcloud {
 namespace {
 
 constexpr size_t most_dense = size_t(1) << 18;  // tiles in the dense table
+constexpr double same = 1e-7;                    // walls this close [voxels] are met at once
 
 uint64_t key(const Vec3i& c)
 {
@@ -75,56 +76,91 @@ int32_t VoidRays::find(const Vec3i& at) const
     return in ? in->block[in_tile(at)] : -1;
 }
 
-bool VoidRays::empty(int level, const Vec3i& cell) const
-{
-    return level == 1 ? !tile(cell) : supers_.find(key(cell)) == supers_.end();
-}
+namespace {
+
+/// A ray that goes from cell to cell of 2^bits blocks, against `step`. Coordinates are such that block b covers 8 b .. 8 b + 8.
+struct Walk {
+    Vec3d from, step, inverse;
+    Vec3i block;
+    double t = 0;
+    double wall[3];  // ray parameter at the next wall of each axis
+
+    Walk(const Vec3d& point, const Vec3d& along) : from(point + Vec3d(0.5)), step(along)
+    {
+        for (int a = 0; a < 3; ++a) {
+            inverse[a] = step[a] == 0 ? std::numeric_limits<double>::infinity() : 1 / step[a];
+            block[a] = int(std::floor(from[a] / 8));
+        }
+        face_walls(0);
+    }
+
+    void face_walls(int bits)
+    {
+        for (int a = 0; a < 3; ++a) {
+            const int cell = block[a] >> bits;
+            const double at = 8.0 * double(int64_t(step[a] > 0 ? cell : cell + 1) << bits);
+            wall[a] = step[a] == 0 ? std::numeric_limits<double>::infinity() : (from[a] - at) * inverse[a];
+        }
+    }
+
+    /// Through the nearest wall, or through all that are met at once; which, as bits.
+    int cross(int bits)
+    {
+        t = std::min(wall[0], std::min(wall[1], wall[2]));
+        int axes = 0;
+        for (int a = 0; a < 3; ++a) {
+            if ((wall[a] - t) * std::abs(step[a]) < same) {  // in voxels
+                axes |= 1 << a;
+                const int cell = block[a] >> bits;
+                block[a] = step[a] > 0 ? (cell << bits) - 1 : (cell + 1) << bits;
+                wall[a] += 8 * std::abs(inverse[a]);
+            } else if (bits) {
+                const int cell = block[a] >> bits;
+                block[a] = std::clamp(int(std::floor((from[a] - t * step[a]) / 8)), cell << bits, ((cell + 1) << bits) - 1);
+            }
+        }
+        if (bits) face_walls(0);
+        return axes;
+    }
+};
+
+}  // namespace
 
 VoidRays::Hit VoidRays::trace(const Vec3d& point, const Vec3d& step) const
 {
-    constexpr double infinity = std::numeric_limits<double>::infinity();
+    Walk walk(point, step);
     Hit hit;
-    Vec3d at = point + Vec3d(0.5);  // a block now covers 8 b .. 8 b + 8
-    Vec3i block(int(std::floor(at[0] / 8)), int(std::floor(at[1] / 8)), int(std::floor(at[2] / 8)));
-    for (int axis = -1;;) {
-        const int32_t found = find(block);
-        if (found >= 0 && axis >= 0) {
+    Vec3i in(0, 0, 0);
+    const Tile* here = nullptr;
+    for (bool first = true;; first = false) {
+        int bits = 0, found = -1;
+        if (periodic_) {
+            found = find(walk.block);
+        } else {
+            const Vec3i at = shifted(walk.block, 4);
+            if (first || at != in) {
+                in = at;
+                here = tile(at);
+            }
+            if (here)
+                found = here->block[in_tile(walk.block)];
+            else
+                bits = supers_.find(key(shifted(walk.block, 8))) == supers_.end() ? 8 : 4;
+        }
+        if (found >= 0 && !first) {
             hit.block = found;
-            hit.axis = axis;
-            int k = 0;
             for (int a = 0; a < 3; ++a)
-                if (a != axis) hit.at[k++] = at[a] - 0.5 - 8 * block[a];
+                hit.at[a] = hit.axes >> a & 1 ? (step[a] > 0 ? 7.5 : -0.5)
+                                              : walk.from[a] - walk.t * step[a] - 0.5 - 8 * walk.block[a];
             return hit;
         }
-        int bits = 0;
-        if (!periodic_ && empty(1, shifted(block, 4))) bits = empty(2, shifted(block, 8)) ? 8 : 4;
-        // Out of the cell of 2^bits blocks, against the light.
-        double nearest = infinity;
-        for (int a = 0; a < 3; ++a) {
-            if (step[a] == 0) continue;
-            const int cell = block[a] >> bits;
-            const double wall = 8.0 * double(int64_t(step[a] > 0 ? cell : cell + 1) << bits);
-            const double t = (at[a] - wall) / step[a];
-            if (t < nearest) {
-                nearest = t;
-                axis = a;
-            }
-        }
-        nearest = std::max(nearest, 0.0);
-        for (int a = 0; a < 3; ++a) {
-            const int cell = block[a] >> bits;
-            if (a == axis) {
-                block[a] = step[a] > 0 ? (cell << bits) - 1 : (cell + 1) << bits;
-                at[a] = 8.0 * (step[a] > 0 ? block[a] + 1 : block[a]);
-            } else {
-                at[a] -= nearest * step[a];
-                block[a] = std::clamp(int(std::floor(at[a] / 8)), cell << bits, ((cell + 1) << bits) - 1);
-            }
-        }
+        if (bits) walk.face_walls(bits);
+        hit.axes = walk.cross(bits);
         for (int a = 0; a < 3; ++a)
-            if (blocks_.period()[a] == 0 &&
-                ((step[a] >= 0 && block[a] < first_[a]) || (step[a] <= 0 && block[a] > last_[a])))
+            if (blocks_.period()[a] == 0 && ((step[a] >= 0 && walk.block[a] < first_[a]) || (step[a] <= 0 && walk.block[a] > last_[a]))) {
+                hit.axes = 0;
                 return hit;
+            }
     }
 }
 

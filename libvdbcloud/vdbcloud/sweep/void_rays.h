@@ -17,14 +17,15 @@ class VoidRays {
 public:
     struct Hit {
         int32_t block = -1;  ///< -1: the sky
-        int axis = 0;        ///< of the block's face that the ray meets: the one towards +step[axis]
-        double at[2];        ///< where, in voxels from the block's first voxel, along the two other axes in order
+        int axes = 0;        ///< bits: of the block's faces that the ray meets, those towards +step; two or three on an edge
+        double at[3];        ///< where, in voxels from the block's first voxel
     };
 
     explicit VoidRays(const Blocks&);
 
     /// From `point` (block coordinates, voxel centres at integers) against `step`, the direction light travels in, in
-    /// voxels per unit length. `point` lies in a missing block.
+    /// voxels per unit length. `point` lies in a missing block. A ray through the common edge of blocks passes between
+    /// those that it only touches, so that mirrored rays meet mirrored blocks.
     Hit trace(const Vec3d& point, const Vec3d& step) const;
 
     /// As Blocks::find, in constant time.
@@ -34,9 +35,6 @@ private:
     struct Tile {
         std::vector<int32_t> block;  ///< 16^3, x slowest
     };
-    static constexpr int levels = 3;
-    bool empty(int level, const Vec3i& cell) const;
-
     const Blocks& blocks_;
     bool periodic_;
     Vec3i first_{0, 0, 0}, last_{-1, -1, -1};  // blocks
