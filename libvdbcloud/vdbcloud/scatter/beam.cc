@@ -417,4 +417,107 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
     }
 }
 
+namespace {
+
+/// Mean of U over the half of a cell next to a face, less U on that face; U is `other` on the opposite face.
+double half_cell_deviation(double face, double other)
+{
+    if (face == 0) return 0;
+    if (other == 0 || (other > 0) != (face > 0)) return (other - face) / 4;
+    const double k = (std::log(std::abs(face)) - std::log(std::abs(other))) / 2;
+    if (k < -40) return std::copysign(std::sqrt(std::abs(face)) * std::sqrt(std::abs(other)), face) / -k;  // exp would overflow
+    return face * (std::abs(k) < 1e-4 ? -k / 2 : -std::expm1(-k) / k - 1);
+}
+
+}  // namespace
+
+void add_beam_profile(const P1Operator& p1, const BeamDepths& depths, double extinction,
+                      const std::vector<std::pair<P1Source*, double>>& channels)
+{
+    const Blocks& blocks = p1.blocks();
+    const FreeFlux free(p1, depths.light);
+    for (const auto& [source, strength] : channels)
+        for (auto& additive : source->additive)
+            if (additive.empty()) additive.assign(blocks.slots(), 0.0f);
+    const auto factor = [&](size_t slot) { return p1.scaling(slot).albedo + p1.q1_factor(slot) / p1.sigma_tr(slot); };
+    for (int a = 0; a < 3; ++a) {
+        std::vector<double> lower(blocks.slots(), 0.0), upper(blocks.slots(), 0.0), flux(blocks.slots(), 0.0);
+        each_active(blocks, [&](size_t slot) {
+            lower[slot] = free(slot, a, 0) * std::exp(-extinction * double(depths.lower[a][slot]));
+        });
+        each_active(blocks, [&](size_t slot) {
+            const size_t above = blocks.neighbour(slot, 2 * a + 1);
+            if (blocks.active(above)) upper[slot] = lower[above];
+        });
+        for (size_t k = 0; k < p1.exposed().size(); ++k)
+            for (int up = 0; up < 2; ++up)
+                if (const size_t slot = p1.exposed()[k].slot; p1.exposed()[k].faces >> (2 * a + up) & 1)
+                    (up ? upper : lower)[slot] = free(slot, a, up) * std::exp(-extinction * double(depths.exposed[k][2 * a + up]));
+        each_active(blocks, [&](size_t slot) {  // through lower faces between cells
+            const size_t below = blocks.neighbour(slot, 2 * a);
+            if (!blocks.active(below)) return;
+            const double own = p1.sigma_tr(slot), other = p1.sigma_tr(below);
+            flux[slot] = (own * factor(slot) * half_cell_deviation(lower[slot], upper[slot]) +
+                          other * factor(below) * half_cell_deviation(lower[slot], lower[below])) / (own + other);
+        });
+        for (const auto& [to, strength] : channels)
+            each_active(blocks, [&, to = to, strength = strength](size_t slot) {
+                const size_t above = blocks.neighbour(slot, 2 * a + 1);
+                const double through = blocks.active(above) ? flux[above] : 0.0;
+                to->rhs[slot] += strength * (flux[slot] - through);
+                to->additive[a][slot] += float(strength * (flux[slot] + through) / 2 / p1.face_area(a));
+            });
+        for (size_t k = 0; k < p1.exposed().size(); ++k)
+            for (int up = 0; up < 2; ++up) {
+                const ExposedVoxel& voxel = p1.exposed()[k];
+                if (!(voxel.faces >> (2 * a + up) & 1)) continue;
+                const double lo = lower[voxel.slot], hi = upper[voxel.slot];
+                const double outward = factor(voxel.slot) * (up ? half_cell_deviation(hi, lo) : -half_cell_deviation(lo, hi));
+                const double leaving = p1.boundary_flux(voxel, a, outward / p1.face_area(a)) * p1.face_area(a);
+                for (const auto& [to, strength] : channels) {
+                    to->rhs[voxel.slot] -= strength * leaving;
+                    to->outflow[k][2 * a + up] += float(strength * leaving);
+                    to->additive[a][voxel.slot] += float(strength * (up ? leaving : -leaving) / 2 / p1.face_area(a));
+                }
+            }
+    }
+}
+
+std::vector<float> beam_fluence(const P1Operator& p1, const BeamDepths& depths, double extinction)
+{
+    const Blocks& blocks = p1.blocks();
+    const FreeFlux free(p1, depths.light);
+    std::vector<double> taken(blocks.slots(), 0.0), lower(blocks.slots(), 0.0);
+    for (int a = 0; a < 3; ++a) {
+        each_active(blocks, [&](size_t slot) {
+            lower[slot] = free(slot, a, 0) * std::exp(-extinction * double(depths.lower[a][slot]));
+        });
+        for (size_t k = 0; k < p1.exposed().size(); ++k) {
+            const ExposedVoxel& voxel = p1.exposed()[k];
+            for (int up = 0; up < 2; ++up) {
+                if (!(voxel.faces >> (2 * a + up) & 1)) continue;
+                const double value = free(voxel.slot, a, up) * std::exp(-extinction * double(depths.exposed[k][2 * a + up]));
+                if (up)
+                    taken[voxel.slot] -= value;
+                else
+                    lower[voxel.slot] = value;
+            }
+        }
+        each_active(blocks, [&](size_t slot) {
+            const size_t above = blocks.neighbour(slot, 2 * a + 1);
+            taken[slot] += lower[slot] - (blocks.active(above) ? lower[above] : 0.0);
+        });
+    }
+    P1Source lamp(p1);  // a lamp inside a cell brings its whole power there
+    add_lamp_inside(p1, depths.light, {{&lamp, 1.0}});
+    std::vector<float> fluence(blocks.slots(), 0.0f);
+    each_active(blocks, [&](size_t slot) {
+        const DeltaScaling scaling = p1.scaling(slot);
+        const double inside = lamp.rhs[slot] != 0 ? lamp.rhs[slot] / scaling.albedo : 0.0;
+        const double rate = scaling.extinction * p1.sigma_t(slot) * p1.hbar();
+        fluence[slot] = float(std::max(taken[slot] + inside, 0.0) / rate);
+    });
+    return fluence;
+}
+
 }  // namespace vdbcloud

@@ -46,7 +46,7 @@ P1Operator::P1Operator(const VoxelIndex& index, const std::vector<float>& densit
     if (!(medium.albedo >= 0 && medium.albedo <= 1))
         throw InputError("albedo = " + std::to_string(medium.albedo) + ": expected 0 to 1");
     if (!(medium.g > -1 && medium.g < 1)) throw InputError("g = " + std::to_string(medium.g) + ": expected -1 to 1");
-    uniform_ = medium.delta ? delta_scaling(medium.albedo, medium.g) : no_scaling(medium.albedo, medium.g);
+    uniform_ = scaled(medium.albedo);
     const Vec3d& h = index.spacing();
     hbar_ = std::cbrt(h[0] * h[1] * h[2]);
     for (int a = 0; a < 3; ++a) area_[a] = hbar_ / h[a];
@@ -77,11 +77,16 @@ std::vector<float> P1Operator::boundary() const
     return g;
 }
 
+DeltaScaling P1Operator::scaled(double albedo) const
+{
+    return medium_.delta ? delta_scaling(albedo, medium_.g, medium_.degree) : no_scaling(albedo, medium_.g);
+}
+
 DeltaScaling P1Operator::scaling(size_t slot) const
 {
     if (!medium_.tint) return uniform_;
     const double albedo = std::clamp(medium_.albedo * (*medium_.tint)[slot], 0.0, 1.0);
-    return medium_.delta ? delta_scaling(albedo, medium_.g) : no_scaling(albedo, medium_.g);
+    return scaled(albedo);
 }
 
 double P1Operator::sigma_tr(size_t slot) const

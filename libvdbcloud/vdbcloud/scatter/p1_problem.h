@@ -15,7 +15,8 @@ struct P1Medium {
     double albedo = 1;                    ///< w0, in [0, 1]
     const std::vector<float>* tint = nullptr;  ///< factor of w0 for each slot; null: 1 everywhere
     double g = 0;                         ///< mean cosine
-    bool delta = true;                    ///< delta-Eddington scaling (harmonics.h)
+    bool delta = true;                    ///< delta-M scaling (harmonics.h)
+    int degree = 1;                       ///< of the scaling; 1 is delta-Eddington, the one that P1 alone is good with
 };
 
 /// The matrix. With sigma_tr = sigma_t (1 - w0 g), D = 1/(3 sigma_tr), cells the active voxels with constant coefficients,
@@ -64,6 +65,7 @@ public:
     double boundary_flux(const ExposedVoxel& voxel, int axis, double a, double c = 0) const;
 
 private:
+    DeltaScaling scaled(double albedo) const;
     const VoxelIndex& index_;
     const std::vector<float>& density_;
     const std::vector<ExposedVoxel>& exposed_;

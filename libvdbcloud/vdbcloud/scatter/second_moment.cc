@@ -1,0 +1,261 @@
+#include "vdbcloud/scatter/second_moment.h"
+
+#include "vdbcloud/core/error.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+
+namespace vdbcloud {
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+template<typename F>
+void each_active(const Blocks& blocks, const F& f)
+{
+    tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
+        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot)
+            if (blocks.active(slot)) f(slot);
+    });
+}
+
+/// ||a - b|| / ||a||, sums in a fixed order.
+double relative_change(const std::vector<double>& a, const std::vector<double>& b)
+{
+    double difference = 0, size = 0;
+    for (size_t n = 0; n < a.size(); ++n) {
+        difference += (a[n] - b[n]) * (a[n] - b[n]);
+        size += a[n] * a[n];
+    }
+    return size > 0 ? std::sqrt(difference / size) : 0.0;
+}
+
+Vec3d index_components(const VoxelIndex& index, const Vec3d& world)
+{
+    return {world.dot(index.axis(0)), world.dot(index.axis(1)), world.dot(index.axis(2))};
+}
+
+}  // namespace
+
+std::vector<ExposedVoxel> closure_exposed(const P1Operator& p1)
+{
+    auto exposed = p1.exposed();
+    for (ExposedVoxel& voxel : exposed)
+        for (int a = 0; a < 3; ++a) {
+            const double x = p1.sigma_tr(voxel.slot) * p1.index().spacing()[a], w = voxel.weight[a];
+            voxel.weight[a] = float(w + (1 - w) * x * x / (1 + x * x));
+        }
+    return exposed;
+}
+
+SecondMoment::SecondMoment(const P1Operator& p1, const ClosureOptions& options) : p1_(p1), o_(options)
+{
+    if (o_.degree < 1 || o_.degree > 7) throw InputError("degree " + std::to_string(o_.degree) + ": expected 1 to 7");
+    const int carried = std::max(o_.degree, 2);  // t needs moments of degree 2, but exactly only those of what P1 calls isotropic
+    ordinates_ = ordinates(o_.kind, o_.directions, o_.degree, o_.polar);
+    const double g = p1.medium().g, f = p1.medium().delta && g > 0 ? std::pow(g, o_.degree + 1) : 0.0;
+    for (double moment : phase_moments(o_.degree, g)) phase_.push_back((moment - f) / (1 - f));
+    terms_ = g == 0 ? 1 : harmonic_count(o_.degree);
+    set_.source_terms = terms_;
+    set_.moment_terms = harmonic_count(carried);
+    std::vector<double> y(size_t(set_.moment_terms));
+    for (size_t m = 0; m < ordinates_.count(); ++m) {
+        evaluate_harmonics(carried, ordinates_.direction[m], y.data());
+        set_.direction.push_back(ordinates_.direction[m]);
+        set_.weight.push_back(float(ordinates_.weight[m]));
+        set_.source_basis.insert(set_.source_basis.end(), y.begin(), y.begin() + terms_);
+        set_.moment_basis.insert(set_.moment_basis.end(), y.begin(), y.end());
+    }
+    const Blocks& blocks = p1.blocks();
+    for (const ExposedVoxel& voxel : p1.exposed())
+        for (int face = 0; face < 6; ++face)
+            if (voxel.faces >> face & 1) faces_.push_back({voxel.slot, uint8_t(face)});
+    sigma_.assign(blocks.slots(), 0.0f);
+    each_active(blocks, [&](size_t slot) { sigma_[slot] = float(p1.scaling(slot).extinction * p1.sigma_t(slot)); });
+    source_.assign(size_t(terms_), std::vector<float>(blocks.slots(), 0.0f));
+    uncollided_ = source_;
+    swept_.moments.assign(size_t(set_.moment_terms), std::vector<float>(blocks.slots(), 0.0f));
+}
+
+void SecondMoment::add_beam_moments(const Light& light, const std::vector<float>& fluence, double strength,
+                                    std::vector<std::vector<float>>& moments) const
+{
+    const VoxelIndex& index = p1_.index();
+    const int terms = std::min(terms_, int(moments.size()));
+    each_active(index.blocks(), [&](size_t slot) {
+        Vec3d travel = -light.to_light;
+        if (light.kind == LightKind::Point) {
+            const Vec3i v = index.blocks().voxel(slot);
+            travel = index.world(Vec3d(v.x(), v.y(), v.z())) - light.position;
+        }
+        const double length = travel.length();
+        double y[64] = {};
+        if (length > 0)
+            evaluate_harmonics(o_.degree, index_components(index, travel / length), y);
+        else
+            y[0] = std::sqrt(1 / (4 * pi));
+        for (int k = 0; k < terms; ++k) moments[size_t(k)][slot] += float(strength * fluence[slot] * y[k]);
+    });
+}
+
+void SecondMoment::add_uncollided(const Light& light, const std::vector<float>& fluence, double strength)
+{
+    add_beam_moments(light, fluence, strength, uncollided_);
+}
+
+void SecondMoment::start_with(const Light& light, const std::vector<float>& fluence, double strength)
+{
+    add_beam_moments(light, fluence, strength, swept_.moments);
+}
+
+void SecondMoment::start_with_flux(const std::array<std::vector<float>, 3>& flux)
+{
+    const double scale = std::sqrt(3 / (4 * pi));
+    const int of_axis[3] = {harmonic(1, 1), harmonic(1, -1), harmonic(1, 0)};
+    for (int a = 0; a < 3; ++a)
+        each_active(p1_.blocks(), [&](size_t slot) { swept_.moments[size_t(of_axis[a])][slot] += float(scale * flux[a][slot]); });
+}
+
+void SecondMoment::add_emission(const std::vector<float>& emission, double factor)
+{
+    if (emission_.empty()) emission_.assign(p1_.blocks().slots(), 0.0f);
+    each_active(p1_.blocks(), [&](size_t slot) {
+        emission_[slot] += float(factor * emission[slot] * std::sqrt(4 * pi) / sigma_[slot]);
+    });
+}
+
+void SecondMoment::build_source(const std::vector<double>& phi)
+{
+    each_active(p1_.blocks(), [&](size_t slot) {
+        const double albedo = p1_.scaling(slot).albedo;
+        swept_.moments[0][slot] = float(phi[slot] / std::sqrt(4 * pi));
+        for (int l = 0, k = 0; k < terms_; ++l)
+            for (const int end = harmonic_count(l); k < end; ++k)
+                source_[size_t(k)][slot] = float(albedo * phase_[size_t(l)] *
+                                                 (double(swept_.moments[size_t(k)][slot]) + uncollided_[size_t(k)][slot]));
+        if (!emission_.empty()) source_[0][slot] += emission_[slot];
+    });
+}
+
+/// t_ab = int (s_a s_b - delta_ab / 3) L, from the moments of degree 2.
+double SecondMoment::tensor(int a, int b, size_t slot) const
+{
+    const auto moment = [&](int m) { return double(swept_.moments[size_t(harmonic(2, m))][slot]); };
+    if (a == b) {
+        const double zz = std::sqrt(16 * pi / 45) * moment(0);
+        if (a == 2) return zz;
+        const double difference = std::sqrt(16 * pi / 15) * moment(2);  // t_xx - t_yy
+        return ((a == 0 ? difference : -difference) - zz) / 2;
+    }
+    const int other = 3 - a - b;  // xy: z is left, m = -2; yz: -1; xz: 1
+    return std::sqrt(4 * pi / 15) * moment(other == 2 ? -2 : other == 0 ? -1 : 1);
+}
+
+/// Sum over the other axes b of d t_ab / d b in a cell, one-sided where a neighbour is missing.
+double SecondMoment::cross_gradient(int axis, size_t slot) const
+{
+    const Blocks& blocks = p1_.blocks();
+    double sum = 0;
+    for (int b = 0; b < 3; ++b) {
+        if (b == axis) continue;
+        const size_t below = blocks.neighbour(slot, 2 * b), above = blocks.neighbour(slot, 2 * b + 1);
+        const bool has_below = blocks.active(below), has_above = blocks.active(above);
+        if (!has_below && !has_above) continue;
+        const double difference = tensor(axis, b, has_above ? above : slot) - tensor(axis, b, has_below ? below : slot);
+        sum += difference / (p1_.index().spacing()[b] * (has_below && has_above ? 2 : 1));
+    }
+    return sum;
+}
+
+void SecondMoment::close_face(P1Source& source, size_t exposed, int face, const FaceTally& tally) const
+{
+    const ExposedVoxel& voxel = p1_.exposed()[exposed];
+    const int axis = face / 2, outward = face % 2 ? 1 : -1;
+    const double h = p1_.index().spacing()[axis], area = p1_.face_area(axis);
+    const double normal = (tally.second - tensor(axis, axis, voxel.slot)) / (h / 2);
+    const double additive = -(normal + outward * cross_gradient(axis, voxel.slot)) / p1_.sigma_tr(voxel.slot);
+    const double correction = tally.current - voxel.weight[axis] * (tally.fluence - source.sky_inflow) / 2;
+    const double leaving = p1_.boundary_flux(voxel, axis, additive, correction) * area;
+    source.rhs[voxel.slot] -= leaving;
+    source.outflow[exposed][size_t(face)] += float(leaving);
+    source.additive[size_t(axis)][voxel.slot] += float(outward * leaving / 2 / area);
+}
+
+/// Adds div t and the boundary's correction to a P1 source.
+void SecondMoment::close(P1Source& source) const
+{
+    const Blocks& blocks = p1_.blocks();
+    for (int a = 0; a < 3; ++a) {
+        if (source.additive[size_t(a)].empty()) source.additive[size_t(a)].assign(blocks.slots(), 0.0f);
+        const double h = p1_.index().spacing()[a], area = p1_.face_area(a);
+        std::vector<float> lower(blocks.slots(), 0.0f);  // additive flux through the lower face
+        each_active(blocks, [&](size_t slot) {
+            const size_t below = blocks.neighbour(slot, 2 * a);
+            if (!blocks.active(below) || below == slot) return;
+            const double gradient = (tensor(a, a, slot) - tensor(a, a, below)) / h +
+                                    (cross_gradient(a, slot) + cross_gradient(a, below)) / 2;
+            lower[slot] = float(-gradient * 2 / (p1_.sigma_tr(slot) + p1_.sigma_tr(below)));
+        });
+        each_active(blocks, [&](size_t slot) {
+            const size_t above = blocks.neighbour(slot, 2 * a + 1);
+            const double upper = blocks.active(above) && above != slot ? lower[above] : 0.0f;
+            source.rhs[slot] += (double(lower[slot]) - upper) * area;
+            source.additive[size_t(a)][slot] += float((lower[slot] + upper) / 2);
+        });
+    }
+    size_t n = 0;
+    for (size_t k = 0; k < p1_.exposed().size(); ++k)
+        for (int face = 0; face < 6; ++face)
+            if (p1_.exposed()[k].faces >> face & 1) close_face(source, k, face, swept_.tally[n++]);
+}
+
+ClosureReport SecondMoment::run(Multigrid& multigrid, const P1Source& base, std::vector<double>& phi, P1Source& source)
+{
+    ClosureReport report;
+    report.directions = ordinates_.count();
+    set_.inflow.assign(ordinates_.count(), float(sky_));
+    const VoxelIndex& index = p1_.index();
+    const bool periodic = index.blocks().period() != Vec3i(0, 0, 0);
+    const auto sweep = periodic ? nullptr : std::make_unique<TransportSweep>(index, faces_);
+    const SweepFields fields{&sigma_, &source_};
+    for (int k = 0; k < o_.iterations && !report.converged; ++k) {
+        const auto start = std::chrono::steady_clock::now();
+        vdbcloud::report(o_.solve.progress, double(k) / o_.iterations);
+        build_source(phi);
+        if (sweep)
+            sweep->run(set_, fields, swept_);
+        else
+            reference_sweep(index, faces_, set_, fields, swept_);
+        source = base;
+        close(source);
+        const std::vector<double> before = phi;
+        SolveOptions solve = o_.solve;
+        solve.progress = {};
+        report.solves.push_back(solve_p1(p1_, multigrid, source, phi, solve));
+        report.change.push_back(relative_change(phi, before));
+        report.seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        ++report.iterations;
+        report.converged = report.change.back() < o_.change;
+    }
+    each_active(index.blocks(), [&](size_t slot) { swept_.moments[0][slot] = float(phi[slot] / std::sqrt(4 * pi)); });
+    report.error = -1;
+    if (const size_t n = report.change.size(); n >= 2 && report.change[n - 2] > 0) {
+        report.contraction = report.change[n - 1] / report.change[n - 2];
+        if (report.contraction < 1) report.error = report.change[n - 1] * report.contraction / (1 - report.contraction);
+    }
+    return report;
+}
+
+size_t SecondMoment::bytes() const
+{
+    const size_t slots = p1_.blocks().slots();
+    return 4 * slots * (size_t(2 * terms_) + size_t(set_.moment_terms) + 1 + (emission_.empty() ? 0 : 1)) +
+           faces_.size() * (sizeof(SweepFace) + sizeof(FaceTally));
+}
+
+}  // namespace vdbcloud

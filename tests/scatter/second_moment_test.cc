@@ -1,0 +1,236 @@
+// Sweeps that close P1, held to exact transport in slabs, and what they must keep: furnace, energy, symmetry, convergence.
+#include "vdbcloud/scatter/second_moment.h"
+
+#include "vdbcloud/core/random.h"
+#include "support/slab_exact.h"
+#include "support/size.h"
+#include "support/voxel_field.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+namespace vdbcloud {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+struct Cloud {
+    explicit Cloud(const FloatGridPtr& of, std::array<bool, 3> periodic = {false, false, false})
+        : grid(of), index(*of, {periodic}), density(index.gather(*of)), exposed(exposed_voxels(index, density))
+    {}
+    FloatGridPtr grid;
+    VoxelIndex index;
+    std::vector<float> density;
+    std::vector<ExposedVoxel> exposed;
+};
+
+struct Lit {
+    double w0 = 1, g = 0, sigma = 1;  // sigma_t per density
+    double sky = 0, sun = 1;
+    Vec3d to_sun{0, 1, 0};
+};
+
+struct Result {
+    ClosureReport report;
+    P1Budget budget;
+    P1Budget p1_budget;
+    std::vector<double> phi, phi_p1;
+    std::vector<std::vector<float>> moments;
+    std::vector<float> uncollided;
+    double extinction = 1;
+};
+
+/// P1, then sweeps; from degree 2 on the start is the degree-1 solution, uncollided light that only it counts as such included.
+Result solve(const Cloud& c, const Lit& lit, ClosureOptions options)
+{
+    options.solve.tolerance = 1e-8;
+    const bool periodic = c.index.blocks().period() != Vec3i(0, 0, 0);
+    const P1Operator coarse(c.index, c.density, c.exposed, {lit.sigma, lit.w0, nullptr, lit.g, true, 1});
+    const auto open = closure_exposed(coarse);
+    const P1Operator p1(c.index, c.density, open, {lit.sigma, lit.w0, nullptr, lit.g, true, options.degree});
+    const auto boundary = p1.boundary(), boundary1 = coarse.boundary();
+    Multigrid multigrid(p1.stencil(), &boundary), multigrid1(coarse.stencil(), &boundary1);
+    Light sun;
+    sun.to_light = lit.to_sun.unit();
+    SecondMoment closure(p1, options);
+    closure.set_sky(lit.sky);
+    P1Source first(coarse), base(p1);
+    std::vector<float> early, late;
+    const double e1 = lit.sigma * coarse.scaling(0).extinction, e = lit.sigma * p1.scaling(0).extinction;
+    if (lit.sun > 0) {
+        const BeamDepths depths = periodic ? periodic_beam_depths(c.index, c.exposed, c.density, sun)
+                                           : beam_depths(c.index, c.exposed, BrickMap(*c.grid), sun);
+        add_beam(coarse, depths, e1, {{&first, lit.sun}});
+        add_beam(p1, depths, e, {{&base, lit.sun}});
+        add_beam_profile(p1, depths, e, {{&base, lit.sun}});
+        early = beam_fluence(coarse, depths, e1);
+        late = beam_fluence(p1, depths, e);
+        closure.add_uncollided(sun, late, lit.sun);
+    }
+    if (lit.sky > 0) {
+        add_sky(coarse, lit.sky, first);
+        add_sky(p1, lit.sky, base);
+    }
+    Result r;
+    SolveOptions tight;
+    tight.tolerance = 1e-8;
+    P1Source p1_source = first;
+    EXPECT_TRUE(solve_p1(coarse, multigrid1, p1_source, r.phi, tight).converged);
+    r.p1_budget = budget(coarse, p1_source, r.phi);
+    r.phi_p1 = r.phi;
+    closure.start_with_flux(cell_flux(coarse, p1_source, r.phi));
+    if (lit.sun > 0) {
+        for (size_t n = 0; n < early.size(); ++n) {
+            early[n] -= late[n];
+            r.phi[n] += lit.sun * early[n];
+        }
+        closure.start_with(sun, early, lit.sun);
+    }
+    P1Source source(p1);
+    r.report = closure.run(multigrid, base, r.phi, source);
+    for (const SolveResult& s : r.report.solves) EXPECT_TRUE(s.converged);
+    r.budget = budget(p1, source, r.phi);
+    r.moments = closure.moments();
+    r.uncollided = late;
+    r.extinction = e;
+    return r;
+}
+
+/// A slab of n voxels along y, lit from +y.
+struct Slab {
+    Slab(double tau, int n) : cloud(test::voxel_field(Vec3i(8, n, 8), Vec3d(1.0 / n), [&](const Vec3i&) { return tau; }), {true, false, true}), count(n)
+    {}
+    /// A field at voxel j from the top.
+    template<typename T>
+    double at(const std::vector<T>& field, int j) const { return field[cloud.index.blocks().slot(Vec3i(3, count - 1 - j, 3))]; }
+    double area() const { return 64.0 / count / count; }
+    Cloud cloud;
+    int count;
+};
+
+ClosureOptions options(int directions, int iterations = 15, int degree = 1, double change = 1e-4)
+{
+    ClosureOptions o;
+    o.directions = directions;
+    o.iterations = iterations;
+    o.degree = degree;
+    o.change = change;
+    return o;
+}
+
+double clumps(const Vec3i& p, uint64_t seed)
+{
+    const double big = uniform(hash_bits(seed, uint64_t(p.x() >> 3), uint64_t(p.y() >> 3), uint64_t(p.z() >> 3)));
+    const double small = uniform(hash_bits(seed + 1, uint64_t(p.x()), uint64_t(p.y()), uint64_t(p.z())));
+    return big < 0.4 || small < 0.3 ? 0 : std::pow(10.0, 6 * small - 5.5);
+}
+
+/// Billows with true voids in a cube of n^3 voxels and edge 1.
+double billows(const Vec3i& p, int n)
+{
+    const Vec3d x = (Vec3d(p.x(), p.y(), p.z()) + Vec3d(0.5)) / n - Vec3d(0.5);
+    const double value = 0.35 - std::sqrt(x.dot(x)) + 0.12 * std::sin(17 * x.x() + 3) * std::sin(15 * x.y()) * std::sin(19 * x.z() + 1);
+    return value > 0 ? std::min(1.0, 6 * value) : 0;
+}
+
+TEST(SecondMoment, AgreesWithExactSlabs)
+{
+    double error[2];
+    for (double tau : {0.1, 1.0, 16.0, 64.0})
+        for (int directions : {32, 128}) {
+            if (directions == 128 && tau > 20 && !test::full_size()) continue;
+            const int n = tau > 20 ? 128 : 64;
+            Slab slab(tau, n);
+            Lit lit;
+            lit.w0 = 0.9999;
+            lit.to_sun = Vec3d(0.8, 0.6, 0);
+            const Result r = solve(slab.cloud, lit, options(directions));
+            const test::SlabExact exact({tau, lit.w0, 0, 0.6, {}, 24});
+            const double most = directions == 32 ? (tau < 1 ? 0.05 : 0.025) : (tau < 1 ? 0.008 : 0.002);
+            const double reflected = r.budget.out[Blocks::YPlus] / slab.area(), transmitted = r.budget.out[Blocks::YMinus] / slab.area();
+            EXPECT_NEAR(reflected / exact.reflected(), 1, most) << tau << ' ' << directions;
+            EXPECT_NEAR(transmitted / exact.transmitted(), 1, most) << tau << ' ' << directions;
+            EXPECT_LT(r.budget.defect, 1e-6);
+            EXPECT_TRUE(r.report.converged);
+            EXPECT_LE(r.report.iterations, 7);
+            double worst = 0;  // fluence of everything, at every eighth of the slab; P1's own error is 6 to 16 %
+            for (int j = 0; j < n; j += n / 8) {
+                const double depth = tau * (j + 0.5) / n, phi = exact.at(depth).phi;
+                worst = std::max(worst, std::abs(slab.at(r.phi, j) - phi) / (phi + std::exp(-depth / 0.6)));
+            }
+            EXPECT_LT(worst, directions == 32 ? 0.045 : 0.0065) << tau;
+            if (tau == 1) error[directions == 128] = std::abs(reflected / exact.reflected() - 1);
+        }
+    EXPECT_GT(std::log2(error[0] / error[1]), 2);  // 2 and 4 polar points a hemisphere: at least second order in them
+}
+
+TEST(SecondMoment, TransmitsRightAtAnyOpticalDepthOfAVoxel)
+{
+    for (const auto& [per_voxel, tau] : {std::pair(0.25, 16.0), {4.0, 16.0}, {4.0, 1000.0}, {16.0, 1000.0}, {60.0, 960.0}}) {
+        Slab slab(tau, int(std::lround(tau / per_voxel)));
+        Lit lit;
+        lit.w0 = 1;
+        const Result r = solve(slab.cloud, lit, options(32, 15, 1, 1e-3));
+        const test::SlabExact exact({tau, 1, 0, 1, {}, 16});
+        EXPECT_NEAR(r.budget.out[Blocks::YMinus] / slab.area() / exact.transmitted(), 1, 0.02) << per_voxel << ' ' << tau;
+        EXPECT_LT(r.budget.defect, 1e-6);
+        EXPECT_TRUE(r.report.converged);
+    }
+}
+
+TEST(SecondMoment, ScattersForwardWithASuitableDegree)
+{
+    for (const auto& [g, degree, directions, tau] :
+         {std::tuple(0.5, 3, 64, 1.0), {0.5, 1, 32, 16.0}, {0.85, 7, 256, 1.0}, {0.85, 1, 32, 16.0}}) {
+        Slab slab(tau, 64);
+        Lit lit;
+        lit.w0 = 0.999;
+        lit.g = g;
+        lit.to_sun = Vec3d(0.8, 0.6, 0);
+        const Result r = solve(slab.cloud, lit, options(directions, 15, degree, 1e-3));
+        const test::SlabExact exact({tau, lit.w0, g, 0.6, {}, 24});
+        EXPECT_NEAR(r.budget.out[Blocks::YPlus] / slab.area() / exact.reflected(), 1, 0.03) << g << ' ' << degree;
+        EXPECT_NEAR((r.budget.out[Blocks::YMinus] / slab.area() + 0.6 * std::exp(-r.extinction * tau / 0.6)) /
+                        (exact.transmitted() + 0.6 * std::exp(-tau / 0.6)), 1, 0.03) << g << ' ' << degree;
+    }
+}
+
+TEST(SecondMoment, ConvergesInAtMostFifteenIterations)
+{
+    for (const auto& [g, degree, directions] : {std::tuple(0.0, 1, 32), {0.85, 3, 64}})
+        for (double sigma : {10.0, 1000.0})
+            for (double w0 : {1.0, 0.9}) {
+                Cloud c(test::voxel_field(Vec3i(32), Vec3d(1.0 / 32), [](const Vec3i& p) { return billows(p, 32); }));
+                Lit lit;
+                lit.w0 = w0;
+                lit.sigma = sigma;
+                lit.g = g;
+                lit.to_sun = Vec3d(0.3, 1, 0.2);
+                const Result r = solve(c, lit, options(directions, 15, degree, 1e-3));
+                EXPECT_TRUE(r.report.converged) << g << ' ' << sigma << ' ' << w0;
+                EXPECT_LT(r.budget.defect, 1e-6);
+            }
+}
+
+TEST(SecondMoment, KeepsTheWhiteFurnaceInSaltAndPepper)
+{
+    for (const auto& [g, degree, directions] : {std::tuple(0.0, 1, 32), {0.85, 3, 64}}) {
+        Cloud c(test::voxel_field(Vec3i(32), Vec3d(0.1), [](const Vec3i& p) { return clumps(p, 3); }));
+        Lit lit;
+        lit.sigma = 30;
+        lit.g = g;
+        lit.sun = 0;
+        lit.sky = 0.7;
+        const Result r = solve(c, lit, options(directions, 3, degree, 1e-9));
+        double worst = 0;
+        for (size_t slot = 0; slot < c.index.blocks().count() * 512; ++slot)
+            if (c.index.blocks().active(slot)) worst = std::max(worst, std::abs(r.phi[slot] / (4 * pi * 0.7) - 1));
+        EXPECT_LT(worst, 1e-5);
+        EXPECT_LT(r.budget.defect, 1e-6);
+    }
+}
+
+}  // namespace
+}  // namespace vdbcloud
