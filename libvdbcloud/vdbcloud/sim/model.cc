@@ -55,7 +55,7 @@ Model<T>::Model(const Parameters& p, const Sounding& s)
     if (p.momentum) pressure_.emplace(lattice_, rho_);
     add_terms();
     for (Variable<T>* v : scalars())
-        if (!v->terms.empty() || lattice_.side[0] == Side::Open || lattice_.side[1] == Side::Open)
+        if (!v->terms.empty() || !v->stiff.empty() || lattice_.side[0] == Side::Open || lattice_.side[1] == Side::Open)
             v->row_source.assign(size_t(lattice_.n[1]) * size_t(lattice_.n[2]), 0.0);
     set_initial_air();
 }
@@ -226,7 +226,9 @@ template<typename T> void Model<T>::advance_scalar(Variable<T>& variable, const 
 {
     const size_t in = size_t(stage.in), now = parameters_.momentum ? in : 0;
     const Field<T>& q = variable.a[in];
-    const ScalarStage s{stage.alpha, stage.beta, stage.tau * dt};
+    // Rounding of what is nearly nothing may fall below 0 by its last bits, and then is nothing.
+    const double tiny = variable.quantity == Quantity::Theta ? 0 : sizeof(T) == 4 ? 1e-9 : 1e-17;
+    const ScalarStage s{stage.alpha, stage.beta, stage.tau * dt, tiny};
     const T inv_tau = T(1 / s.tau);
     const auto [nx, ny, nz] = lattice_.n;
     const bool open_x = lattice_.side[0] == Side::Open && !lattice_.flat(0);
@@ -246,6 +248,7 @@ template<typename T> void Model<T>::advance_scalar(Variable<T>& variable, const 
             T source[4096];
             std::fill_n(source, nx, T(0));
             for (const auto& term : variable.terms) term(stage.in, j, k, source);
+            for (const auto& term : variable.stiff) term(stage.in, j, k, source);
             double sum = 0;
             for (int i = 0; i < nx; ++i) sum += double(source[i]), tendency[i] += source[i];
             if (open_x) sum -= double(rows.cx) * (double(rows.x[nx]) - double(rows.x[0]));
@@ -302,6 +305,7 @@ template<typename T> void Model<T>::advance_velocity(int axis, const Stage& stag
         if (vertical && parameters_.buoyancy)
             add_sum(tendency, pressure_->scratch().row(j, k), pressure_->scratch().row(j, k - 1), T(0.5), width);
         for (const auto& term : variable.terms) term(stage.in, j, k, tendency);
+        for (const auto& term : variable.stiff) term(stage.in, j, k, tendency);
         momentum_stage({variable.a[size_t(stage.out)].row(j, k), variable.a[0].row(j, k), variable.a[size_t(stage.x1)].row(j, k),
                         q.row(j, k), tendency},
                        s, width);
@@ -372,11 +376,12 @@ template<typename T> double Model<T>::stratification() const
 
 template<typename T> double Model<T>::step_limit() const
 {
+    // Advection and mixing share one step: their rates add, for stability and so that sums of a stage stay convex.
+    const double shared = rate_ / parameters_.cfl + fastest_rate_;
     double limit = parameters_.dt_max;
-    if (rate_ > 0) limit = std::min(limit, parameters_.cfl / rate_);
+    if (shared > 0) limit = std::min(limit, (parameters_.subgrid ? 0.7 : 1) / shared);
     const double n = stratification();
     if (n > 0) limit = std::min(limit, 0.5 / n);
-    if (fastest_rate_ > 0) limit = std::min(limit, 1 / fastest_rate_);
     return limit;
 }
 
@@ -388,7 +393,7 @@ template<typename T> void Model<T>::start()
     take_courant(0);
     started_ = true;
     const Budget now = budget();
-    theta_.start = now.theta_mean, theta_.low = now.theta_min, theta_.high = now.theta_max;
+    theta_.start = now.theta_mean - parameters_.constants.theta0, theta_.low = now.theta_min, theta_.high = now.theta_max;
     water_.start = now.water_mean, water_.low = now.water_min, water_.high = now.water_max;
 }
 

@@ -17,6 +17,8 @@ template<typename T> struct Variable {
     std::array<Field<T>, 3> a;
     /// Sources of a row, added to `out`: whatever is not the divergence of a flux through faces.
     std::vector<std::function<void(int in, int j, int k, T* out)>> terms;
+    /// The same, for terms that damp or mix and so limit an explicit step (Model::fastest_rate_).
+    std::vector<std::function<void(int in, int j, int k, T* out)>> stiff;
     // Accounts: sum of sources over cells and time, in cell values [unit].
     mutable std::vector<double> row_source;
     double sources = 0, start = 0, low = 0, high = 0;

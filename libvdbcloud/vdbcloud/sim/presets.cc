@@ -16,16 +16,18 @@ Lattice box(int nx, int ny, int nz, double h, double dz)
     return {{nx, ny, nz}, {h, h, dz}, {Side::Periodic, Side::Periodic}};
 }
 
-/// A warm field among cooler ones feeds one cloud; a first moist bubble starts it within minutes.
+/// A warm field among cooler ones feeds one cloud; three moist bubbles start it within minutes.
 Scene cumulus()
 {
     Scene s;
     Parameters& p = s.parameters;
     p.lattice = box(128, 128, 128, 32, 30);
     p.floor.heat = 0.03, p.floor.moisture = 3e-5;
-    p.floor.patches = {{{1900, 2050}, 520, 0.55, 3.0e-4, 0}, {{2500, 1750}, 300, 0.35, 1.5e-4, 0}};
-    p.bubbles = {{{1950, 2000, 250}, 650, 350, 0.7, 8e-4, 0}, {{2450, 1800, 200}, 400, 300, 0.5, 5e-4, 0}};
-    p.noise = {0.15, 1e-4, 800, 1};
+    p.floor.patches = {{{2050, 2050}, 1000, 0.22, 1.6e-4, 0}};
+    p.bubbles = {{{1700, 2000, 250}, 550, 350, 0.6, 7e-4, 0},
+                 {{2450, 2200, 250}, 450, 350, 0.5, 6e-4, 0},
+                 {{2100, 1550, 250}, 400, 300, 0.4, 5e-4, 0}};
+    p.noise = {0.2, 1e-4, 800, 1};
     p.sponge = 0.02, p.sponge_depth = 0.15;
     return s;
 }
@@ -145,7 +147,7 @@ void apply(Accuracy accuracy, Parameters& p)
             p.time_scheme = TimeScheme::Rk2, p.scalar_scheme = ScalarScheme::Koren;
             break;
         case Accuracy::Accurate:
-            p.precision = Precision::Double, p.cfl = 0.4;
+            p.precision = Precision::Double, p.cfl = 0.3;
             break;
         default: break;
     }

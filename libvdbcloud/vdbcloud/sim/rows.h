@@ -58,7 +58,8 @@ template<typename T> struct StageRows {
     T* out;
     const T *x0, *x1, *x, *tendency;
 };
-struct ScalarStage { double alpha, beta, tau; };
+/// Results in (-tiny, 0) become 0.
+struct ScalarStage { double alpha, beta, tau, tiny; };
 void scalar_stage(const StageRows<float>&, const ScalarStage&, int n);
 void scalar_stage(const StageRows<double>&, const ScalarStage&, int n);
 

@@ -23,7 +23,7 @@ template<typename T> double sample(const Field<T>& f, const Lattice& l, std::arr
         }
         double at = x[d];
         if (d < 2 && l.side[d] == Side::Periodic) at -= n * std::floor(at / n);
-        else at = std::clamp(at, -1.0, double(n));
+        at = std::clamp(at, -1.0, double(n));  // after wrapping, too: of 1e20 cells no fraction is left
         const double floor_at = std::min(std::floor(at), double(n - 1));
         weight[d][1] = at - floor_at, weight[d][0] = 1 - weight[d][1];
         offset += ptrdiff_t(floor_at) * step[d];
@@ -73,18 +73,22 @@ template<typename T> void Model<T>::huge_step(double dt)
         at[size_t(d)] += 0.5;
         return sample(wind_[size_t(d)].a[0], lattice_, at) / lattice_.h[size_t(d)];
     };
+    // Relaxation and diffusion that would overshoot in so long a step act as far as one step can take them.
+    const T tame = T(std::min(1.0, 1 / std::max(1e-30, dt * fastest_rate_)));
     const auto transport = [&, nx = nx, ny = ny](Variable<T>& v) {
         const std::array<double, 3> shift{v.place == Place::FaceX ? 0.0 : 0.5, v.place == Place::FaceY ? 0.0 : 0.5,
                                           v.place == Place::FaceZ ? 0.0 : 0.5};
         const int width = v.place == Place::FaceX ? lattice_.faces(0) : nx;
         const int rows = v.place == Place::FaceY ? lattice_.faces(1) : ny;
+        const bool water = v.quantity == Quantity::Water || v.quantity == Quantity::Rain || v.quantity == Quantity::Dye;
         const double drag = v.place == Place::Centre ? 1 : std::exp(-dt / p.friction_time);
         for_blocks(nz, 1, [&](int k, int) {
             std::vector<T> source(static_cast<size_t>(width));
             for (int j = 0; j < rows; ++j) {
                 std::fill(source.begin(), source.end(), T(0));
-                if (v.place == Place::Centre)
-                    for (const auto& term : v.terms) term(0, j, k, source.data());
+                for (const auto& term : v.stiff) term(0, j, k, source.data());
+                for (T& rate : source) rate *= tame;
+                for (const auto& term : v.terms) term(0, j, k, source.data());
                 for (int i = 0; i < width; ++i) {
                     const std::array<double, 3> here{i + shift[0], j + shift[1], k + shift[2]};
                     std::array<double, 3> middle = here, origin = here;
@@ -95,7 +99,8 @@ template<typename T> void Model<T>::huge_step(double dt)
                             origin[d] = std::clamp(origin[d], std::min(0.5, shift[d]), lattice_.n[d] - std::min(0.5, shift[d]));
                         origin[d] -= shift[d];
                     }
-                    v.a[1](i, j, k) = T(drag * sample(v.a[0], lattice_, origin) + dt * double(source[size_t(i)]));
+                    const double value = drag * sample(v.a[0], lattice_, origin) + dt * double(source[size_t(i)]);
+                    v.a[1](i, j, k) = T(water ? std::max(0.0, value) : value);
                 }
             }
         });

@@ -25,7 +25,7 @@ struct Budget {
     double water_drift = 0;    ///< of water_mean since the start, less sources, relative to its start value
     double theta_mean = 0;     ///< theta_l [K]
     double theta_drift = 0;    ///< less sources, relative to the range of theta_l
-    double divergence = 0;     ///< max |div V| h / max |V|
+    double divergence = 0;     ///< max |div V| h / max |V|, the environment's wind and 0.1 m/s included in the maximum
     double speed_max = 0, w_max = 0;  ///< [m/s]
     double theta_min = 0, theta_max = 0, water_min = 0, water_max = 0;
     double new_extrema = 0;    ///< by how much theta_l or q_t left its start's bounds [of their range]; -1 with sources

@@ -110,9 +110,13 @@ template<typename T> Budget Model<T>::budget() const
         if (e.bad) name_bad_cell();
         mean = e.sum / mass + shift, low = e.low + shift, high = e.high + shift;
         if (!started_) return;
-        const double range = v.high - v.low, unit = relative_to_range ? std::max(range, 1e-3) : std::max(v.start, 1e-12);
-        drift = (mean - v.start - v.sources / mass) / unit;
-        sourced = sourced || !v.terms.empty() || !v.row_source.empty();
+        const double range = v.high - v.low;
+        // Relative to what is there or came in; a range that is small beside the values cannot be resolved better than these.
+        const double size = std::max(std::abs(e.low), std::abs(e.high)), gained = std::abs(v.sources / mass);
+        const double unit = relative_to_range ? std::max({range, high - low, gained, 0.05 * size, 1e-3})
+                                              : std::max({v.start, gained, 1e-12});
+        drift = (e.sum / mass - v.start - v.sources / mass) / unit;  // without the shift, which would only round
+        sourced = sourced || !v.row_source.empty();
         grown = std::max(grown, std::max(high - v.high, v.low - low) / std::max(range, relative_to_range ? 1e-3 : 1e-9));
     };
     if (theta_) account(theta_, theta0, b.theta_mean, b.theta_drift, b.theta_min, b.theta_max, true);
@@ -155,22 +159,33 @@ template<typename T> Budget Model<T>::budget() const
         if (b.cloud_base < 0) b.cloud_base = b.cloud_top;
     }
     b.courant = dt_ * rate_;
-    if (pressure_ && b.speed_max > 0) {
+    if (pressure_) {
         double h = never;
         for (const int d : {0, 1, 2})
             if (!lattice_.flat(d)) h = std::min(h, lattice_.h[size_t(d)]);
-        b.divergence = pressure_->max_divergence(wind_[0].a[0], wind_[1].a[0], wind_[2].a[0]) * h / b.speed_max;
+        double windiest = 0;  // what relaxation may push against walls, for the pressure to take away again
+        for (int k = 0; k < nz; ++k)
+            windiest = std::max({windiest, std::abs(column_.u[size_t(k)]), std::abs(column_.v[size_t(k)])});
+        b.divergence = pressure_->max_divergence(wind_[0].a[0], wind_[1].a[0], wind_[2].a[0]) * h /
+                       std::max({b.speed_max, windiest, 0.1});  // air at rest has round-off only
     }
 
     // Tolerances: of single precision they grow with the steps taken, of double they are round-off.
     const bool single = sizeof(T) == 4;
     const double thousands = std::max(1.0, double(steps_) / 1000);
     const double drift = single ? std::max(2e-5, 2e-6 * thousands) : 1e-12 * std::max(1.0, thousands);
+    // The pressure is as large as the longest side, its difference as small as a spacing: that many ulps are lost.
+    double longest = 0, shortest = never;
+    for (const size_t d : {0, 1, 2}) {
+        longest = std::max(longest, lattice_.n[d] * lattice_.h[d]);
+        if (!lattice_.flat(int(d))) shortest = std::min(shortest, lattice_.h[d]);
+    }
+    const double still = std::max(single ? 1e-5 : 1e-12, (single ? 1.2e-7 : 2.3e-16) * longest / shortest);
     std::ostringstream fault;
     if (started_ && parameters_.time_scheme != TimeScheme::HugeStep) {
         if (std::abs(b.water_drift) > drift) fault << "drift of total water " << b.water_drift << ", tolerance " << drift;
         else if (std::abs(b.theta_drift) > drift) fault << "drift of theta_l " << b.theta_drift << ", tolerance " << drift;
-        else if (b.divergence > (single ? 1e-5 : 1e-12)) fault << "divergence " << b.divergence;
+        else if (b.divergence > still) fault << "divergence " << b.divergence;
         else if (b.water_min < 0) fault << "total water " << b.water_min << " kg/kg, below 0";
     }
     b.fault = fault.str();

@@ -59,7 +59,7 @@ template<typename T> void Model<T>::add_diffusion()
         return T(lattice_.flat(axis) ? 0 : k / (lattice_.h[size_t(axis)] * lattice_.h[size_t(axis)]));
     };
     const auto add = [&](Variable<T>& v, double k, int width) {
-        v.terms.push_back([&v, width, cx = coefficient(k, 0), cy = coefficient(k, 1), cz = coefficient(k, 2)](
+        v.stiff.push_back([&v, width, cx = coefficient(k, 0), cy = coefficient(k, 1), cz = coefficient(k, 2)](
                               int in, int j, int level, T* out) {
             const Field<T>& q = v.a[size_t(in)];
             add_laplacian({q.row(j, level), cx == 0 ? 0 : 1, cy == 0 ? 0 : q.stride(1), q.stride(2), cx, cy, cz}, out, width);
@@ -72,8 +72,8 @@ template<typename T> void Model<T>::add_diffusion()
         for (Variable<T>* v : scalars()) add(*v, p.diffusivity, lattice_.n[0]);
     double inverse = 0;
     for (const int axis : {0, 1, 2}) inverse += double(coefficient(1, axis));
-    // Third-order stages are stable to 2.5 / (4 nu / h^2), Euler's to 2.
-    fastest_rate_ = std::max(fastest_rate_, std::max(p.viscosity, p.diffusivity) * inverse * 2.5);
+    // Twice the sum of nu / h^2 leaves a cell at rest with what it has at 1 / rate; half of that more for stages of 4/3 dt.
+    fastest_rate_ = std::max(fastest_rate_, std::max(p.viscosity, p.diffusivity) * inverse * 3);
 }
 
 /// Smagorinsky 1963, Lilly 1962: eddy viscosity (c_s delta)^2 |S| sqrt(1 - Ri / Pr), Pr = 1/3; stresses from the full strain.
@@ -84,7 +84,7 @@ template<typename T> void Model<T>::add_subgrid()
     if (parameters_.momentum)
         for (int c = 0; c < 3; ++c) {
             if (!wind_[size_t(c)]) continue;
-            wind_[size_t(c)].terms.push_back([this, c](int in, int j, int k, T* out) {
+            wind_[size_t(c)].stiff.push_back([this, c](int in, int j, int k, T* out) {
                 const Field<T>& own = wind_[size_t(c)].a[size_t(in)];
                 const int width = c == 0 ? lattice_.faces(0) : lattice_.n[0];
                 const ptrdiff_t sc = own.stride(c);
@@ -111,7 +111,7 @@ template<typename T> void Model<T>::add_subgrid()
             });
         }
     for (Variable<T>* v : scalars())
-        v->terms.push_back([this, v](int in, int j, int k, T* out) {
+        v->stiff.push_back([this, v](int in, int j, int k, T* out) {
             const T *q = v->a[size_t(in)].row(j, k), *nu = eddy_.row(j, k);
             for (int d = 0; d < 3; ++d) {
                 if (lattice_.flat(d)) continue;
@@ -232,7 +232,7 @@ template<typename T> void Model<T>::add_sponge()
             targets.push_back(T(c == 0 ? column_.u[size_t(k)] : c == 1 ? column_.v[size_t(k)] : 0));
         }
         const int width = c == 0 ? lattice_.faces(0) : lattice_.n[0];
-        wind_[size_t(c)].terms.push_back([this, c, width, rates, targets](int in, int j, int k, T* out) {
+        wind_[size_t(c)].stiff.push_back([this, c, width, rates, targets](int in, int j, int k, T* out) {
             if (rates[size_t(k)] > 0)
                 add_relaxation(out, wind_[size_t(c)].a[size_t(in)].row(j, k), targets[size_t(k)], rates[size_t(k)], width);
         });
@@ -247,7 +247,7 @@ template<typename T> void Model<T>::add_wind_relaxation()
     for (const int c : {0, 1}) {
         if (!wind_[size_t(c)]) continue;
         const int width = c == 0 ? lattice_.faces(0) : lattice_.n[0];
-        wind_[size_t(c)].terms.push_back([this, c, width](int, int, int k, T* out) {
+        wind_[size_t(c)].stiff.push_back([this, c, width](int, int, int k, T* out) {
             const double mean = (c == 0 ? mean_u_ : mean_v_)[size_t(k)], env = (c == 0 ? column_.u : column_.v)[size_t(k)];
             const T push = T((env - mean) / parameters_.wind_relaxation);
             for (int i = 0; i < width; ++i) out[i] += push;
@@ -291,7 +291,7 @@ template<typename T> void Model<T>::add_side_relaxation()
                 rate.push_back(T(std::max(weight(0, i + shift_x), weight(1, j + shift_y)) / parameters_.side_relaxation));
         std::vector<T> target;
         for (int k = 0; k < lattice_.n[2]; ++k) target.push_back(T(environment(size_t(k))));
-        v.terms.push_back([&v, width, rate, target](int in, int j, int k, T* out) {
+        v.stiff.push_back([&v, width, rate, target](int in, int j, int k, T* out) {
             const T *q = v.a[size_t(in)].row(j, k), *r = &rate[size_t(j) * size_t(width)];
             for (int i = 0; i < width; ++i) out[i] -= r[i] * (q[i] - target[size_t(k)]);
         });

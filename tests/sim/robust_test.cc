@@ -1,0 +1,285 @@
+// What must hold whatever is asked: equal bits for any threads and after a restart, and survival of hard cases.
+#include "air.h"
+#include "support/size.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/random.h"
+#include "vdbcloud/sim/presets.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <sstream>
+
+namespace vdbcloud::sim {
+namespace {
+
+using namespace test;
+
+/// A busy scene with every effect on, on a small box.
+Scene everything(Precision precision = Precision::Float)
+{
+    Scene s = scene("cumulus");
+    Parameters& p = s.parameters;
+    const Lattice before = p.lattice;
+    p.lattice = {{20, 18, 24}, {200, 220, 150}, {Side::Open, Side::Periodic}};
+    rescale_forcing(p, before);
+    p.precision = precision;
+    p.rain = p.anelastic = p.dye = p.subgrid = true;
+    p.friction_time = 2000, p.viscosity = 2, p.diffusivity = 1, p.radiation = 50, p.wind_relaxation = 900;
+    p.bubbles.push_back({{2000, 2000, 1200}, 900, 500, 2, 6e-3, 1});
+    return s;
+}
+
+std::string state_of(const Simulation& sim)
+{
+    std::ostringstream out;
+    sim.save(out);
+    return out.str();
+}
+
+TEST(Robust, ThreadsAndRepetitionGiveTheSameBits)
+{
+    for (const TimeScheme scheme : {TimeScheme::Rk3, TimeScheme::Rk2, TimeScheme::Euler, TimeScheme::HugeStep}) {
+        std::string states[3];
+        for (int run = 0; run < 3; ++run) {
+            const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, run == 1 ? 1 : 2);
+            Scene s = everything();
+            s.parameters.time_scheme = scheme;
+            auto sim = Simulation::make(s.parameters, s.sounding);
+            sim->advance_to(120);
+            EXPECT_GT(sim->budget().cloud_max, 1e-4);
+            states[run] = state_of(*sim);
+        }
+        EXPECT_EQ(states[0], states[1]) << int(scheme);
+        EXPECT_EQ(states[0], states[2]) << int(scheme);
+    }
+}
+
+TEST(Robust, ARestartGoesOnWithTheSameBits)
+{
+    for (const Precision precision : {Precision::Float, Precision::Double})
+        for (const TimeScheme scheme : {TimeScheme::Rk3, TimeScheme::Euler, TimeScheme::HugeStep}) {
+            Scene s = everything(precision);
+            s.parameters.time_scheme = scheme;
+            auto whole = Simulation::make(s.parameters, s.sounding), first = Simulation::make(s.parameters, s.sounding);
+            whole->advance_to(60), whole->advance_to(120);
+            first->advance_to(60);
+            std::istringstream in(state_of(*first));
+            auto second = Simulation::make(s.parameters, s.sounding);
+            second->restore(in);
+            second->advance_to(120);
+            EXPECT_EQ(state_of(*whole), state_of(*second)) << int(scheme);
+            EXPECT_EQ(whole->budget().water_drift, second->budget().water_drift);
+        }
+}
+
+TEST(Robust, MemoryIsWhatWasPlannedAndOffEffectsHaveNone)
+{
+    const auto measured = [](const Parameters& p) {
+        auto sim = Simulation::make(p, Sounding::uniform(300));
+        EXPECT_NEAR(double(sim->bytes()) / double(memory_needed(p)), 1, 0.02);
+        return double(sim->bytes()) / double(p.lattice.cells()) / 4;
+    };
+    Parameters p;
+    p.lattice = {{64, 64, 64}, {50, 50, 50}, {Side::Periodic, Side::Periodic}};
+    const double all = measured(p);
+    Parameters dry = p;
+    dry.moisture = false;
+    const double without_water = measured(dry);
+    EXPECT_NEAR((all - without_water) / 3, 80. / 64 * 72 / 64 * 72 / 64, 0.02);  // three arrays of a field, padded
+    Parameters still = dry;
+    still.momentum = still.buoyancy = false, still.dye = true;
+    EXPECT_LT(measured(still), 0.55 * without_water);  // wind, dye with its stages, drain times
+    Parameters slice = p;
+    slice.lattice.n[1] = 1;
+    EXPECT_LT(measured(slice), 26);
+    for (const Effect& e : effects(still))
+        EXPECT_TRUE(!e.on || (e.name != "momentum and pressure" && e.name != "moisture")) << e.name;
+}
+
+TEST(Robust, APrescribedWindCarriesDyeWithoutAPressure)
+{
+    Parameters p = bare({64, 1, 4}, {6400, 6400, 400});
+    p.momentum = false, p.dye = true;
+    p.scalar_scheme = ScalarScheme::Limited5;
+    p.cfl = 0.375;
+    p.bubbles.push_back({{1600, 0, 200}, 800, 1e9, 0, 0, 1});
+    auto sim = Simulation::make(p, {"wind", {0}, {300}, {0}, {10}, {0}, 0});
+    sim->start();
+    const auto before = all(*sim, Quantity::Dye);
+    sim->advance_to(640);  // once around
+    const auto after = all(*sim, Quantity::Dye);
+    double sum = 0, was = 0;
+    for (size_t i = 0; i < after.size(); ++i) sum += after[i], was += before[i];
+    EXPECT_NEAR(sum / was, 1, 1e-12);
+    EXPECT_LT(largest_difference(before, after), 0.1 * largest(before));  // the limiter flattens the peak
+    EXPECT_LE(largest(after), largest(before) * (1 + 1e-12));
+    for (const double v : after) EXPECT_GE(v, 0);
+}
+
+TEST(Robust, AStepOverTheLimitIsSplitAndLandsOnTheFrame)
+{
+    Parameters p = bare({16, 1, 16}, {1600, 1600, 1600});
+    p.buoyancy = true;
+    p.dt = 600;
+    p.bubbles.push_back({{800, 0, 500}, 400, 400, 3, 0, 0});
+    auto sim = Simulation::make(p, Sounding::uniform(300));
+    sim->advance_to(300);
+    EXPECT_EQ(sim->time(), 300);
+    EXPECT_GT(sim->budget().steps, 10);
+    EXPECT_LE(sim->budget().courant, 1);
+    EXPECT_GT(sim->budget().w_max, 2);
+}
+
+TEST(Robust, HugeStepsStayBounded)
+{
+    Scene s = scene("cumulus");
+    s.parameters.lattice = {{24, 24, 24}, {170, 170, 170}, {Side::Periodic, Side::Periodic}};
+    s.parameters.time_scheme = TimeScheme::HugeStep;
+    s.parameters.dt = 600;
+    auto sim = Simulation::make(s.parameters, s.sounding);
+    sim->advance_to(6000);
+    const Budget b = sim->budget();
+    EXPECT_EQ(b.steps, 10);
+    EXPECT_LT(b.speed_max, 500);
+    EXPECT_LT(std::abs(b.water_drift), 1);
+    EXPECT_NE(b.water_drift, 0);  // its error is reported, not hidden
+    EXPECT_EQ(b.fault, "");
+}
+
+TEST(Robust, ValuesThatCannotBeAreRefusedByName)
+{
+    const auto refused = [](const std::function<void(Parameters&)>& change) -> std::string {
+        Parameters p;
+        p.lattice = {{8, 8, 8}, {100, 100, 100}, {Side::Periodic, Side::Periodic}};
+        change(p);
+        try {
+            Simulation::make(p, Sounding::uniform(300));
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_EQ(refused([](Parameters&) {}), "");
+    EXPECT_NE(refused([](Parameters& p) { p.friction_time = 0; }).find("friction time"), std::string::npos);
+    EXPECT_NE(refused([](Parameters& p) { p.viscosity = NAN; }).find("viscosity"), std::string::npos);
+    EXPECT_NE(refused([](Parameters& p) { p.lattice.h[2] = 0; }).find("spacing along z"), std::string::npos);
+    EXPECT_NE(refused([](Parameters& p) { p.lattice.n[2] = 1; }).find("cells along z"), std::string::npos);
+    EXPECT_NE(refused([](Parameters& p) { p.cfl = 2; }).find("Courant"), std::string::npos);
+    EXPECT_NE(refused([](Parameters& p) { p.floor.moisture = -1; }).find("moisture flux"), std::string::npos);
+    EXPECT_NE(refused([](Parameters& p) { p.rain = true, p.moisture = false; }).find("rain"), std::string::npos);
+    EXPECT_NE(refused([](Parameters& p) { p.lattice.h[2] = 5000; }).find("height of the box"), std::string::npos);
+}
+
+TEST(Robust, AStrayValueInTheInitialStateIsNamedWithItsCell)
+{
+    Parameters p = bare({8, 8, 8}, {800, 800, 800});
+    p.buoyancy = true;
+    auto sim = Simulation::make(p, Sounding::uniform(300));
+    std::vector<double> theta(512, 300);
+    theta[3 + 8 * (5 + 8 * 6)] = NAN;
+    try {
+        sim->set(Quantity::Theta, theta);
+        FAIL();
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("[3, 5, 6]"), std::string::npos) << error.what();
+    }
+}
+
+void watch(Simulation& sim, bool single)
+{
+    const Parameters& p = sim.parameters();
+    int steps = 0;
+    for (const double end : {30.0, 600.0}) {
+        try {
+            sim.advance_to(end, [&](double) { return ++steps < 60; });
+        } catch (const Cancelled&) {
+        }
+        const Budget b = sim.budget();  // throws, naming a cell, if anything is not finite
+        ASSERT_TRUE(std::isfinite(b.kinetic) && std::isfinite(b.theta_mean) && std::isfinite(b.water_mean));
+        ASSERT_EQ(b.fault, "") << "after " << b.time << " s, " << b.steps << " steps";
+        ASSERT_GE(b.water_min, 0);
+        if (b.new_extrema >= 0 && p.time_scheme != TimeScheme::HugeStep) {
+            ASSERT_LE(b.new_extrema, single ? 1e-5 : 1e-12) << "after " << b.time << " s, " << b.steps << " steps";
+        }
+        for (const double q : all_cloud(sim)) ASSERT_GE(q, 0);
+    }
+}
+
+/// Parameters drawn from everything that may be asked, extremes with a will.
+/// Returns false if they were refused.
+bool check_random(uint64_t seed)
+{
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    uint64_t draw = 0;
+    const auto random = [&] { return uniform(hash_bits(4711, seed, draw++)); };
+    const auto below = [&](int n) { return int(random() * n); };
+    const auto chance = [&](double p) { return random() < p; };
+    const auto from = [&](std::initializer_list<double> list) { return list.begin()[below(int(list.size()))]; };
+
+    Parameters p;
+    const int sizes[] = {1, 2, 3, 5, 7, 8, 11, 13, 16, 20};
+    p.lattice.n = {sizes[below(10)], sizes[below(10)], std::max(2, sizes[below(10)])};
+    const double h = from({1, 30, 100, 500});
+    p.lattice.h = {h, h * from({1, 1, 0.5, 3}), h * from({1, 1, 0.05, 0.3, 3, 20})};
+    if (p.lattice.n[2] * p.lattice.h[2] > 9000) p.lattice.h[2] = 9000.0 / p.lattice.n[2];
+    for (Side& side : p.lattice.side) side = Side(below(3));
+    p.precision = Precision(below(2));
+    p.momentum = !chance(0.1), p.buoyancy = !chance(0.1), p.moisture = !chance(0.2), p.anelastic = chance(0.3);
+    p.rain = p.moisture && chance(0.3), p.dye = chance(0.3), p.subgrid = chance(0.3);
+    p.moist = {SaturationBy(below(2)), !chance(0.1), chance(0.7), chance(0.7)};
+    p.friction_time = chance(0.5) ? never : from({1e-9, 0.1, 10, 1000, 1e12});
+    p.viscosity = chance(0.7) ? 0 : from({0.01, 1, 100, 1e4}), p.diffusivity = chance(0.7) ? 0 : from({0.01, 1, 100, 1e4});
+    p.radiation = p.moisture && chance(0.3) ? from({1, 70, 5000}) : 0;
+    p.sponge = chance(0.5) ? 0 : from({1e-3, 0.05, 5});
+    p.wind_relaxation = chance(0.7) ? never : from({1, 600});
+    p.constants.g = chance(0.9) ? 9.81 : from({0, 1, 100});
+    p.floor.heat = chance(0.5) ? 0 : from({-1, 0.1, 50});
+    p.floor.moisture = chance(0.5) ? 0 : from({1e-4, 0.05});
+    if (chance(0.4)) p.floor.patches.push_back({{100 * random(), 100 * random()}, h, from({0.1, 100}), from({0, 0.1}), 1});
+    if (chance(0.6)) {
+        const double lx = p.lattice.n[0] * p.lattice.h[0], ly = p.lattice.n[1] * p.lattice.h[1],
+                     lz = p.lattice.n[2] * p.lattice.h[2];
+        p.bubbles.push_back({{lx * random(), ly * random(), lz * random()}, 2 * h, 2 * p.lattice.h[2], from({-30, 2, 200}),
+                             from({0, 1e-3, 0.3}), from({0, 1})});
+    }
+    p.noise = {from({0, 0.1, 10}), from({0, 1e-4, 0.02}), never, seed};
+    p.time_scheme = TimeScheme(below(4));
+    p.scalar_scheme = ScalarScheme(below(3));
+    p.momentum_scheme = MomentumScheme(below(2));
+    p.dt = chance(0.5) ? 0 : from({0.1, 10, 600});
+    p.cfl = from({0.1, 0.5, 0.7, 0.75});
+    Sounding s{"random", {0, 500, 520, 4000}, {300, 300, 300 + from({0, 20}), 300 + from({-5, 0, 15, 60})},
+               {from({0, 0.01, 0.03}), 0.01, 0.01, from({0, 0.005, 0.05})}, {from({0, 5, 80}), 0, 0, 10}, {0, from({0, -40}), 0, 0}, 0};
+
+    std::ostringstream traits;
+    traits << "scheme " << int(p.time_scheme) << int(p.scalar_scheme) << int(p.momentum_scheme) << " precision " << int(p.precision)
+           << " cells " << p.lattice.n[0] << ' ' << p.lattice.n[1] << ' ' << p.lattice.n[2] << " h " << p.lattice.h[0] << ' '
+           << p.lattice.h[1] << ' ' << p.lattice.h[2] << " sides " << int(p.lattice.side[0]) << int(p.lattice.side[1])
+           << " diffusivity " << p.diffusivity << " viscosity " << p.viscosity << " subgrid " << p.subgrid << " rain " << p.rain
+           << " momentum " << p.momentum << " dt " << p.dt << " cfl " << p.cfl << " g " << p.constants.g << " anelastic "
+           << p.anelastic;
+    SCOPED_TRACE(traits.str());
+    std::unique_ptr<Simulation> sim;
+    try {
+        sim = Simulation::make(p, s);
+    } catch (const InputError&) {
+        return false;  // refused before the first step, in one sentence
+    }
+    sim->start();
+    const bool single = p.precision == Precision::Float;
+    watch(*sim, single);
+    return true;
+}
+
+TEST(Robust, RandomParametersSurviveAndKeepTheirInvariants)
+{
+    const int sets = vdbcloud::test::sized(40, 500);
+    int ran = 0;
+    for (int i = 0; i < sets; ++i) ran += check_random(uint64_t(i));
+    EXPECT_GT(ran, sets * 3 / 4);
+}
+
+}  // namespace
+}  // namespace vdbcloud::sim
