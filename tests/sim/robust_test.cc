@@ -201,7 +201,8 @@ void watch(Simulation& sim, bool single)
         ASSERT_EQ(b.fault, "") << "after " << b.time << " s, " << b.steps << " steps";
         ASSERT_GE(b.water_min, 0);
         if (b.new_extrema >= 0 && p.time_scheme != TimeScheme::HugeStep) {
-            ASSERT_LE(b.new_extrema, single ? 1e-5 : 1e-12) << "after " << b.time << " s, " << b.steps << " steps";
+            // What divergence is left compresses what it carries: nothing to see but in boxes far from cubes in float.
+            ASSERT_LE(b.new_extrema, (single ? 1e-5 : 1e-12) + 200 * b.divergence) << "after " << b.time << " s, " << b.steps << " steps";
         }
         for (const double q : all_cloud(sim)) ASSERT_GE(q, 0);
     }
