@@ -1,0 +1,188 @@
+// cloudsim as a user runs it: frames and what is in them, restarts after a kill, plans, refusals.
+#include "support/run.h"
+
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/schema.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <sstream>
+
+namespace vdbcloud::test {
+namespace {
+
+using Words = std::vector<std::string>;
+
+const Words small{"--cells", "16,12,20", "--minutes", "4", "--every", "1min"};
+
+RunResult cloudsim(Words words, const RunOptions& options = {})
+{
+    words.insert(words.begin(), small.begin(), small.end());
+    words.insert(words.begin(), program("cloudsim"));
+    return run(words, options);
+}
+
+/// A first bubble that is cloud from the start, so that four minutes suffice.
+const Words wet{"--bubble", "2000,2000,1200,900,700,1,5e-3"};
+
+Words with(Words a, const Words& b)
+{
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+}
+
+TEST(Cloudsim, WritesFramesWhoseCloudIsWhatSaturationLeaves)
+{
+    const Scratch scratch;
+    const RunResult r = cloudsim(with(wet, {"-o", scratch / "new/f.%03d.vdb", "--unpruned", "--log", scratch / "log"}));
+    ASSERT_EQ(r.status, 0) << r.err;
+    std::istringstream log(read_text(scratch / "log"));
+    int lines = 0;
+    for (std::string line; std::getline(log, line); ++lines) EXPECT_EQ(nlohmann::json::parse(line)["frame"], lines);
+    EXPECT_EQ(lines, 5);
+    for (const char* number : {"000", "004"}) {
+        const GridFile file = read_grid_file(scratch / ("new/f." + std::string(number) + ".vdb"));
+        const auto density = openvdb::gridPtrCast<FloatGrid>(find_grid(file, schema::density));
+        const auto temperature = openvdb::gridPtrCast<FloatGrid>(find_grid(file, schema::temperature));
+        const auto water = openvdb::gridPtrCast<FloatGrid>(find_grid(file, "qt"));
+        ASSERT_TRUE(density && temperature && water);
+        EXPECT_EQ(find_grid(file, "vel")->getGridClass(), openvdb::GRID_STAGGERED);
+        EXPECT_EQ(density->activeVoxelCount(), 16u * 12 * 20);
+        EXPECT_EQ(get_text(*file.metadata, schema::up_axis, ""), "Y");
+        EXPECT_NEAR(get_vector(*density, schema::sigma_t_per_density, Vec3d(0, 0, 0))[0], 1.5 * 1.16 / (1000 * 10e-6), 1e-9);
+        EXPECT_NE(get_text(*file.metadata, "cloudsim:parameters", "").find("theta0 = 300"), std::string::npos);
+        std::istringstream levels(get_text(*file.metadata, "cloudsim:pressure", ""));
+        std::vector<double> pressure;
+        for (double p; levels >> p;) pressure.push_back(p);
+        ASSERT_EQ(pressure.size(), 20u);
+        double most = 0;
+        auto t = temperature->getConstAccessor(), q = water->getConstAccessor();
+        for (auto it = density->cbeginValueOn(); it; ++it) {
+            const auto at = it.getCoord();
+            const double p = pressure[size_t(at.y())], kelvin = double(t.getValue(at));
+            const double e = 611.2 * std::exp(17.67 * (kelvin - 273.15) / (kelvin - 29.65)), eps = 287.05 / 461.5;
+            const double q_s = eps * e / (p - (1 - eps) * e);
+            // Temperature comes rounded to 3e-5 K, saturation has a slope of up to 1.2e-3 1/K.
+            ASSERT_NEAR(double(*it), std::max(0.0, double(q.getValue(at)) - q_s), 2e-7) << at;
+            most = std::max(most, double(*it));
+        }
+        EXPECT_GT(most, 1e-4);
+        // Height is along file y, from 0: cold above.
+        EXPECT_GT(t.getValue({3, 0, 3}), t.getValue({3, 19, 3}) + 10);
+        EXPECT_NEAR(density->indexToWorld(openvdb::Coord(0, 0, 0)).y(), 0.5 * 128 * 30 / 20, 1e-9);
+    }
+}
+
+TEST(Cloudsim, SparseFramesHoldTheCloudAlone)
+{
+    const Scratch scratch;
+    ASSERT_EQ(cloudsim(with(wet, {"-o", scratch / "last.vdb", "--up", "z"})).status, 0);
+    const GridFile file = read_grid_file(scratch / "last.vdb");
+    const auto density = openvdb::gridPtrCast<FloatGrid>(find_grid(file, schema::density));
+    for (auto it = density->cbeginValueOn(); it; ++it) ASSERT_GT(*it, 0);
+    EXPECT_GT(density->activeVoxelCount(), 10u);
+    EXPECT_LT(density->activeVoxelCount(), 16u * 12 * 20 / 2);
+    EXPECT_EQ(density->evalActiveVoxelDim().y() <= 12, true);
+    EXPECT_EQ(get_text(*file.metadata, schema::up_axis, ""), "Z");
+}
+
+TEST(Cloudsim, GoesOnAfterAKillWithTheSameFrames)
+{
+    const Scratch scratch;
+    ASSERT_EQ(cloudsim(with(wet, {"-o", scratch / "a%d.vdb"})).status, 0);
+    const Words kept = with(wet, {"-o", scratch / "b%d.vdb", "--checkpoint", scratch / "state", "--resume", scratch / "state",
+                                  "--checkpoint-every", "1"});
+    RunOptions kill;
+    kill.until = "frame 2";
+    kill.signal = SIGKILL;
+    EXPECT_EQ(cloudsim(kept, kill).status, 128 + SIGKILL);
+    EXPECT_EQ(cloudsim(kept).status, 0);
+    for (const char* number : {"0", "1", "2", "3", "4"}) {
+        const RunResult same = run({program("vdbdiff"), scratch / (std::string("a") + number + ".vdb"),
+                                    scratch / (std::string("b") + number + ".vdb")});
+        EXPECT_EQ(same.status, 0) << number << ' ' << same.out << same.err;
+    }
+    // Another run's checkpoint is refused with the parameter that differs.
+    const RunResult other = cloudsim(with(kept, {"--theta0", "299"}));
+    EXPECT_EQ(other.status, 2);
+    EXPECT_NE(other.err.find("theta0 = 300"), std::string::npos) << other.err;
+    write_text(scratch / "state", read_text(scratch / "state").substr(0, 20000));
+    EXPECT_EQ(cloudsim(kept).status, 1);
+}
+
+TEST(Cloudsim, StartsFromItsOwnFrames)
+{
+    const Scratch scratch;
+    ASSERT_EQ(cloudsim(with(wet, {"-o", scratch / "first.vdb", "--unpruned"})).status, 0);
+    const RunResult r = run({program("cloudsim"), "--cells", "16,12,20", "--minutes", "0", "--init", scratch / "first.vdb", "-o",
+                             scratch / "again.vdb", "--unpruned", "--no-forcing"});
+    ASSERT_EQ(r.status, 0) << r.err;
+    const GridFile a = read_grid_file(scratch / "first.vdb"), b = read_grid_file(scratch / "again.vdb");
+    for (const std::string name : {"density", "temperature", "qt"}) {
+        const auto x = openvdb::gridPtrCast<FloatGrid>(find_grid(a, name)), y = openvdb::gridPtrCast<FloatGrid>(find_grid(b, name));
+        double most = 0;
+        for (auto it = x->cbeginValueOn(); it; ++it)
+            most = std::max(most, std::abs(double(*it) - double(y->tree().getValue(it.getCoord()))));
+        EXPECT_LT(most, name == "temperature" ? 2e-4 : 1e-6) << name;
+    }
+}
+
+TEST(Cloudsim, PlansWithoutDoing)
+{
+    const Scratch scratch;
+    const RunResult r = cloudsim({"-o", scratch / "f.%d.vdb", "--dry-run", "--rain", "off", "--moisture", "off", "--json", "-"});
+    ASSERT_EQ(r.status, 0) << r.err;
+    EXPECT_TRUE(scratch.list().empty());
+    EXPECT_NE(r.err.find("off  moisture"), std::string::npos) << r.err;
+    EXPECT_NE(r.err.find("on   buoyancy"), std::string::npos);
+    EXPECT_GT(nlohmann::json::parse(r.out)["estimate"]["memory_bytes"], 1000);
+}
+
+TEST(Cloudsim, StrictEndsWithThreeWhenAnInvariantBreaks)
+{
+    const Scratch scratch;
+    // Transport without a limiter digs below zero beside a wet bubble in dry air.
+    const Words dry{"--sounding", "smoke", "--bubble", "2000,2000,1200,400,300,3,1e-2", "--scalars", "plain5", "--no-forcing"};
+    const RunResult warned = cloudsim(with(dry, {"-o", scratch / "a%d.vdb"}));
+    EXPECT_EQ(warned.status, 0);
+    EXPECT_NE(warned.err.find("below 0"), std::string::npos) << warned.err;
+    EXPECT_EQ(cloudsim(with(dry, {"-o", scratch / "b%d.vdb", "--strict"})).status, 3);
+}
+
+TEST(Cloudsim, EverySceneRuns)
+{
+    for (const std::string preset : {"cumulus", "congestus", "stratocumulus", "fog", "smoke", "paper"}) {
+        const Scratch scratch;
+        const RunResult r = run({program("cloudsim"), "--preset", preset, "--cells", "12,10,16", "--minutes", "1", "--every", "30s",
+                                 "-o", scratch / "f%d.vdb", "--strict"});
+        EXPECT_EQ(r.status, 0) << preset << ": " << r.err;
+        EXPECT_EQ(scratch.list().size(), 3u);
+    }
+}
+
+TEST(Cloudsim, RefusesInOneSentence)
+{
+    const Scratch scratch;
+    const auto refused = [&](const Words& words) {
+        const RunResult r = cloudsim(with(words, {"-o", scratch / "f%d.vdb"}));
+        EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
+        return r.status;
+    };
+    EXPECT_EQ(refused({"--preset", "nimbus"}), 2);
+    EXPECT_EQ(refused({"--cells", "0"}), 2);
+    EXPECT_EQ(refused({"--every", "10 parsecs"}), 2);
+    EXPECT_EQ(refused({"--patch", "1,2"}), 2);
+    EXPECT_EQ(refused({"--friction-time", "0"}), 2);
+    EXPECT_EQ(refused({"--sounding", scratch / "none.txt"}), 1);
+    EXPECT_EQ(refused({"--init", scratch / "none.vdb"}), 1);
+    EXPECT_EQ(run({program("cloudsim"), "-o", scratch / "f%x.vdb"}).status, 2);
+    EXPECT_TRUE(scratch.list().empty());
+}
+
+}  // namespace
+}  // namespace vdbcloud::test
