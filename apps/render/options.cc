@@ -169,7 +169,7 @@ void declare(app::App& app, RenderOptions& o)
     app.add_option("--png", o.png, "a second picture, .png, to look at")
         ->type_name("FILE")
         ->configurable(false);
-    app.add_option("--grid", o.density, "the density grid's name, or NAME[k]; without it by common names")
+    app.add_option("--density", o.density, "the density grid's name, or NAME[k]; without it by common names")
         ->group("Medium");
     app::declare_medium(app, o.medium);
     app::declare_lights(app, o.lights);
