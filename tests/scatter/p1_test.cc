@@ -251,6 +251,42 @@ TEST(Furnace, IsExactInAnyDensityFromAZeroGuess)
         }
 }
 
+TEST(Sun, OnHardMediaConvergesAndBalances)
+{
+    const std::pair<const char*, FloatGridPtr> cases[] = {
+        {"salt and pepper with voids", test::field(Vec3i(20, 22, 18), Vec3d(1), [](const Vec3i& p) { return bumpy(p, 3); })},
+        {"thin as 1e-12", test::field(Vec3i(16), Vec3d(1), [](const Vec3i&) { return 1e-12; })},
+        {"100 a voxel", test::field(Vec3i(16), Vec3d(1), [](const Vec3i&) { return 100.0; })},
+        {"1e4 deep", test::field(Vec3i(8, 200, 8), Vec3d(1), [](const Vec3i&) { return 50.0; })},
+        {"one voxel", test::field(Vec3i(1), Vec3d(1), [](const Vec3i&) { return 1.0; })},
+        {"two clouds far apart", test::field(Vec3i(200, 4, 4), Vec3d(1), [](const Vec3i& p) { return p.x() < 5 || p.x() > 190 ? 1.0 : 0.0; })},
+    };
+    for (const auto& [name, grid] : cases)
+        for (double g : {0.0, 0.85, 0.99, -0.9})
+            for (double albedo : {1.0, 0.9}) {
+                Medium medium;
+                medium.sigma_t_per_density = Vec3d(1);
+                medium.g = g;
+                medium.albedo = Vec3d(albedo);
+                Light sun;
+                sun.to_light = Vec3d(0.3, 1, 0.2).unit();
+                ScatterOptions options;
+                options.solve.max_iterations = 400;
+                ScatterReport report;
+                const auto fields = scatter_p1(*grid, nullptr, nullptr, medium, {sun}, options, {}, report);
+                const auto& c = report.channel[0];
+                EXPECT_TRUE(report.converged) << name << " g " << g << " residual " << c.solve.residual;
+                EXPECT_TRUE(std::isfinite(c.budget.smallest) && std::isfinite(c.budget.largest)) << name;
+                EXPECT_GT(c.budget.largest, 0) << name;
+                EXPECT_EQ(c.budget.negative > 0, c.budget.smallest < -1e-7 * c.budget.largest) << name;
+                if (g == 0 && std::string(name) != "salt and pepper with voids" && std::string(name) != "thin as 1e-12") {
+                    EXPECT_EQ(c.budget.negative, 0) << name << ' ' << c.budget.smallest;
+                }
+                // What a medium of 1e-12 takes from the beam is a difference of doubles near 1.
+                EXPECT_LT(c.budget.defect * c.deposited, 1e-6 * c.deposited + 1e-13 * c.beam_in) << name << " g " << g;
+            }
+}
+
 TEST(Moments, OfAPointSourceAreTheExactOnes)
 {
     // Far enough for the boundary not to matter: exp(-k r) with k^2 = 3 (1-w0)(1-w0 g).

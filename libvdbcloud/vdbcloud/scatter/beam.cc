@@ -402,7 +402,7 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
                 if (up) first_scatter -= w0 * upper[k];
                 for (const auto& [to, strength] : channels) {
                     to->rhs[voxel.slot] += strength * source;
-                    to->outflow[k][2 * a + up] += float(strength * leaving);
+                    to->outflow[k][2 * a + up] += strength * leaving;
                     if (forward)
                         to->additive[a][voxel.slot] += float(strength * (up ? leaving : -leaving) / 2 / p1.face_area(a));
                 }

@@ -195,9 +195,10 @@ P1Budget budget(const P1Operator& p1, const P1Source& source, const std::vector<
         if (!blocks.active(slot)) continue;
         b.smallest = first ? phi[slot] : std::min(b.smallest, phi[slot]);
         b.largest = first ? phi[slot] : std::max(b.largest, phi[slot]);
-        b.negative += phi[slot] < 0;
         first = false;
     }
+    for (size_t slot = 0; slot < blocks.count() * 512; ++slot)
+        b.negative += blocks.active(slot) && phi[slot] < -1e-7 * std::max(std::abs(b.largest), std::abs(b.smallest));
     return b;
 }
 

@@ -83,7 +83,7 @@ struct P1Source {
     std::vector<double> rhs;                ///< [power / hbar^2] for each slot
     std::array<std::vector<float>, 3> additive;  ///< mean over a cell's two faces of F's additive part; empty if none
     /// Outward additive flux per exposed face, six a voxel of exposed(), in power / hbar^2 (without G(phi - 4J)).
-    std::vector<std::array<float, 6>> outflow;
+    std::vector<std::array<double, 6>> outflow;
     double deposited = 0;   ///< power taken from the (scaled) beams inside the cells
     double first_scatter = 0;  ///< the part of it that is scattered: w0' of it
     double beam_in = 0;     ///< beam power through exposed faces into cells
@@ -104,7 +104,7 @@ struct P1Budget {
     double absorbed = 0;          ///< of collided light by the medium, and of the beam at its first collision
     double defect = 0;            ///< |in - out - absorbed| / in
     double smallest = 0, largest = 0;  ///< of phi
-    int64_t negative = 0;         ///< cells with phi < 0
+    int64_t negative = 0;         ///< cells with phi below -1e-7 of the largest: beyond what rounding and tolerance leave
 };
 
 /// Solves for phi [radiance x sr]. `source.rhs` is used up. The result's total balance is then closed exactly by one
