@@ -7,6 +7,7 @@
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 
+#include <functional>
 #include <vector>
 
 namespace vdbcloud::sim {
@@ -75,6 +76,19 @@ void fast_preset(benchmark::State& state)
     run_steps(state, p, int(state.range(1)));
 }
 
+/// What one effect more or less costs in time and memory: bytes are those of all fields.
+void effect(benchmark::State& state, const std::function<void(Parameters&)>& change)
+{
+    Parameters p = cloudy(96);
+    change(p);
+    const Limit limit(Limit::max_allowed_parallelism, 1);
+    auto sim = Simulation::make(p, {"s", {0, 800, 4000}, {300, 300, 312}, {0.014, 0.013, 0}, {0, 0, 0}, {0, 0, 0}, 0});
+    sim->start();
+    state.counters["bytes/cell"] = double(sim->bytes()) / double(p.lattice.cells());
+    double time = 0;
+    for (auto _ : state) sim->advance_to(time += 1);
+}
+
 template<typename T> void projection(benchmark::State& state)
 {
     const Limit limit(Limit::max_allowed_parallelism, size_t(state.range(1)));
@@ -90,6 +104,26 @@ template<typename T> void projection(benchmark::State& state)
     state.counters["cells/s"] =
         benchmark::Counter(double(state.iterations()) * double(lattice.cells()), benchmark::Counter::kIsRate);
 }
+
+#define EFFECT(name, ...)                                                                                             \
+    BENCHMARK_CAPTURE(effect, name, [](Parameters & p) { __VA_ARGS__; })                                              \
+        ->Iterations(8)->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond)
+EFFECT(default, (void)p);
+EFFECT(moisture_off, p.moisture = false);
+EFFECT(latent_heat_off, p.moist.latent_heat = false);
+EFFECT(saturation_by_height, p.moist.by = SaturationBy::Height);
+EFFECT(buoyancy_off, p.moisture = p.buoyancy = false);
+EFFECT(wind_prescribed_dye_only, p.moisture = p.buoyancy = p.momentum = false, p.dye = true);
+EFFECT(dye_on, p.dye = true);
+EFFECT(rain_on, p.rain = true);
+EFFECT(friction_on, p.friction_time = 1000);
+EFFECT(viscosity_on, p.viscosity = p.diffusivity = 1);
+EFFECT(subgrid_on, p.subgrid = true);
+EFFECT(radiation_on, p.radiation = 70);
+EFFECT(sponge_on, p.sponge = 0.02);
+EFFECT(shear_relaxation_on, p.wind_relaxation = 1000);
+EFFECT(anelastic_on, p.anelastic = true);
+EFFECT(one_cell_wide, p.lattice.n[1] = 1);
 
 BENCHMARK(triad)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(moist_rk3)->Args({128, 1})->Args({128, 2})->Iterations(10)->UseRealTime()->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);

@@ -20,10 +20,7 @@ struct Axes {
     bool y_up;
 
     openvdb::Coord voxel(int i, int j, int k) const { return y_up ? openvdb::Coord(i, k, j) : openvdb::Coord(i, j, k); }
-    Vec3f vector(double u, double v, double w) const
-    {
-        return y_up ? Vec3f(float(u), float(w), float(v)) : Vec3f(float(u), float(v), float(w));
-    }
+    Vec3f vector(float u, float v, float w) const { return y_up ? Vec3f(u, w, v) : Vec3f(u, v, w); }
     Vec3d position(double x, double y, double z) const { return y_up ? Vec3d(x, z, y) : Vec3d(x, y, z); }
     /// World position of a cell's centre: the box stands on the origin.
     Vec3d centre(int i, int j, int k) const
@@ -49,8 +46,23 @@ Values gather(const Lattice& l, const std::function<void(int k, double* out)>& p
     return values;
 }
 
+/// The same in single precision, as grids hold it: half the memory of a large box.
+using Cells = std::vector<float>;
+
+Cells gather_cells(const Lattice& l, const std::function<void(int k, double* out)>& plane)
+{
+    const size_t size = size_t(l.n[0]) * size_t(l.n[1]);
+    Cells cells(l.cells());
+    std::vector<double> row(size);
+    for (int k = 0; k < l.n[2]; ++k) {
+        plane(k, row.data());
+        for (size_t c = 0; c < size; ++c) cells[size_t(k) * size + c] = float(row[c]);
+    }
+    return cells;
+}
+
 /// Cells within two of one where `values` is above 0.
-std::vector<char> near_positive(const Lattice& l, const Values& values)
+std::vector<char> near_positive(const Lattice& l, const Cells& values)
 {
     std::vector<char> near(values.size());
     for (size_t c = 0; c < values.size(); ++c) near[c] = values[c] > 0;
@@ -82,10 +94,10 @@ typename GridT::Ptr fill(const Axes& axes, const std::string& name, const Value&
     return grid;
 }
 
-FloatGridPtr scalar(const Axes& axes, const std::string& name, const std::string& unit, const Values& values,
+FloatGridPtr scalar(const Axes& axes, const std::string& name, const std::string& unit, const Cells& values,
                     const std::function<bool(size_t)>& active)
 {
-    auto grid = fill<FloatGrid>(axes, name, [&](size_t c) { return float(values[c]); }, active);
+    auto grid = fill<FloatGrid>(axes, name, [&](size_t c) { return values[c]; }, active);
     grid->setGridClass(openvdb::GRID_FOG_VOLUME);
     set_text(*grid, "vdbcloud:unit", unit);
     return grid;
@@ -140,13 +152,13 @@ GridFile make_frame(const Simulation& sim, const FrameOptions& o, const std::str
     set_text(*file.metadata, "cloudsim:pressure", pressures.str());  // of the base state [Pa], a value a level
 
     const bool moist = sim.has(Quantity::Water);
-    const auto plane_of = [&](Quantity q) { return gather(l, [&, q](int k, double* out) { sim.get_plane(q, k, out); }); };
-    Values density(l.cells(), 0.0);
-    if (moist) density = gather(l, [&](int k, double* out) { sim.get_cloud_plane(k, out); });
+    const auto plane_of = [&](Quantity q) { return gather_cells(l, [&, q](int k, double* out) { sim.get_plane(q, k, out); }); };
+    Cells density(l.cells(), 0.0f);
+    if (moist) density = gather_cells(l, [&](int k, double* out) { sim.get_cloud_plane(k, out); });
     else if (sim.has(Quantity::Dye)) density = plane_of(Quantity::Dye);
     const std::vector<char> near = o.unpruned ? std::vector<char>() : near_positive(l, density);
     const auto nearby = [&](size_t c) { return o.unpruned || near[c]; };
-    const auto positive = [&](const Values& v) { return [&](size_t c) { return o.unpruned || float(v[c]) > 0; }; };
+    const auto positive = [&](const Cells& v) { return [&](size_t c) { return o.unpruned || v[c] > 0; }; };
 
     if (wanted(schema::density)) {
         auto grid = scalar(axes, schema::density, moist ? "kg/kg" : "1", density, positive(density));
@@ -154,28 +166,29 @@ GridFile make_frame(const Simulation& sim, const FrameOptions& o, const std::str
         file.grids.push_back(grid);
     }
     if (sim.has(Quantity::Theta) && wanted(schema::temperature)) {
-        Values theta = plane_of(Quantity::Theta);
         const bool real = sim.thermodynamics().terms().by == SaturationBy::Temperature;
-        const size_t plane = size_t(l.n[0]) * size_t(l.n[1]);
-        for (size_t c = 0; c < theta.size(); ++c) {
-            const Level& level = sim.column().level[c / plane];
-            const double warm = moist && sim.thermodynamics().terms().latent_heat ? level.heat * density[c] : 0;
-            theta[c] = (theta[c] + warm) * (real ? level.exner : 1);
-        }
-        file.grids.push_back(scalar(axes, schema::temperature, "K", theta, nearby));
+        const bool heated = moist && sim.thermodynamics().terms().latent_heat;
+        std::vector<double> cloud(size_t(l.n[0]) * size_t(l.n[1]), 0.0);
+        const Cells temperature = gather_cells(l, [&](int k, double* out) {
+            const Level& level = sim.column().level[size_t(k)];
+            sim.get_plane(Quantity::Theta, k, out);
+            if (heated) sim.get_cloud_plane(k, cloud.data());
+            for (size_t c = 0; c < cloud.size(); ++c) out[c] = (out[c] + level.heat * cloud[c]) * (real ? level.exner : 1);
+        });
+        file.grids.push_back(scalar(axes, schema::temperature, "K", temperature, nearby));
     }
     if (moist && wanted("qt")) file.grids.push_back(scalar(axes, "qt", "kg/kg", plane_of(Quantity::Water), nearby));
     if (sim.has(Quantity::Rain) && wanted("rain")) {
-        const Values rain = plane_of(Quantity::Rain);
+        const Cells rain = plane_of(Quantity::Rain);
         file.grids.push_back(scalar(axes, "rain", "kg/kg", rain, positive(rain)));
     }
     if (sim.has(Quantity::Dye) && wanted("dye")) {
-        const Values dye = plane_of(Quantity::Dye);
+        const Cells dye = plane_of(Quantity::Dye);
         file.grids.push_back(scalar(axes, "dye", "1", dye, positive(dye)));
     }
     if (wanted(schema::velocity)) {
-        const auto component = [&](Quantity q) { return sim.has(q) ? plane_of(q) : Values(l.cells(), 0.0); };
-        const Values u = component(Quantity::U), v = component(Quantity::V), w = component(Quantity::W);
+        const auto component = [&](Quantity q) { return sim.has(q) ? plane_of(q) : Cells(l.cells(), 0.0f); };
+        const Cells u = component(Quantity::U), v = component(Quantity::V), w = component(Quantity::W);
         auto grid = fill<Vec3SGrid>(axes, schema::velocity, [&](size_t c) { return axes.vector(u[c], v[c], w[c]); }, nearby);
         grid->setGridClass(openvdb::GRID_STAGGERED);
         set_text(*grid, "vdbcloud:unit", "m/s");
