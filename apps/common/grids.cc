@@ -5,6 +5,7 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/grid/statistics.h"
 
@@ -54,7 +55,7 @@ bool ours(const std::string& name)
     const std::vector<std::string> densities = schema::aliases(schema::density);
     return std::count(densities.begin(), densities.end(), name) > 0 ||
            name.rfind(schema::transmittance_prefix, 0) == 0 || name == schema::phi ||
-           name.rfind(schema::flux_prefix, 0) == 0 || name == schema::solid;
+           name.rfind(schema::flux_prefix, 0) == 0 || name.rfind(schema::moment_prefix, 0) == 0 || name == schema::solid;
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 //   fractalgen -o - | illuminate - --sun 0.3,1,0.2 -o - | p1solve - --albedo 0.9999 --g 0.85 -o - | render - -o cloud.exr
 //   p1solve slab.vdb --sun 0.5,1,0 --periodic xz -o slab.lit.vdb        a cloud layer without end
 //
+//   p1solve light.vdb --g 0.85 --iterations 5 --directions 64 --degree 3 -o lit.vdb    on to the transport equation, by sweeps
+//
 // Kajiya & Von Herzen 1984, section 4 (high albedo). Writes phi (fluence) and flux of the collided light beside all that
 // the input holds; the uncollided light is the transmittance grids', and render adds both.
 #include "light_options.h"
@@ -12,10 +14,12 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/light/transmittance_grid.h"
 #include "vdbcloud/scatter/series_grids.h"
 
+#include <algorithm>
 #include <cmath>
 
 using namespace vdbcloud;
@@ -32,6 +36,25 @@ struct Options {
 
     Options() { series.order = 0; }
 };
+
+void declare_closure(app::App& app, ScatterOptions& o)
+{
+    const auto group = "From P1 to the transport equation";
+    auto* iterations = app.add_option("--iterations", o.closure.iterations, "transport sweeps at most; 0 is P1")
+                           ->check(app::within(0, 1000))->group(group);
+    app.add_option("--directions", o.closure.directions, "of the quadrature, rounded up to what there is and to what the degree needs")
+        ->check(app::within(1, 8192))->needs(iterations)->group(group);
+    app.add_choice<OrdinateKind>("--quadrature", o.closure.kind,
+                                 {{"product", OrdinateKind::Product}, {"level-symmetric", OrdinateKind::LevelSymmetric}},
+                                 "product: azimuths x half-range Gauss, best in layers; level-symmetric: no axis is special, degree 5 at most")
+        ->needs(iterations)->group(group);
+    app.add_option("--degree", o.closure.degree, "of the expansion of scattered light and of the delta-M scaling: 1 to 7")
+        ->check(app::within(1, 7))->needs(iterations)->group(group);
+    app.add_option("--change", o.closure.change, "stop when phi changes by less from sweep to sweep, relative")
+        ->check(app::positive)->needs(iterations)->group(group);
+    app.add_option("--keep-moments", o.keep_moments, "degree up to which moments are written; 1: phi and flux")
+        ->check(app::within(1, 7))->needs(iterations)->group(group);
+}
 
 void declare(app::App& app, Options& o)
 {
@@ -63,6 +86,8 @@ void declare(app::App& app, Options& o)
         ->check(app::within(0.01, 0.999999))->group(series);
     app.add_flag("--series-raw", o.series_raw, "write the I_k themselves too")->group(series);
 
+    declare_closure(app, o.scatter);
+
     const auto accuracy = "Accuracy";
     app.add_option("--tolerance", o.scatter.solve.tolerance, "of the residual and of the estimated error, relative")
         ->check(app::positive)->group(accuracy);
@@ -80,6 +105,25 @@ void read_periodic(Options& o)
         if (axis < 'x' || axis > 'z') throw UsageError("--periodic " + printable(o.periodic) + ": expected letters of x, y and z");
         o.scatter.periodic[size_t(axis - 'x')] = true;
     }
+}
+
+void read_closure(app::App& app, Options& o)
+{
+    ClosureOptions& c = o.scatter.closure;
+    if (c.iterations == 0) return;
+    if (o.series.order > 0) throw UsageError("--iterations and --series: expected one of them, the series expands P1");
+    if (o.scatter.solver != P1Solver::Multigrid) throw UsageError("--iterations with --solver relaxation: expected multigrid");
+    const size_t count = ordinates(c.kind, c.directions, c.degree).count();
+    if (count != size_t(c.directions))
+        app.say(std::to_string(c.directions) + " directions asked for degree " + std::to_string(c.degree) + ": " +
+                std::to_string(count) + " taken");
+}
+
+/// Moments of an earlier run: they belong to a phi that is replaced.
+void drop_moments(GridFile& file)
+{
+    const auto is_moment = [](const GridBasePtr& grid) { return grid->getName().rfind(schema::moment_prefix, 0) == 0; };
+    file.grids.erase(std::remove_if(file.grids.begin(), file.grids.end(), is_moment), file.grids.end());
 }
 
 /// The vec3s grid of a role, if there is one.
@@ -119,6 +163,15 @@ std::vector<Light> lights_for(app::App& app, const Options& o, GridFile& file, c
 
 nlohmann::json numbers(const std::array<double, 6>& v) { return nlohmann::json(std::vector<double>(v.begin(), v.end())); }
 
+nlohmann::json described(const ClosureReport& c)
+{
+    nlohmann::json r = {{"directions", c.directions}, {"iterations", c.iterations}, {"converged", c.converged},
+                        {"change", c.change}, {"seconds", c.seconds}, {"contraction", c.contraction}};
+    if (c.error >= 0) r["error_estimate"] = c.error;
+    for (const SolveResult& solve : c.solves) r["solver_iterations"].push_back(solve.iterations);
+    return r;
+}
+
 nlohmann::json described(const ChannelReport& c)
 {
     const P1Budget& b = c.budget;
@@ -133,6 +186,7 @@ nlohmann::json described(const ChannelReport& c)
         r["budget"]["faces_against_lines"] = c.lines > 0 ? c.deposited / c.lines - 1 : 0.0;
     }
     if (c.reentry >= 0) r["budget"]["share_that_would_enter_again_and_is_lost"] = c.reentry;
+    if (c.closure.iterations > 0) r["sweeps"] = described(c.closure);
     r["phi"] = {{"smallest", b.smallest}, {"largest", b.largest}, {"negative_voxels", b.negative}};
     return r;
 }
@@ -146,14 +200,24 @@ void fill_report(app::App& app, const ScatterReport& report)
                    {"bytes_per_active_voxel", report.voxels ? double(report.bytes) / double(report.voxels) : 0.0}};
     const char* const channels[] = {"r", "g", "b"};
     for (int c = 0; c < 3; ++c) r["channels"][channels[c]] = described(report.channel[c]);
-    r["accuracy"] = {{"bias", "P1: on clouds with directional light the picture is off by 10 to 45 %, which transport sweeps remove"}};
+    if (report.channel[0].closure.iterations == 0)
+        r["accuracy"] = {{"bias", "P1: on clouds with directional light the picture is off by 10 to 45 %, which transport sweeps remove"}};
 }
 
-void estimate(app::App& app, const FloatGrid& density, size_t lights)
+void estimate(app::App& app, const Options& o, const Medium& medium, const FloatGrid& density, size_t lights)
 {
     const double voxels = double(density.activeVoxelCount()), slots = 512.0 * density.tree().leafCount();
-    const double bytes = 90 * slots + 60 * voxels, seconds = voxels * (1e-6 * double(lights) + 1e-6);
-    app.report()["estimate"] = {{"memory_bytes", bytes}, {"seconds", seconds}};
+    double bytes = 90 * slots + 60 * voxels, seconds = voxels * (1e-6 * double(lights) + 1e-6);
+    if (const ClosureOptions& c = o.scatter.closure; c.iterations > 0) {
+        const size_t directions = ordinates(c.kind, c.directions, c.degree).count();
+        const int terms = medium.g == 0 ? 1 : harmonic_count(c.degree), moments = harmonic_count(std::max(c.degree, 2));
+        bytes += slots * (4 * (2 * terms + moments) + 12 + 90) + 12 * voxels;
+        seconds += voxels * c.iterations * (20e-9 * double(directions) + 1e-6) + voxels * 1e-6 * double(lights);
+        app.report()["estimate"]["directions"] = directions;
+    }
+    app.report()["estimate"]["bytes_per_active_voxel"] = voxels > 0 ? bytes / voxels : 0.0;
+    app.report()["estimate"]["memory_bytes"] = bytes;
+    app.report()["estimate"]["seconds"] = seconds;
     app.say("would solve for " + std::to_string(std::lround(voxels)) + " voxels in about " + app::brief(std::ceil(seconds)) +
             " s of processor time and " + app::brief(std::ceil(bytes / 1e6)) + " MB");
 }
@@ -199,11 +263,13 @@ void add_series(app::App& app, Options& o, GridFile& file, const FloatGrid& dens
 void solve(app::App& app, Options& o)
 {
     read_periodic(o);
+    read_closure(app, o);
     auto file = app.read(o.input);
     const auto density = density_of(file, o.density, app.warnings());
     const Medium medium = app::chosen_medium(app, o.medium, *density);
     const auto lights = lights_for(app, o, file, *density, medium);
-    if (app.dry_run()) return estimate(app, *density, lights.size());
+    if (get_text(*file.metadata, schema::up_axis, "Y") == "Z") o.scatter.closure.polar = 2;
+    if (app.dry_run()) return estimate(app, o, medium, *density, lights.size());
 
     const auto tint = vectors(app, file, grid_of(file, schema::colour));
     const auto emission = vectors(app, file, find_grid(file, schema::emission));
@@ -231,8 +297,10 @@ void solve(app::App& app, Options& o)
     if (o.series.order > 0 && fields.phi) add_series(app, o, file, *density, emission.get(), medium, lights, fields);
     if (!fields.phi) app.warnings()("no voxel above 0: nothing to scatter in");
     if (fields.phi) {
+        drop_moments(file);
         put_grid(file, fields.phi);
         for (const auto& flux : fields.flux) put_grid(file, flux);
+        for (const auto& moment : fields.moments) put_grid(file, moment);
     }
     app.write(o.output, file);
 }

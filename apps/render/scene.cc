@@ -27,6 +27,23 @@ Vec3SGridPtr vectors(app::App& app, const GridFile& file, const GridBasePtr& gri
     return nullptr;
 }
 
+/// The moments of degree 2 and more that the file holds without a gap.
+void add_moments(app::App& app, const GridFile& file, Volume& volume)
+{
+    const int degree = int(get_number(*volume.phi, schema::degree, 1));
+    for (int l = 2; l <= degree; ++l) {
+        std::vector<Vec3SGridPtr> of_degree;
+        for (int m = -l; m <= l; ++m)
+            if (auto moment = vectors(app, file, find_grid(file, schema::moment_name(l, m)))) of_degree.push_back(moment);
+        if (int(of_degree.size()) < 2 * l + 1) {
+            app.warnings()(file.path + ": collided light was scattered to degree " + std::to_string(degree) +
+                           " and is kept to degree " + std::to_string(l - 1) + ": the picture lacks the rest");
+            return;
+        }
+        volume.moments.insert(volume.moments.end(), of_degree.begin(), of_degree.end());
+    }
+}
+
 Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
 {
     Volume volume;
@@ -48,6 +65,7 @@ Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
             volume.flux[c] = vectors(app, file, find_grid(file, std::string(schema::flux_prefix) + channels[c]));
         volume.forward = get_number(*volume.phi, schema::delta_f, 0);
         volume.mean_cosine = get_number(*volume.phi, schema::scaled_g, 0);
+        add_moments(app, file, volume);
     }
     return volume;
 }

@@ -4,6 +4,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/extend.h"
 #include "vdbcloud/optics/optical_depth.h"
+#include "vdbcloud/optics/spherical_harmonics.h"
 
 #include <cmath>
 #include <limits>
@@ -78,6 +79,10 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
         prepared.colour = map_of(volume.colour, 1);
         prepared.phi = carried_on(volume.phi);
         for (int c = 0; c < 3; ++c) prepared.flux[c] = carried_on(volume.flux[size_t(c)]);
+        for (const auto& moment : volume.moments) prepared.moments.push_back(carried_on(moment));
+        while (harmonic_count(prepared.degree) - harmonic_count(1) < int(volume.moments.size())) ++prepared.degree;
+        if (harmonic_count(prepared.degree) - harmonic_count(1) != int(volume.moments.size()))
+            throw InputError(std::to_string(volume.moments.size()) + " moments of degree 2 and more: expected whole degrees");
         grey = grey && extinction_is_grey(volume);
         if (!shadow_rays) {
             if (volume.transmittance.size() != lights.size())
@@ -97,6 +102,7 @@ RayMedia::RayMedia(const PreparedScene& scene) : scene_(scene)
 {
     for (const auto& v : scene.volumes) {
         first_.push_back(rays_.size());
+        weights_.emplace_back(v.moments.size());
         for (size_t n = 0; n < maps_before_lights + v.light_depth.size(); ++n)
             rays_.emplace_back(v.density.index_from_world(), WorldRay{Vec3d(0), Vec3d(0, 0, 1)});
     }
@@ -113,6 +119,13 @@ void RayMedia::set(const WorldRay& ray)
                                   v.flux[0].get(), v.flux[1].get(), v.flux[2].get()};
         for (size_t m = 0; m < 6; ++m)
             if (maps[m]) to[m + 1] = IndexRay(maps[m]->index_from_world(), ray);
+        if (!v.moments.empty()) {
+            std::vector<double> y(size_t(harmonic_count(v.degree)));
+            evaluate_harmonics(v.degree, -ray.direction, y.data());
+            for (int l = 2; l <= v.degree; ++l)
+                for (int k = l * l; k < (l + 1) * (l + 1); ++k)
+                    weights_[n][size_t(k - 4)] = (v.phase.moment(l) - v.forward) / (1 - v.forward) * y[size_t(k)];
+        }
         for (size_t l = 0; l < v.light_depth.size(); ++l)
             to[maps_before_lights + l] = IndexRay(v.light_depth[l]->index_from_world(), ray);
     }
@@ -185,7 +198,10 @@ Vec3d RayMedia::collided(size_t volume, double t) const
     for (int c = 0; c < 3; ++c)
         if (v.flux[c] && v.mean_cosine != 0)
             sum[c] += 3 * v.mean_cosine * (-ray_.direction).dot(v.flux[c]->sample3(ray_of(volume, size_t(4 + c)).at(t)));
-    return sum / (4 * M_PI);
+    sum /= 4 * M_PI;
+    for (size_t k = 0; k < v.moments.size(); ++k)
+        if (weights_[volume][k] != 0) sum += weights_[volume][k] * v.moments[k]->sample3(ray_of(volume, 3).at(t));
+    return sum;
 }
 
 Vec3d RayMedia::extinction(size_t volume, const Vec3d& albedo) const

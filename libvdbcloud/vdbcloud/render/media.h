@@ -22,6 +22,8 @@ struct PreparedVolume {
     double forward = 0;     ///< share f of the scattered light that the scaled medium counts as unscattered
     double mean_cosine = 0; ///< g' of the scaled medium, for the flux term of multiple scattering
     std::unique_ptr<BrickMap> colour, emission, phi, flux[3];
+    std::vector<std::unique_ptr<BrickMap>> moments;  ///< of degree 2 and more, sampled where phi is
+    int degree = 1;         ///< of the last of them
     std::vector<std::unique_ptr<BrickMap>> light_depth;  ///< -log T towards each light
 };
 
@@ -51,7 +53,8 @@ public:
     Vec3d light_depth(size_t light, double t) const;
     Vec3d albedo(size_t volume, double t) const;
     Vec3d emission(size_t volume, double t) const;
-    /// Mean over directions of collided light, weighted towards the eye: (phi + 3 g' s.F) / (4 pi), s towards the eye.
+    /// Mean over directions of collided light, weighted towards the eye: (phi + 3 g' s.F) / (4 pi) and, where there are higher
+    /// moments, + sum over l >= 2 of (p_l - f) / (1 - f) Y_lm(s) M_lm; s towards the eye, p_l the phase function's moments.
     Vec3d collided(size_t volume, double t) const;
     /// Extinction of the (scaled) medium per density, given its albedo there.
     Vec3d extinction(size_t volume, const Vec3d& albedo) const;
@@ -67,6 +70,7 @@ private:
     WorldRay ray_;
     std::vector<IndexRay> rays_;  // for each volume: density, colour, emission, phi, flux r g b, then the lights
     std::vector<size_t> first_;
+    std::vector<std::vector<double>> weights_;  // of each volume's moments for this ray
 };
 
 /// What one ray gathers. Radiances are premultiplied and without background.

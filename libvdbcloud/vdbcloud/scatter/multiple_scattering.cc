@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <sstream>
 
@@ -66,6 +67,14 @@ public:
             fields.flux[c]->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
             stamp(*fields.flux[c]);
         }
+        for (int l = 2; l <= std::min(closure_degree(), o_.keep_moments); ++l)
+            for (int m = -l; m <= l; ++m) {
+                const size_t k = size_t(harmonic(l, m));
+                std::array<const float*, 3> of;
+                for (int c = 0; c < 3; ++c) of[c] = moments_[source_of(c)][k].data();
+                fields.moments.push_back(index_.to_grid(of, schema::moment_name(l, m), scales()));
+                stamp(*fields.moments.back());
+            }
         return fields;
     }
 
@@ -160,7 +169,9 @@ private:
     }
 
     /// Density depths of all lights in the medium of a channel; kept if every channel has the same.
-    void add_beams(const P1Operator& p1, const std::vector<std::pair<P1Source*, int>>& sources, const Progress& progress)
+    /// `note`, if any, is told of each light and its depths.
+    void add_beams(const P1Operator& p1, const std::vector<std::pair<P1Source*, int>>& sources, const Progress& progress,
+                   const std::function<void(const Light&, const BeamDepths&, double)>& note = {})
     {
         if (lights_.empty()) return;
         const double kappa = p1.medium().sigma_t_per_density;
@@ -184,6 +195,7 @@ private:
             std::vector<std::pair<P1Source*, double>> channels;
             for (const auto& [source, channel] : sources) channels.emplace_back(source, light.irradiance[channel]);
             add_beam(p1, depths, extinction, channels);
+            if (note) note(light, depths, extinction);
             if (light.kind != LightKind::Directional || !o_.line_rays) continue;
             const double lost =
                 lost_power(periodic_ ? periodic_line_depths(index_, values, light) : line_depths(index_, *bricks, light), extinction);
@@ -235,8 +247,12 @@ private:
             ChannelReport& report = report_.channel[c];
             report.solve = multigrid ? solve_p1(p1, *multigrid, sources[k], phi, solve)
                                      : relax_p1(p1, o_.relaxation, sources[k], phi, solve);
-            finish(p1, sources[k], phi, report);
-            flux_[c] = world_flux(p1, sources[k], phi);
+            if (o_.closure.iterations > 0) {
+                close(p1, sources[k], c, phi, report);
+            } else {
+                finish(p1, sources[k], phi, report);
+                flux_[c] = in_world(cell_flux(p1, sources[k], phi));
+            }
             phi_[c].assign(phi.begin(), phi.end());
             for (const auto& [channel, scale] : group.solves[k].shared) share(c, channel, scale);
             ++report_.solves;
@@ -259,9 +275,99 @@ private:
         }
     }
 
-    std::array<std::vector<float>, 3> world_flux(const P1Operator& p1, const P1Source& source, const std::vector<double>& phi) const
+    /// From P1 to the transport equation, for one channel: `phi` is P1's and becomes the closed one's.
+    void close(const P1Operator& p1, const P1Source& p1_source, int c, std::vector<double>& phi, ChannelReport& report)
     {
-        auto flux = cell_flux(p1, source, phi);
+        const auto exposed = closure_exposed(p1);
+        P1Medium medium = p1.medium();
+        medium.degree = o_.closure.degree;
+        const P1Operator fine(index_, density_, exposed, medium);
+        ClosureOptions options = o_.closure;
+        options.solve = o_.solve;
+        options.polar = polar_axis();
+        SecondMoment closure(fine, options);
+        closure.set_sky(o_.sky[c]);
+        closure.start_with_flux(cell_flux(p1, p1_source, phi));
+        P1Source base(fine);
+        report.lines = -1;
+        add_beams(fine, {{&base, c}}, {}, [&](const Light& light, const BeamDepths& depths, double extinction) {
+            const double strength = light.irradiance[c];
+            add_beam_profile(fine, depths, extinction, {{&base, strength}});
+            const auto late = beam_fluence(fine, depths, extinction);
+            closure.add_uncollided(light, late, strength);
+            if (medium.degree == 1 || !medium.delta || !p1.uniform_albedo()) return;
+            // What the first scaling calls uncollided and this one does not, travels on along the beam.
+            auto early = beam_fluence(p1, depths, medium.sigma_t_per_density * p1.scaling(0).extinction);
+            for (size_t slot = 0; slot < early.size(); ++slot) {
+                early[slot] -= late[slot];
+                phi[slot] += strength * early[slot];
+            }
+            closure.start_with(light, early, strength);
+        });
+        if (o_.sky[c] > 0) add_sky(fine, o_.sky[c], base);
+        if (emission(c)) {
+            add_emission(fine, *emission(c), 1, base);
+            closure.add_emission(*emission(c), 1);
+        }
+        const auto boundary = fine.boundary();
+        Multigrid multigrid(fine.stencil(), &boundary);
+        note_bytes(fine, 3, multigrid.bytes() + closure.bytes() + 24 * index_.blocks().slots());
+        P1Source source(fine);
+        report.closure = closure.run(multigrid, base, phi, source);
+        for (const SolveResult& solve : report.closure.solves)
+            if (!solve.converged) report.solve = solve;
+        finish(fine, source, phi, report);
+        keep_moments(closure, c);
+    }
+
+    /// The index axis nearest to the world's axis asked for; of a layer without end the one across it.
+    int polar_axis() const
+    {
+        const auto& periodic = o_.periodic;
+        if (periodic[0] + periodic[1] + periodic[2] == 2) return !periodic[0] ? 0 : !periodic[1] ? 1 : 2;
+        int nearest = 0;
+        for (int a = 1; a < 3; ++a)
+            if (std::abs(index_.axis(a)[o_.closure.polar]) > std::abs(index_.axis(nearest)[o_.closure.polar])) nearest = a;
+        return nearest;
+    }
+
+    /// Flux and higher moments of the sweeps, turned from the index axes to the world's.
+    void keep_moments(const SecondMoment& closure, int c)
+    {
+        const int degree = std::min(o_.closure.degree, std::max(o_.keep_moments, 1)), n = harmonic_count(degree);
+        // turn[i][j] = int Y_i(world) Y_j(index), by a set that is exact for it.
+        const Ordinates set = ordinates(OrdinateKind::Product, 1, 7);
+        std::vector<double> turn(size_t(n) * n, 0.0), world(64), index(64);
+        for (size_t m = 0; m < set.count(); ++m) {
+            const Vec3d& s = set.direction[m];
+            evaluate_harmonics(degree, s, index.data());
+            evaluate_harmonics(degree, s[0] * index_.axis(0) + s[1] * index_.axis(1) + s[2] * index_.axis(2), world.data());
+            for (int i = 0; i < n; ++i)
+                for (int j = 0; j < n; ++j) turn[i * n + j] += set.weight[m] * world[i] * index[j];
+        }
+        auto& to = moments_[c];
+        to.assign(size_t(n), {});
+        for (int l = 1; l <= degree; ++l)
+            for (int i = l * l; i < (l + 1) * (l + 1); ++i) {
+                to[size_t(i)].assign(index_.blocks().slots(), 0.0f);
+                for (int j = l * l; j < (l + 1) * (l + 1); ++j) {
+                    const double factor = turn[i * n + j];
+                    if (std::abs(factor) < 1e-12) continue;
+                    const auto& from = closure.moments()[size_t(j)];
+                    for (size_t slot = 0; slot < from.size(); ++slot) to[size_t(i)][slot] += float(factor * from[slot]);
+                }
+            }
+        const int of_axis[3] = {harmonic(1, 1), harmonic(1, -1), harmonic(1, 0)};
+        for (int a = 0; a < 3; ++a) {
+            flux_[c][a] = to[size_t(of_axis[a])];
+            for (float& f : flux_[c][a]) f *= float(std::sqrt(4 * M_PI / 3));
+        }
+    }
+
+    int closure_degree() const { return o_.closure.iterations > 0 ? o_.closure.degree : 1; }
+
+    std::array<std::vector<float>, 3> in_world(std::array<std::vector<float>, 3> flux) const
+    {
         for (size_t slot = 0; slot < index_.blocks().count() * 512; ++slot) {
             Vec3d f(0, 0, 0);
             for (int a = 0; a < 3; ++a) f += double(flux[a][slot]) * index_.axis(a);
@@ -286,10 +392,11 @@ private:
 
     void stamp(GridBase& grid) const
     {
-        const DeltaScaling scaling = o_.delta ? delta_scaling(1, g_) : no_scaling(1, g_);
+        const DeltaScaling scaling = o_.delta ? delta_scaling(1, g_, closure_degree()) : no_scaling(1, g_);
         write_medium(grid, medium_);
         set_number(grid, schema::delta_f, scaling.f);
         set_number(grid, schema::scaled_g, scaling.g);
+        set_number(grid, schema::degree, closure_degree());
         set_text(grid, schema::density_digest, grid_digest(grid_));
         set_vector(grid, schema::lit_sky, o_.sky);
         set_text(grid, schema::lit_by, lights_text(lights_));
@@ -308,6 +415,7 @@ private:
     std::vector<float> tint_[3], emission_[3];
     std::vector<float> phi_[3];
     std::array<std::vector<float>, 3> flux_[3];
+    std::vector<std::vector<float>> moments_[3];
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 // Multiple scattering by P1: from a density and its lights to phi and flux, all three channels.
 #include "vdbcloud/optics/medium.h"
 #include "vdbcloud/scatter/p1_problem.h"
+#include "vdbcloud/scatter/second_moment.h"
 #include "vdbcloud/scene/light.h"
 
 #include <array>
@@ -21,6 +22,8 @@ struct ScatterOptions {
     double relaxation = 1.9;    ///< factor of successive over-relaxation
     SolveOptions solve;
     int reentry_rays = 20000;   ///< for the estimate of light that would enter again; 0: none
+    ClosureOptions closure;     ///< sweeps that close P1; its solve and polar (here a world axis) are set from these options
+    int keep_moments = 7;       ///< degree up to which moments become grids, at least 1: phi and flux
     int line_rays = 1;          ///< measure what each sun loses by lines through the medium; 0: not
 };
 
@@ -30,6 +33,7 @@ struct ChannelReport {
     double scale = 1;         ///< times that solution
     SolveResult solve;
     P1Budget budget;
+    ClosureReport closure;
     double deposited = 0;     ///< power that the beams lost in the medium, by faces
     double lines = -1;        ///< the same by lines across each sun; -1: not measured
     double beam_in = 0, beam_out = 0, emitted = 0;
@@ -50,6 +54,7 @@ struct ScatterReport {
 struct ScatterFields {
     Vec3SGridPtr phi;                  ///< null if there is no voxel above 0
     std::array<Vec3SGridPtr, 3> flux;  ///< of r, g, b; world components
+    std::vector<Vec3SGridPtr> moments; ///< of degree 2 and more (schema::moment_name), r g b, harmonics about the world's axes
 };
 
 /// Solves the P1 equations (p1_problem.h) for each channel of a medium lit by `lights`, a uniform sky and emission.
@@ -64,6 +69,9 @@ struct ScatterFields {
 ///
 ///     single scattering    w0 sigma_t p(cos) E T'
 ///     multiple scattering  w0' sigma_t' / (4 pi) (phi + 3 g' s.F),   w0' sigma_t' = w0 (1 - f) sigma_t
+///
+/// With closure.iterations > 0 sweeps go on from P1 to the transport equation (second_moment.h); scaling and moments are then of
+/// closure.degree, and the second line is the sum over l <= degree of g_l' Y_lm(s) M_lm.
 ///
 /// Errors: InputError (shear, coefficients out of range, a light that a periodic medium cannot have); a solver that
 /// misses its tolerance is told by the report. Throws Cancelled.
