@@ -488,15 +488,19 @@ std::vector<float> beam_fluence(const P1Operator& p1, const BeamDepths& depths, 
     const Blocks& blocks = p1.blocks();
     const FreeFlux free(p1, depths.light);
     std::vector<double> taken(blocks.slots(), 0.0), lower(blocks.slots(), 0.0);
+    std::vector<float> least(blocks.slots(), std::numeric_limits<float>::max());  // depth among a cell's lower faces
+    const auto note = [&](size_t slot, float depth) { least[slot] = std::min(least[slot], depth); };
     for (int a = 0; a < 3; ++a) {
         each_active(blocks, [&](size_t slot) {
             lower[slot] = free(slot, a, 0) * std::exp(-extinction * double(depths.lower[a][slot]));
+            note(slot, depths.lower[a][slot]);
         });
         for (size_t k = 0; k < p1.exposed().size(); ++k) {
             const ExposedVoxel& voxel = p1.exposed()[k];
             for (int up = 0; up < 2; ++up) {
                 if (!(voxel.faces >> (2 * a + up) & 1)) continue;
                 const double value = free(voxel.slot, a, up) * std::exp(-extinction * double(depths.exposed[k][2 * a + up]));
+                if (free(voxel.slot, a, up) != 0) note(voxel.slot, depths.exposed[k][2 * a + up]);
                 if (up)
                     taken[voxel.slot] -= value;
                 else
@@ -506,6 +510,7 @@ std::vector<float> beam_fluence(const P1Operator& p1, const BeamDepths& depths, 
         each_active(blocks, [&](size_t slot) {
             const size_t above = blocks.neighbour(slot, 2 * a + 1);
             taken[slot] += lower[slot] - (blocks.active(above) ? lower[above] : 0.0);
+            if (blocks.active(above)) note(slot, depths.lower[a][above]);
         });
     }
     P1Source lamp(p1);  // a lamp inside a cell brings its whole power there
@@ -515,7 +520,14 @@ std::vector<float> beam_fluence(const P1Operator& p1, const BeamDepths& depths, 
         const DeltaScaling scaling = p1.scaling(slot);
         const double inside = lamp.rhs[slot] != 0 ? lamp.rhs[slot] / scaling.albedo : 0.0;
         const double rate = scaling.extinction * p1.sigma_t(slot) * p1.hbar();
-        fluence[slot] = float(std::max(taken[slot] + inside, 0.0) / rate);
+        const double mean = std::max(taken[slot] + inside, 0.0) / rate;
+        // Beside a dense voxel a thin one has a share of its power, as density is trilinear, but not its collision rate.
+        double most = std::exp(-extinction * double(least[slot]));
+        if (depths.light.kind == LightKind::Point) {
+            const double r = (p1.index().world(as_double(blocks.voxel(slot))) - depths.light.position).length();
+            most = inside > 0 || r == 0 ? mean : most / (r * r);
+        }
+        fluence[slot] = float(std::min(mean, most));
     });
     return fluence;
 }

@@ -55,7 +55,8 @@ void add_beam(const P1Operator&, const BeamDepths&, double extinction,
               const std::vector<std::pair<P1Source*, double>>& channels);
 
 /// Mean fluence of the uncollided light in each cell for unit irradiance (or intensity): what the cell takes from the beam,
-/// divided by sigma_t' and the volume, so that sigma_t' times it is the collision rate that P1's source has, at any sigma h.
+/// divided by sigma_t' and the volume, so that sigma_t' times it is the collision rate that P1's source has, at any sigma h; at most the beam's own at the cell's
+/// brightest face.
 std::vector<float> beam_fluence(const P1Operator&, const BeamDepths&, double extinction);
 
 /// What add_beam() leaves out where a voxel is thick: that the beam's light is scattered near the face it enters by, not in

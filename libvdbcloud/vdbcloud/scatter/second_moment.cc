@@ -129,11 +129,24 @@ void SecondMoment::add_emission(const std::vector<float>& emission, double facto
     });
 }
 
-void SecondMoment::build_source(const std::vector<double>& phi)
+/// Moments of one radiance: the sweep's, times what P1's phi is to the sweep's. What is scattered backward is a small difference
+/// of moments where light goes forward, and phi alone, a per cent off the others, would turn it negative.
+void SecondMoment::take_phi(const std::vector<double>& phi)
+{
+    each_active(p1_.blocks(), [&](size_t slot) {
+        const double own = phi[slot] / std::sqrt(4 * pi), theirs = swept_.moments[0][slot];
+        if (theirs > 0) {
+            const float ratio = float(std::clamp(own / theirs, 0.25, 4.0));
+            for (size_t k = 1; k < swept_.moments.size(); ++k) swept_.moments[k][slot] *= ratio;
+        }
+        swept_.moments[0][slot] = float(own);
+    });
+}
+
+void SecondMoment::build_source()
 {
     each_active(p1_.blocks(), [&](size_t slot) {
         const double albedo = p1_.scaling(slot).albedo;
-        swept_.moments[0][slot] = float(phi[slot] / std::sqrt(4 * pi));
         for (int l = 0, k = 0; k < terms_; ++l)
             for (const int end = harmonic_count(l); k < end; ++k)
                 source_[size_t(k)][slot] = float(albedo * phase_[size_t(l)] *
@@ -223,10 +236,12 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const P1Source& base, std:
     const bool periodic = index.blocks().period() != Vec3i(0, 0, 0);
     const auto sweep = periodic ? nullptr : std::make_unique<TransportSweep>(index, faces_);
     const SweepFields fields{&sigma_, &source_};
+    std::fill(swept_.moments[0].begin(), swept_.moments[0].end(), 0.0f);
+    take_phi(phi);
     for (int k = 0; k < o_.iterations && !report.converged; ++k) {
         const auto start = std::chrono::steady_clock::now();
         vdbcloud::report(o_.solve.progress, double(k) / o_.iterations);
-        build_source(phi);
+        build_source();
         if (sweep)
             sweep->run(set_, fields, swept_);
         else
@@ -238,11 +253,11 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const P1Source& base, std:
         solve.progress = {};
         report.solves.push_back(solve_p1(p1_, multigrid, source, phi, solve));
         report.change.push_back(relative_change(phi, before));
+        take_phi(phi);
         report.seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
         ++report.iterations;
         report.converged = report.change.back() < o_.change;
     }
-    each_active(index.blocks(), [&](size_t slot) { swept_.moments[0][slot] = float(phi[slot] / std::sqrt(4 * pi)); });
     report.error = -1;
     if (const size_t n = report.change.size(); n >= 2 && report.change[n - 2] > 0) {
         report.contraction = report.change[n - 1] / report.change[n - 2];

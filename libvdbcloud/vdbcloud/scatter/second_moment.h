@@ -40,7 +40,7 @@ std::vector<ExposedVoxel> closure_exposed(const P1Operator&);
 ///     q = S / sigma_t' = w0' sum over l <= degree of g_l' sum over m of Y_lm(s) (M_lm + U_lm) + j / sigma_t',
 ///     g_l' = (g^l - f) / (1 - f),  f = max(g, 0)^(degree+1)
 ///
-/// with U the moments of the uncollided light, M_00 from P1 and the higher M_lm from the sweep before; then P1 is solved again with
+/// with U the moments of the uncollided light, M_00 from P1 and the higher M_lm from the sweep before, to P1's scale; then P1 is solved again with
 /// what the sweep knows and P1 does not: t = int (s s - I/3) L in the cells and on exposed faces, which enters as
 ///
 ///     F = -(grad phi / 3 + div t) / sigma_tr + Q1 / sigma_tr,
@@ -72,13 +72,14 @@ public:
     ClosureReport run(Multigrid&, const P1Source& base, std::vector<double>& phi, P1Source& source);
 
     /// Moments of collided light in real spherical harmonics about the index axes (harmonics.h): degree 0 is phi / sqrt(4 pi) of P1, the
-    /// others are the last sweep's. harmonic_count(max(degree, 2)) arrays.
+    /// others are the last sweep's times P1's phi over the sweep's own. harmonic_count(max(degree, 2)) arrays.
     const std::vector<std::vector<float>>& moments() const { return swept_.moments; }
     const Ordinates& set() const { return ordinates_; }
     size_t bytes() const;
 
 private:
-    void build_source(const std::vector<double>& phi);
+    void take_phi(const std::vector<double>& phi);
+    void build_source();
     void close(P1Source& source) const;
     void close_face(P1Source& source, size_t exposed, int face, const FaceTally& tally) const;
     double tensor(int a, int b, size_t slot) const;
