@@ -164,7 +164,7 @@ TEST(ConjugateGradient, SurvivesJumpsOfAMillion)
         const auto outcome = solve_for_one(blocks, Problem(blocks, k, 0.5, constant(0)));
         EXPECT_TRUE(outcome.solve.converged) << name << ' ' << outcome.solve.residual;
         EXPECT_LT(outcome.error, 1e-4) << name;
-        EXPECT_LT(outcome.solve.iterations, 150) << name;
+        EXPECT_LT(outcome.solve.iterations, 30) << name;
     }
 }
 

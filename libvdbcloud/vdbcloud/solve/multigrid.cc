@@ -1,7 +1,6 @@
 #include "vdbcloud/solve/multigrid.h"
 
 #include "vdbcloud/solve/block_kernels.h"
-#include "vdbcloud/solve/coarsening.h"
 #include "vdbcloud/solve/parallel.h"
 
 #include <algorithm>
@@ -14,7 +13,7 @@ using namespace kernels;
 namespace {
 
 constexpr size_t direct_size = 256;  // unknowns that the Cholesky factors of the coarsest level may have
-constexpr size_t most_levels = 40;
+constexpr size_t most_levels = 16;
 // Chebyshev of the fourth kind for the spectrum [0, 2]: z1 = 4/3 r/2, z2 = z1/5 + 12/5 r/2.
 constexpr float first_step = 2.0f / 3, keep = 0.2f, second_step = 1.2f;
 
@@ -71,34 +70,20 @@ VDBCLOUD_CLONES void smooth_second(const Faces& a, const float* inverse, const f
     smooth_rows<true>(a, inverse, b, x, y, block);
 }
 
-/// b - A x summed over groups of 2x2x2: 64 values a block.
-VDBCLOUD_CLONES void restrict_residual(const Faces& a, const float* b, const float* x, float* sums, size_t block)
+/// y = b - A x.
+VDBCLOUD_CLONES void residual_of(const Faces& a, const float* b, const float* x, float* y, size_t block)
 {
     alignas(64) float pad[pad_size], lower_z[512];
     load_padded(a.neighbours[block], block, pad, [=](size_t slot) __attribute__((always_inline)) { return x[slot]; });
     load_lower_z(a, block, lower_z);
-    float* to = sums + block * 64;
-    for (int i = 0; i < 64; ++i) to[i] = 0;
     for (int i = 0; i < 8; ++i)
         for (int j = 0; j < 8; ++j) {
             const size_t row = block * 512 + i * 64 + j * 8;
             float product[8];
             row_apply(row_faces(a, block, lower_z, i, j), pad + padded(i, j, 0), product);
-            for (int k = 0; k < 4; ++k)
-                to[(i / 2) * 16 + (j / 2) * 4 + k] +=
-                    (b[row + 2 * k] - product[2 * k]) + (b[row + 2 * k + 1] - product[2 * k + 1]);
+            for (int k = 0; k < 8; ++k) y[row + k] = b[row + k] - product[k];
         }
 }
-
-/// Adds to a block of x the coarse values of its octant, each to its group.
-VDBCLOUD_CLONES void prolong(const float* octant, float* x)
-{
-    for (int i = 0; i < 8; ++i)
-        for (int j = 0; j < 8; ++j)
-            for (int k = 0; k < 8; ++k) x[i * 64 + j * 8 + k] += octant[(i / 2) * 64 + (j / 2) * 8 + k / 2];
-}
-
-size_t corner_of(int octant) { return size_t((octant >> 2) * 256 + (octant >> 1 & 1) * 32 + (octant & 1) * 4); }
 
 /// 1 / diagonal, 0 where there is none.
 std::vector<float> inverse_diagonal(const Stencil& a)
@@ -118,52 +103,26 @@ std::vector<float> inverse_diagonal(const Stencil& a)
 
 }  // namespace
 
-struct Multigrid::Level {
-    Blocks own_blocks;                     // of the levels below the first
-    std::unique_ptr<Stencil> own_stencil;  // the same
-    const Stencil* a = nullptr;
-    std::vector<float> inverse, b, x, other, sums;
-    CoarseMap map;   // to the next level
-    int visits = 1;  // of the next level in one visit of this one
-
-    const Blocks& blocks() const { return *a->blocks; }
-
-    template<typename F>
-    void each_block(const F& f)
-    {
-        for_ranges(blocks().count(), [&](size_t first, size_t last) {
-            for (size_t block = first; block < last; ++block) f(block);
-        });
-    }
+/// The finest level, on blocks.
+struct Multigrid::Finest {
+    const Stencil* a;
+    std::vector<float> inverse, b, x, other;
+    std::vector<int32_t> parent;  // of each slot, -1 if not active
+    int visits = 1;
 };
 
 /// Cholesky factors of the coarsest level, in double, row by row.
 struct Multigrid::Coarsest {
-    std::vector<size_t> slots;
     std::vector<double> factor, work;
 
-    explicit Coarsest(const Stencil& a)
+    explicit Coarsest(const GraphLevel& a) : factor(a.size() * a.size(), 0.0), work(a.size())
     {
-        const Blocks& blocks = *a.blocks;
-        std::vector<int> number(blocks.slots(), -1);
-        for (size_t slot = 0; slot < blocks.count() * 512; ++slot)
-            if (blocks.active(slot)) {
-                number[slot] = int(slots.size());
-                slots.push_back(slot);
-            }
-        const size_t n = slots.size();
-        factor.assign(n * n, 0.0);
-        work.resize(n);
+        const size_t n = a.size();
         for (size_t i = 0; i < n; ++i) {
-            factor[i * n + i] += a.extra[slots[i]];
-            for (int axis = 0; axis < 3; ++axis) {
-                const double c = a.face[axis][slots[i]];
-                if (!(c > 0)) continue;
-                const size_t j = size_t(number[blocks.neighbour(slots[i], 2 * axis + 1)]);
-                factor[i * n + i] += c;
-                factor[j * n + j] += c;
-                factor[i * n + j] -= c;
-                factor[j * n + i] -= c;
+            factor[i * n + i] += a.extra[i];
+            for (uint32_t k = a.begin[i]; k < a.begin[i + 1]; ++k) {
+                factor[i * n + i] += a.c[k];
+                factor[i * n + size_t(a.column[k])] -= a.c[k];
             }
         }
         for (size_t j = 0; j < n; ++j) {
@@ -183,117 +142,113 @@ struct Multigrid::Coarsest {
 
     void solve(const std::vector<float>& b, std::vector<float>& x)
     {
-        const size_t n = slots.size();
+        const size_t n = work.size();
         for (size_t i = 0; i < n; ++i) {
-            double value = b[slots[i]];
+            double value = b[i];
             for (size_t k = 0; k < i; ++k) value -= factor[i * n + k] * work[k];
             work[i] = value / factor[i * n + i];
         }
         for (size_t i = n; i-- > 0;) {
             work[i] /= factor[i * n + i];
             for (size_t k = 0; k < i; ++k) work[k] -= factor[i * n + k] * work[i];
-            x[slots[i]] = float(work[i]);
+            x[i] = float(work[i]);
         }
     }
 };
 
-Multigrid::Multigrid(const Stencil& fine, const std::vector<float>* boundary)
+Multigrid::Multigrid(const Stencil& fine, const std::vector<float>* boundary) : finest_(std::make_unique<Finest>())
 {
-    levels_.push_back(std::make_unique<Level>());
-    levels_[0]->a = &fine;
-    std::vector<float> outside = boundary ? *boundary : std::vector<float>(fine.extra.size(), 0.0f);
-    double visits = 1;  // of the current level in one cycle
-    while (true) {
-        Level& level = *levels_.back();
-        const size_t slots = level.blocks().slots();
-        level.x.assign(slots, 0.0f);
-        level.b.assign(slots, 0.0f);
-        if (level.blocks().active_count() <= direct_size || levels_.size() >= most_levels) break;
-        level.inverse = inverse_diagonal(*level.a);
-        level.other.assign(slots, 0.0f);
-        level.sums.assign(slots / 8, 0.0f);
+    const size_t slots = fine.blocks->slots();
+    finest_->a = &fine;
+    {
+        const std::vector<float> none(boundary ? 0 : slots, 0.0f);
+        levels_.push_back(coarse_level(fine, boundary ? *boundary : none, finest_->parent));
+    }
+    finest_->inverse = inverse_diagonal(fine);
+    for (auto* v : {&finest_->b, &finest_->x, &finest_->other}) v->assign(slots, 0.0f);
 
-        auto next = std::make_unique<Level>();
-        next->own_blocks = coarse_blocks(level.blocks(), level.map);
-        next->own_stencil = std::make_unique<Stencil>(next->own_blocks);
-        next->a = next->own_stencil.get();
-        std::vector<float> coarse_outside;
-        coarse_stencil(*level.a, outside, level.map, *next->own_stencil, coarse_outside);
-        outside = std::move(coarse_outside);
-        const bool small = next->blocks().count() * 5 <= level.blocks().count() * 3 || next->blocks().count() <= 2;
-        level.visits = small && visits < 64 ? 2 : 1;
-        visits *= level.visits;
+    // W cycles while the work stays linear in the unknowns.
+    double share = 1;
+    const auto visits = [&](size_t from, size_t to) {
+        const double ratio = double(to) / double(std::max<size_t>(1, from));
+        const int count = ratio <= 0.2 && share < 64 ? 2 : 1;
+        share *= count;
+        return count;
+    };
+    finest_->visits = visits(fine.blocks->active_count(), levels_[0].size());
+    while (levels_.back().size() > direct_size && !levels_.back().column.empty() && levels_.size() < most_levels) {
+        GraphLevel next = coarse_level(levels_.back());
+        visits_.push_back(visits(levels_.back().size(), next.size()));
         levels_.push_back(std::move(next));
     }
-    if (levels_.back()->blocks().active_count() <= 4 * direct_size)
-        coarsest_ = std::make_unique<Coarsest>(*levels_.back()->a);
-    else
-        levels_.back()->inverse = inverse_diagonal(*levels_.back()->a);
+    if (levels_.back().size() <= 4 * direct_size) coarsest_ = std::make_unique<Coarsest>(levels_.back());
 }
 
 Multigrid::~Multigrid() = default;
 Multigrid::Multigrid(Multigrid&&) noexcept = default;
 
-int Multigrid::levels() const { return int(levels_.size()); }
+int Multigrid::levels() const { return int(levels_.size()) + 1; }
 
 size_t Multigrid::bytes() const
 {
-    size_t total = 0;
-    for (const auto& level : levels_) {
-        const auto& l = *level;
-        total += sizeof(float) * (l.inverse.size() + l.b.size() + l.x.size() + l.other.size() + l.sums.size());
-        total += l.map.parent.size() * 5 + l.map.children.size() * 32;
-        if (l.own_stencil) total += l.own_stencil->bytes() + l.own_blocks.count() * 100;
-    }
+    size_t total = sizeof(float) * (finest_->inverse.size() * 4 + finest_->parent.size());
+    for (const GraphLevel& level : levels_) total += level.bytes();
     return total;
 }
 
 const std::vector<float>& Multigrid::cycle(const std::vector<double>& residual)
 {
-    Level& fine = *levels_[0];
-    fine.each_block([&](size_t block) {
-        for (size_t slot = block * 512; slot < block * 512 + 512; ++slot) fine.b[slot] = float(residual[slot]);
+    Finest& f = *finest_;
+    const size_t count = f.a->blocks->count();
+    const Faces a = faces_of(*f.a);
+    const auto each_block = [&](const auto& work) {
+        for_ranges(count, [&](size_t first, size_t last) {
+            for (size_t block = first; block < last; ++block) work(block);
+        });
+    };
+    each_block([&](size_t block) {
+        for (size_t slot = block * 512; slot < block * 512 + 512; ++slot) f.b[slot] = float(residual[slot]);
     });
-    visit(0, true);
-    return fine.x;
+    float *x = f.x.data(), *y = f.other.data();
+    const float *inverse = f.inverse.data(), *b = f.b.data();
+    each_block([&](size_t block) { smooth_from_zero(a, inverse, b, x, block); });
+    each_block([&](size_t block) { residual_of(a, b, x, y, block); });
+    GraphLevel& coarse = levels_[0];
+    // Groups lie within blocks, so each block fills unknowns of its own, in a fixed order.
+    std::fill(coarse.b.begin(), coarse.b.end(), 0.0f);
+    each_block([&](size_t block) {
+        for (size_t slot = block * 512; slot < block * 512 + 512; ++slot)
+            if (f.parent[slot] >= 0) coarse.b[f.parent[slot]] += y[slot];
+    });
+    for (int k = 0; k < f.visits; ++k) visit(0, k == 0);
+    each_block([&](size_t block) {
+        for (size_t slot = block * 512; slot < block * 512 + 512; ++slot)
+            if (f.parent[slot] >= 0) x[slot] += coarse.x[f.parent[slot]];
+    });
+    each_block([&](size_t block) { smooth_first(a, inverse, b, x, y, block); });
+    each_block([&](size_t block) { smooth_second(a, inverse, b, y, x, block); });
+    return f.x;
 }
 
 void Multigrid::visit(size_t number, bool zero_guess)
 {
-    Level& level = *levels_[number];
+    GraphLevel& level = levels_[number];
     if (number + 1 == levels_.size()) {
-        if (coarsest_)
-            coarsest_->solve(level.b, level.x);
+        if (coarsest_) coarsest_->solve(level.b, level.x);
         else
-            for (size_t slot = 0; slot < level.x.size(); ++slot) level.x[slot] = level.inverse[slot] * level.b[slot];
+            for (int k = 0; k < 4; ++k) level.smooth(zero_guess && k == 0);
         return;
     }
-    const Faces a = faces_of(*level.a);
-    const float *inverse = level.inverse.data(), *b = level.b.data();
-    float *x = level.x.data(), *y = level.other.data();
-    const auto smooth = [&] {
-        level.each_block([&](size_t block) { smooth_first(a, inverse, b, x, y, block); });
-        level.each_block([&](size_t block) { smooth_second(a, inverse, b, y, x, block); });
-    };
-    if (zero_guess)
-        level.each_block([&](size_t block) { smooth_from_zero(a, inverse, b, x, block); });
-    else
-        smooth();
-
-    Level& coarse = *levels_[number + 1];
-    level.each_block([&](size_t block) { restrict_residual(a, b, x, level.sums.data(), block); });
-    coarse.each_block([&](size_t block) {
-        for (int o = 0; o < 8; ++o) {
-            const float* from = level.sums.data() + size_t(level.map.children[block][o]) * 64;
-            float* to = coarse.b.data() + block * 512 + corner_of(o);
-            for (int i = 0; i < 64; ++i) to[(i >> 4) * 64 + (i >> 2 & 3) * 8 + (i & 3)] = from[i];
-        }
+    level.smooth(zero_guess);
+    level.residual();
+    GraphLevel& coarse = levels_[number + 1];
+    std::fill(coarse.b.begin(), coarse.b.end(), 0.0f);
+    for (size_t i = 0; i < level.size(); ++i) coarse.b[level.parent[i]] += level.other[i];
+    for (int k = 0; k < visits_[number]; ++k) visit(number + 1, k == 0);
+    for_ranges((level.size() + 511) / 512, [&](size_t first, size_t last) {
+        for (size_t i = first * 512; i < std::min(level.size(), last * 512); ++i) level.x[i] += coarse.x[level.parent[i]];
     });
-    for (int k = 0; k < level.visits; ++k) visit(number + 1, k == 0);
-    level.each_block([&](size_t block) {
-        prolong(coarse.x.data() + size_t(level.map.parent[block]) * 512 + corner_of(level.map.octant[block]), x + block * 512);
-    });
-    smooth();
+    level.smooth(false);
 }
 
 }  // namespace vdbcloud

@@ -1,6 +1,6 @@
 #pragma once
 // Multigrid on sparse blocks: the preconditioner of conjugate gradients.
-#include "vdbcloud/solve/stencil.h"
+#include "vdbcloud/solve/graph_level.h"
 
 #include <memory>
 #include <vector>
@@ -9,17 +9,18 @@ namespace vdbcloud {
 
 /// A fixed linear, symmetric, positive definite approximation of the inverse of a Stencil, in single precision.
 ///
-/// Coarse voxels are 2x2x2 groups of voxels, active where any of the eight is; interpolation is constant on a group.
-/// The coarse operator is again a seven-point stencil, with coefficients that know the fine ones: between two groups
-/// stand half of each group's inner conductance and the four faces between them, in series,
+/// Coarse unknowns are groups of 2x2x2 voxels, split into the parts that are strongly connected: nothing is joined across a
+/// void or a jump in the coefficients. Interpolation is constant on a group. Below the finest level, which works on
+/// blocks, levels are graphs (graph_level.h). Coarse coefficients know the fine ones: a link between two groups
+/// stands in series with half of each group's own conductance along its axis,
 ///
-///     1/c = 1/(2 S_inner,A) + 1/S_between + 1/(2 S_inner,B),   S a sum over parallel faces,
+///     1/c = 1/(2 c_inner,A) + 1/c_between + 1/(2 c_inner,B),    at least c_between / 2,
 ///
-/// which is the exact coarse conductance for layers in any direction and keeps what connects across jumps.
-/// (The plain Galerkin sum would be S_between: twice too stiff already for constant coefficients.) Smoothing is two steps of the Chebyshev iteration of the fourth kind (Lottes 2022) for the
-/// spectrum [0, 2] of the Jacobi-scaled matrix, which needs no estimate: a diagonally dominant symmetric matrix never
-/// leaves it. Cycles are W where coarse levels are small enough for the work to stay linear, V elsewhere. The
-/// coarsest level is solved by Cholesky factors.
+/// summed over the links of a pair; the exact coarse conductance for layers. (The plain Galerkin sum is twice too stiff
+/// already for constant coefficients.) Smoothing is two steps of the Chebyshev iteration of the fourth kind (Lottes 2022)
+/// for the spectrum [0, 2] of the Jacobi-scaled matrix, which needs no estimate: a diagonally dominant symmetric matrix
+/// never leaves it. Cycles are W where coarse levels are small enough, V elsewhere. The coarsest level is solved
+/// by Cholesky factors.
 ///
 /// Threads by TBB; values do not depend on their number.
 class Multigrid {
@@ -38,11 +39,12 @@ public:
     size_t bytes() const;
 
 private:
-    struct Level;
-    void coarsen();
-    void visit(size_t level, bool zero_guess);
-    std::vector<std::unique_ptr<Level>> levels_;
+    struct Finest;
     struct Coarsest;
+    void visit(size_t level, bool zero_guess);
+    std::unique_ptr<Finest> finest_;
+    std::vector<GraphLevel> levels_;  // below the finest
+    std::vector<int> visits_;         // of the next level in one visit of each
     std::unique_ptr<Coarsest> coarsest_;
 };
 
