@@ -15,7 +15,8 @@ for cert in /usr/local/share/ca-certificates /etc/ssl/certs; do
     [ -d "$cert" ] && mkdir -p "$root$cert" && cp -rL "$cert/." "$root$cert/" 2>/dev/null || true
 done
 mount -t proc proc "$root/proc" 2>/dev/null || true
-trap 'umount "$root/proc" 2>/dev/null || true; [ $# -gt 0 ] || rm -rf "$root"' EXIT
+mount -t devpts devpts "$root/dev/pts" 2>/dev/null || true
+trap 'umount "$root/proc" "$root/dev/pts" 2>/dev/null || true; [ $# -gt 0 ] || rm -rf "$root"' EXIT
 
 rm -rf "$root/vdbcloud"
 git clone -q "$top" "$root/vdbcloud"

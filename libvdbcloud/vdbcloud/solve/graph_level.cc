@@ -13,9 +13,9 @@ namespace {
 
 // A link counts as strong if it is at least this part of the strongest link of EITHER end: across a jump nothing is joined.
 constexpr float strong = 0.1f;
-// The coarse operator must not be much softer than what interpolation makes of the fine one, or the cycle overshoots and
-// is no longer positive definite: a link keeps at least this share, its value for constant coefficients.
-constexpr double least_share = 0.5;
+// The coarse operator must not be softer than what interpolation makes of the fine one (Galerkin), or the corrections of
+// many levels overshoot and the cycle is no longer positive definite: a link keeps this share of itself, all of it.
+constexpr double least_share = 1.0;
 
 double series(double a, double b) { return a > 0 && b > 0 ? a * b / (a + b) : 0.0; }
 
