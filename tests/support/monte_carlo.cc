@@ -1,0 +1,57 @@
+#include "support/monte_carlo.h"
+
+#include "vdbcloud/core/random.h"
+#include "vdbcloud/optics/optical_depth.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbcloud::test {
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+double phase(double g, double c) { return (1 - g * g) / (4 * pi * std::pow(1 + g * g - 2 * g * c, 1.5)); }
+
+Vec3d turned(const Vec3d& w, double g, double u, double v)
+{
+    double c = 2 * u - 1;
+    if (std::abs(g) > 1e-6) {
+        const double s = (1 - g * g) / (1 - g + 2 * g * u);
+        c = (1 + g * g - s * s) / (2 * g);
+    }
+    const double s = std::sqrt(std::max(0.0, 1 - c * c)), a = 2 * pi * v;
+    const Vec3d x = (std::abs(w[0]) < 0.8 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).cross(w).unit(), y = w.cross(x);
+    return (c * w + s * std::cos(a) * x + s * std::sin(a) * y).unit();
+}
+
+}  // namespace
+
+double radiance_sample(const McMedium& m, const WorldRay& ray, double length, uint64_t seed, uint64_t path)
+{
+    uint64_t drawn = 0;
+    const auto next = [&] { return uniform(hash_bits(seed, path, drawn++)); };
+    const double most = m.kappa * m.densest;
+    WorldRay r = ray;
+    double weight = 1, sum = 0, t = 0;
+    for (;;) {
+        t -= std::log(1 - next()) / most;
+        if (t > length) return sum;
+        const Vec3d x = r.at(t);
+        const double share = m.density->sample(m.density->index_from_world().point(x)) / m.densest;
+        if (next() >= share) continue;
+        weight *= m.w0;
+        const double depth = density_depth(*m.density, {x, m.to_sun}, 0, length);
+        sum += weight * phase(m.g, r.direction.dot(m.to_sun)) * std::exp(-m.kappa * depth);  // towards the eye is -direction
+        if (weight < 0.3) {
+            if (next() < 0.5) return sum;
+            weight *= 2;
+        }
+        const double u = next(), v = next();
+        r = {x, turned(r.direction, m.g, u, v)};
+        t = 0;
+    }
+}
+
+}  // namespace vdbcloud::test
