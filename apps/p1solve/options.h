@@ -1,0 +1,29 @@
+#pragma once
+// What p1solve is asked for.
+#include "light_options.h"
+#include "medium_options.h"
+
+#include "vdbcloud/scatter/series_grids.h"
+
+#include <string>
+
+namespace vdbcloud {
+
+struct P1solveOptions {
+    std::string input, output, density, periodic;
+    app::MediumOptions medium;
+    app::LightOptions lights;
+    ScatterOptions scatter;
+    bool allow_unconverged = false, series_raw = false;
+    SeriesOptions series;
+
+    P1solveOptions() { series.order = 0; }
+};
+
+void declare(app::App&, P1solveOptions&);
+
+/// What options say together, once all are read: the letters of --periodic, and what --iterations cannot go with.
+/// Tells of directions that were rounded up. Throws UsageError.
+void finish(app::App&, P1solveOptions&);
+
+}  // namespace vdbcloud
