@@ -13,7 +13,7 @@ namespace vdbcloud::sim {
 
 namespace {
 
-constexpr const char* magic = "VDBCLOUD CHECKPOINT 1\n";
+constexpr const char* magic = "VDBCLOUD CHECKPOINT 2\n";
 
 std::string exact(double x)
 {

@@ -23,27 +23,29 @@ template<typename T> void Model<T>::rain(double dt)
                 T *theta = theta_.a[0].row(j, k), *water = water_.a[0].row(j, k), *drops = rain_.a[0].row(j, k);
                 thermo_.cloud_row(level, theta, water, cloud.data(), nx);
                 const double warm = parameters_.moist.latent_heat ? level.heat : 0;
+                const Reference& reference = column_.reference;
                 for (int i = 0; i < nx; ++i) {
                     const double q_c = double(cloud[size_t(i)]), q_r = std::max(0.0, double(drops[i]));
                     if (q_c <= 0 && q_r <= 0) continue;
                     double change = dt * (1e-3 * std::max(0.0, q_c - 1e-3) + 2.2 * q_c * std::pow(q_r, 0.875));
                     change = std::min(change, q_c);
                     if (q_c <= 0) {
-                        const double t = (double(theta[i]) + c.theta0) * level.exner;
+                        const double t = (double(theta[i]) + reference.theta) * level.exner;
                         const double q_s = parameters_.moist.by == SaturationBy::Height
                                                ? level.q_height
                                                : thermo_.saturation(t, level.pressure);
-                        const double dry = 1 - double(water[i]) / q_s, rho = 1e-3 * c.rho0 * rho_.centre[size_t(k)];
+                        const double q_t = double(water[i]) + reference.water;
+                        const double dry = 1 - q_t / q_s, rho = 1e-3 * c.rho0 * rho_.centre[size_t(k)];
                         const double vent = 1.6 + 124.9 * std::pow(rho * q_r, 0.2046);
                         const double rate = dry * vent * std::pow(rho * q_r, 0.525) /
                                             ((5.4e5 + 2.55e8 / (level.pressure * q_s)) * rho);
                         // Not more than there is, nor so much that the cooled air would be above saturation.
-                        change = -std::min({dt * std::max(0.0, rate), q_r, 0.25 * std::max(0.0, q_s - double(water[i]))});
+                        change = -std::min({dt * std::max(0.0, rate), q_r, 0.25 * std::max(0.0, q_s - q_t)});
                     }
-                    const T q_t = T(double(water[i]) - change), q_rain = T(q_r + change), t_l = T(double(theta[i]) + warm * change);
+                    const T q_left = T(double(water[i]) - change), q_rain = T(q_r + change), t_l = T(double(theta[i]) + warm * change);
                     warmed[size_t(j)] += (double(t_l) - double(theta[i])) * rho_.centre[size_t(k)];
-                    dried[size_t(j)] += (double(q_t) - double(water[i])) * rho_.centre[size_t(k)];
-                    water[i] = q_t, drops[i] = q_rain, theta[i] = t_l;
+                    dried[size_t(j)] += (double(q_left) - double(water[i])) * rho_.centre[size_t(k)];
+                    water[i] = q_left, drops[i] = q_rain, theta[i] = t_l;
                 }
             }
             for (int i = 0; i < nx; ++i) {

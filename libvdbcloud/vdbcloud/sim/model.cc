@@ -1,10 +1,8 @@
 #include "vdbcloud/sim/model.h"
 
 #include "vdbcloud/core/error.h"
-#include "vdbcloud/core/random.h"
 
 #include <cmath>
-#include <sstream>
 
 namespace vdbcloud::sim {
 
@@ -21,7 +19,7 @@ const std::vector<Stage>& stages(TimeScheme scheme)
 }
 
 Simulation::Simulation(const Parameters& p, const Sounding& s)
-    : parameters_((check(p, s), p)), column_(make_column(p, s)), thermo_(p.constants, p.moist, p.moisture)
+    : parameters_((check(p, s), p)), column_(make_column(p, s)), thermo_(p.constants, p.moist, p.moisture, column_.reference)
 {}
 Simulation::~Simulation() = default;
 
@@ -73,6 +71,12 @@ template<typename T> Variable<T>& Model<T>::of(Quantity q)
     }
 }
 
+/// What the field of a quantity is counted from.
+template<typename T> double Model<T>::reference(Quantity q) const
+{
+    return q == Quantity::Theta ? column_.reference.theta : q == Quantity::Water ? column_.reference.water : 0;
+}
+
 template<typename T> std::vector<Variable<T>*> Model<T>::scalars()
 {
     std::vector<Variable<T>*> list;
@@ -87,42 +91,6 @@ template<typename T> std::vector<Variable<T>*> Model<T>::velocities()
     for (Variable<T>& v : wind_)
         if (v) list.push_back(&v);
     return list;
-}
-
-template<typename T> void Model<T>::set_initial_air()
-{
-    const auto [nx, ny, nz] = lattice_.n;
-    const auto [dx, dy, dz] = lattice_.h;
-    const Parameters& p = parameters_;
-    const auto noise = [&](int which, int i, int j, int k) {
-        return 2 * uniform(hash_bits(p.noise.seed, uint64_t(which), uint64_t(i), uint64_t(j), uint64_t(k))) - 1;
-    };
-    for (int k = 0; k < nz; ++k) {
-        const Level& level = column_.level[size_t(k)];
-        const bool noisy = level.z < p.noise.below;
-        for (int j = 0; j < ny; ++j)
-            for (int i = 0; i < nx; ++i) {
-                double theta = level.theta_env, water = level.q_env, smoke = 0;
-                if (noisy) theta += p.noise.theta * noise(0, i, j, k), water += p.noise.water * noise(1, i, j, k);
-                for (const Bubble& b : p.bubbles) {
-                    const double x = ((i + 0.5) * dx - b.centre[0]) / b.radius;
-                    const double y = lattice_.flat(1) ? 0 : ((j + 0.5) * dy - b.centre[1]) / b.radius;
-                    const double r = std::hypot(x, y, (level.z - b.centre[2]) / b.height);
-                    if (r >= 1) continue;
-                    const double shape = std::pow(std::cos(M_PI / 2 * r), 2);
-                    theta += b.theta * shape, water += b.water * shape, smoke += b.dye * shape;
-                }
-                if (theta_) theta_.a[0](i, j, k) = T(theta);
-                if (water_) water_.a[0](i, j, k) = T(std::max(0.0, water));
-                if (dye_) dye_.a[0](i, j, k) = T(smoke);
-                if (wind_[0]) wind_[0].a[0](i, j, k) = T(column_.u[size_t(k)]);
-                if (wind_[1]) wind_[1].a[0](i, j, k) = T(column_.v[size_t(k)]);
-            }
-        if (wind_[0] && lattice_.side[0] == Side::Open)
-            for (int j = 0; j < ny; ++j) wind_[0].a[0](nx, j, k) = T(column_.u[size_t(k)]);
-        if (wind_[1] && lattice_.side[1] == Side::Open)
-            for (int i = 0; i < nx; ++i) wind_[1].a[0](i, ny, k) = T(column_.v[size_t(k)]);
-    }
 }
 
 /// Halos of the arrays `at` after they were written; scalars beyond open sides are the environment's where air comes in.
@@ -186,28 +154,6 @@ template<typename T> void Model<T>::take_courant(int at)
     fill_halo(lattice_, Place::Centre, drain_);
 }
 
-template<typename T> void Model<T>::name_bad_cell() const
-{
-    const auto [nx, ny, nz] = lattice_.n;
-    const char* names[] = {"u", "v", "w", "theta_l", "q_t", "rain", "dye"};
-    for (const Quantity q : {Quantity::Theta, Quantity::Water, Quantity::Rain, Quantity::Dye, Quantity::U, Quantity::V,
-                             Quantity::W}) {
-        const Variable<T>& v = of(q);
-        for (const Field<T>& f : v.a)
-            if (f)
-                for (int k = 0; k < nz; ++k)
-                    for (int j = 0; j < ny; ++j)
-                        for (int i = 0; i < nx; ++i) {
-                            if (std::isfinite(f(i, j, k))) continue;
-                            std::ostringstream text;
-                            text << names[int(q)] << " at cell [" << i << ", " << j << ", " << k << "] = " << f(i, j, k)
-                                 << " after " << time_ << " s: expected a finite number";
-                            throw ConvergenceError(text.str());
-                        }
-    }
-    throw ConvergenceError("velocity after " + std::to_string(time_) + " s: expected finite numbers");
-}
-
 /// Buoyancy at centres, into the planes that the projection will overwrite.
 template<typename T> void Model<T>::find_buoyancy(int at)
 {
@@ -227,8 +173,9 @@ template<typename T> void Model<T>::advance_scalar(Variable<T>& variable, const 
     const size_t in = size_t(stage.in), now = parameters_.momentum ? in : 0;
     const Field<T>& q = variable.a[in];
     // Rounding of what is nearly nothing may fall below 0 by its last bits, and then is nothing.
-    const double tiny = variable.quantity == Quantity::Theta ? 0 : sizeof(T) == 4 ? 1e-9 : 1e-17;
-    const ScalarStage s{stage.alpha, stage.beta, stage.tau * dt, tiny};
+    const double least = -reference(variable.quantity), ulps = 4 * double(std::numeric_limits<T>::epsilon()) * -least;
+    const double tiny = variable.quantity == Quantity::Theta ? 0 : std::max(sizeof(T) == 4 ? 1e-9 : 1e-17, ulps);
+    const ScalarStage s{stage.alpha, stage.beta, stage.tau * dt, least, tiny};
     const T inv_tau = T(1 / s.tau);
     const auto [nx, ny, nz] = lattice_.n;
     const bool open_x = lattice_.side[0] == Side::Open && !lattice_.flat(0);
@@ -339,6 +286,7 @@ template<typename T> bool Model<T>::step(double dt)
             take_courant(0);
             return false;
         }
+        stage_time_ = time_ + stage.time_in * dt;
         for (const auto& prepare : before_stage_) prepare(stage.in);
         if (parameters_.momentum && parameters_.buoyancy) find_buoyancy(stage.in);
         for (Variable<T>* v : scalars()) advance_scalar(*v, stage, dt);
@@ -383,18 +331,6 @@ template<typename T> double Model<T>::step_limit() const
     const double n = stratification();
     if (n > 0) limit = std::min(limit, 0.5 / n);
     return limit;
-}
-
-template<typename T> void Model<T>::start()
-{
-    for (Variable<T>* v : velocities()) fill_halo(lattice_, v->place, v->a[0]);
-    if (parameters_.momentum) pressure_->project(wind_[0].a[0], wind_[1].a[0], wind_[2].a[0]);
-    finish_state(0);
-    take_courant(0);
-    started_ = true;
-    const Budget now = budget();
-    theta_.start = now.theta_mean - parameters_.constants.theta0, theta_.low = now.theta_min, theta_.high = now.theta_max;
-    water_.start = now.water_mean, water_.low = now.water_min, water_.high = now.water_max;
 }
 
 template<typename T> void Model<T>::advance_to(double end, const Progress& progress)

@@ -10,6 +10,11 @@
 
 namespace vdbcloud::sim {
 
+/// Mean over the mass of the air, and bounds, of a quantity less its reference.
+struct Extent {
+    double mean = 0, low = never, high = -never;
+};
+
 /// A transported quantity with room for the stages of a step; a[0] holds the state between steps.
 template<typename T> struct Variable {
     Quantity quantity = Quantity::U;
@@ -19,9 +24,10 @@ template<typename T> struct Variable {
     std::vector<std::function<void(int in, int j, int k, T* out)>> terms;
     /// The same, for terms that damp or mix and so limit an explicit step (Model::fastest_rate_).
     std::vector<std::function<void(int in, int j, int k, T* out)>> stiff;
-    // Accounts: sum of sources over cells and time, in cell values [unit].
+    // Accounts: sum of sources over cells and time, in cell values [unit]; what there was at the start.
     mutable std::vector<double> row_source;
-    double sources = 0, start = 0, low = 0, high = 0;
+    double sources = 0;
+    Extent start;
 
     explicit operator bool() const { return bool(a[0]); }
 };
@@ -49,13 +55,20 @@ public:
     void get_plane(Quantity, int k, double* out) const override;
     void get_cloud_plane(int k, double* out) const override;
     void set(Quantity, const std::vector<double>&) override;
+    void add_source(Quantity, Source) override;
     void start() override;
     void save(std::ostream&) const override;
     void restore(std::istream&) override;
 
 private:
-    // model.cc
+    // initial.cc, budget.cc
     void set_initial_air();
+    Extent extent(const Variable<T>&) const;
+    void find_weather(Budget&) const;
+    std::string fault_in(const Budget&) const;
+    [[noreturn]] void name_bad_cell() const;
+
+    // model.cc
     bool step(double dt);
     void finish_state(int at);
     void take_courant(int at);
@@ -64,7 +77,7 @@ private:
     void advance_velocity(int axis, const Stage&, double dt);
     void settle(const Stage&, double dt);
     double stratification() const;
-    [[noreturn]] void name_bad_cell() const;
+    double reference(Quantity) const;
     Variable<T>& of(Quantity q);
     const Variable<T>& of(Quantity q) const { return const_cast<Model*>(this)->of(q); }
     std::vector<Variable<T>*> scalars();
@@ -100,6 +113,7 @@ private:
     double side_rate_ = 0;
 
     double time_ = 0, dt_ = 0, rate_ = 0;   // rate_: largest Courant rate [1/s]
+    double stage_time_ = 0;                 // of the values a stage reads [s]
     uint64_t steps_ = 0, retries_ = 0;
     double rain_fallen_ = 0;
     bool started_ = false;

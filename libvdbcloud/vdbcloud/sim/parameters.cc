@@ -112,6 +112,19 @@ void check_sounding(const Sounding& s)
     }
 }
 
+/// The middle of the environment's theta_l, and water that is everywhere: exact in single precision, so that none is none.
+Reference reference_of(const std::vector<Level>& levels, const Parameters& p)
+{
+    double low = never, high = -never, water = never;
+    for (const Level& level : levels) {
+        low = std::min(low, level.theta_env), high = std::max(high, level.theta_env);
+        water = std::min(water, level.q_env);
+    }
+    water -= p.noise.water;
+    for (const Bubble& b : p.bubbles) water += std::min(0.0, b.water);
+    return {0.5 * (low + high), std::max(0.0, double(float(water)))};
+}
+
 /// Values of `state` arrays a prognostic field needs: its own, and one or two stages.
 int arrays(TimeScheme scheme) { return scheme == TimeScheme::Rk3 ? 3 : 2; }
 
@@ -191,7 +204,7 @@ Column make_column(const Parameters& p, const Sounding& sounding)
         level.pressure = 1e5 * std::pow(exner, 1 / kappa);
         level.q_height = p.q_surface * std::exp(-z / scale);
         level.heat = c.latent_heat / c.cp / (p.moist.by == SaturationBy::Temperature ? exner : 1);
-        level.theta_env = at(sounding.theta, z) - c.theta0;
+        level.theta_env = at(sounding.theta, z);
         level.q_env = p.moisture ? at(sounding.water, z) : 0;
         column.level.push_back(level);
         column.u.push_back(p.lattice.flat(0) ? 0 : at(sounding.u, z));
@@ -201,8 +214,8 @@ Column make_column(const Parameters& p, const Sounding& sounding)
         exner = std::max(exner, 0.25);
         column.rho_face.push_back(p.anelastic ? density() : 1);
     }
-    const Thermodynamics thermo(c, p.moist, p.moisture);
-    for (Level& level : column.level) level.buoyancy_env = thermo.buoyancy(level, level.theta_env, level.q_env);
+    const Reference r = column.reference = reference_of(column.level, p);
+    for (Level& level : column.level) level.theta_env -= r.theta, level.q_env -= r.water;
     return column;
 }
 

@@ -115,6 +115,7 @@ struct Sounding {
 
 /// The environment and the base state on the levels of a lattice.
 struct Column {
+    Reference reference;        ///< what theta_l and q_t of fields and levels are counted from
     std::vector<Level> level;   ///< nz, at cell centres
     std::vector<double> u, v;   ///< nz [m/s]
     std::vector<double> rho_centre, rho_face;  ///< relative to the floor; 1 unless anelastic

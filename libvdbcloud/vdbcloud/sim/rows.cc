@@ -88,12 +88,12 @@ template<typename T> VDBCLOUD_INLINE void flux_tendency_row(const FluxRows<T>& f
 
 template<typename T> VDBCLOUD_INLINE void scalar_stage_row(const StageRows<T>& r, const ScalarStage& s, int n)
 {
-    const T alpha = T(s.alpha), beta = T(s.beta), tau = T(s.tau), tiny = T(s.tiny);
+    const T alpha = T(s.alpha), beta = T(s.beta), tau = T(s.tau), least = T(s.least), tiny = T(s.tiny), low = least - tiny;
     for (int i = 0; i < n; ++i) {
         const T x0 = r.x0[i];
         const T next = x0 + (alpha * (r.x1[i] - x0) + beta * ((r.x[i] - x0) + tau * r.tendency[i]));
-        const T raised = most(next, T(0));
-        r.out[i] = next > -tiny ? (tiny > T(0) ? raised : next) : next;
+        const T raised = most(next, least);
+        r.out[i] = next > low ? (tiny > T(0) ? raised : next) : next;
     }
 }
 

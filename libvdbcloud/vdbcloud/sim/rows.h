@@ -58,8 +58,8 @@ template<typename T> struct StageRows {
     T* out;
     const T *x0, *x1, *x, *tendency;
 };
-/// Results in (-tiny, 0) become 0.
-struct ScalarStage { double alpha, beta, tau, tiny; };
+/// Results in (least - tiny, least) become `least`; of no effect where tiny is 0.
+struct ScalarStage { double alpha, beta, tau, least, tiny; };
 void scalar_stage(const StageRows<float>&, const ScalarStage&, int n);
 void scalar_stage(const StageRows<double>&, const ScalarStage&, int n);
 

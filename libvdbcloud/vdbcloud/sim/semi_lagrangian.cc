@@ -80,6 +80,7 @@ template<typename T> void Model<T>::huge_step(double dt)
                                           v.place == Place::FaceZ ? 0.0 : 0.5};
         const int width = v.place == Place::FaceX ? lattice_.faces(0) : nx;
         const int rows = v.place == Place::FaceY ? lattice_.faces(1) : ny;
+        const double least = -reference(v.quantity);
         const bool water = v.quantity == Quantity::Water || v.quantity == Quantity::Rain || v.quantity == Quantity::Dye;
         const double drag = v.place == Place::Centre ? 1 : std::exp(-dt / p.friction_time);
         for_blocks(nz, 1, [&](int k, int) {
@@ -100,11 +101,12 @@ template<typename T> void Model<T>::huge_step(double dt)
                         origin[d] -= shift[d];
                     }
                     const double value = drag * sample(v.a[0], lattice_, origin) + dt * double(source[size_t(i)]);
-                    v.a[1](i, j, k) = T(water ? std::max(0.0, value) : value);
+                    v.a[1](i, j, k) = T(water ? std::max(least, value) : value);
                 }
             }
         });
     };
+    stage_time_ = time_;
     for (const auto& prepare : before_stage_) prepare(0);
     for (Variable<T>* v : scalars()) transport(*v);
     if (p.momentum)

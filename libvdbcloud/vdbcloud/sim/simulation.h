@@ -3,6 +3,7 @@
 #include "vdbcloud/core/progress.h"
 #include "vdbcloud/sim/parameters.h"
 
+#include <functional>
 #include <iosfwd>
 #include <memory>
 #include <string>
@@ -66,6 +67,10 @@ public:
     virtual void get_cloud_plane(int k, double* out) const = 0;
     /// Replaces the state before the first step: nx ny nz values, x fastest. A velocity is projected when started.
     virtual void set(Quantity, const std::vector<double>&) = 0;
+    /// Adds a prescribed rate [unit/s] of position [m] and time [s] to a quantity's equation, beside all else: large-scale forcing, or what
+    /// makes a given flow a solution. Called from several threads. Not part of checkpoints: add it again before restore().
+    using Source = std::function<double(double x, double y, double z, double t)>;
+    virtual void add_source(Quantity, Source) = 0;
     /// Call after the last set(): starts accounts from here.
     virtual void start() = 0;
 

@@ -1,5 +1,6 @@
 // The effects that can be on or off. Each registers the rows it adds to a tendency, or what must be found before a stage;
 // an effect that is off registers nothing.
+#include "vdbcloud/core/error.h"
 #include "vdbcloud/sim/model.h"
 
 #include <cmath>
@@ -17,6 +18,20 @@ template<typename T> void Model<T>::add_terms()
     if (std::isfinite(p.wind_relaxation) && p.momentum) add_wind_relaxation();
     const bool open = lattice_.side[0] == Side::Open || lattice_.side[1] == Side::Open;
     if (open && p.side_cells > 0) add_side_relaxation();
+}
+
+template<typename T> void Model<T>::add_source(Quantity q, Source rate)
+{
+    Variable<T>& v = of(q);
+    if (!v) throw InputError("source: this run has no field for its quantity");
+    const auto place = [&](Place face) { return v.place == face ? 0.0 : 0.5; };
+    const double sx = place(Place::FaceX), sy = place(Place::FaceY), sz = place(Place::FaceZ);
+    const int width = v.place == Place::FaceX ? lattice_.faces(0) : lattice_.n[0];
+    v.terms.push_back([this, sx, sy, sz, width, rate = std::move(rate)](int, int j, int k, T* out) {
+        const auto [dx, dy, dz] = lattice_.h;
+        for (int i = 0; i < width; ++i) out[i] += T(rate((i + sx) * dx, (j + sy) * dy, (k + sz) * dz, stage_time_));
+    });
+    if (v.place == Place::Centre) v.row_source.assign(size_t(lattice_.n[1]) * size_t(lattice_.n[2]), 0.0);
 }
 
 /// Heat, water and smoke that enter through the floor, spread over the first cell: flux / dz.
@@ -311,7 +326,8 @@ template<typename T> void Model<T>::add_side_relaxation()
 }
 
 #define VDBCLOUD_TERMS(T)                                                                                             \
-    template void Model<T>::add_terms();
+    template void Model<T>::add_terms();                                                                              \
+    template void Model<T>::add_source(Quantity, Source);
 VDBCLOUD_TERMS(float)
 VDBCLOUD_TERMS(double)
 #undef VDBCLOUD_TERMS

@@ -77,8 +77,9 @@ template<typename T> VDBCLOUD_INLINE T saturated(T temperature, T p, T epsilon, 
 
 /// What the rows need of a level, in their precision.
 template<typename T> struct RowLevel {
-    T pressure, exner, q_height, warm, epsilon, theta0;
-    T b_theta, b_water, b_cloud, b_env;
+    T pressure, exner, q_height, warm, epsilon;
+    T theta_ref, q_ref;  // q_height is less this one
+    T b_theta, b_water, b_cloud, theta_env, q_env, cloud_env;
     bool by_height, moist;
 };
 
@@ -87,7 +88,7 @@ template<typename T> struct RowLevel {
 /// is found; what remains, T - T_l - (L/cp) q_l [K], tells where they did not.
 template<int steps, typename T> VDBCLOUD_INLINE T condensate(const RowLevel<T>& c, T theta_l, T q_t, T& remains)
 {
-    const T t_l = (theta_l + c.theta0) * c.exner;
+    const T t_l = (theta_l + c.theta_ref) * c.exner;
     T t = t_l, slope;
     for (int step = 0; step < steps; ++step) {
         const T q_s = saturated(t, c.pressure, c.epsilon, slope);
@@ -121,20 +122,20 @@ template<typename T> VDBCLOUD_INLINE void cloud_of_chunk(const RowLevel<T>& c, c
         for (int i = 1; i < n; ++i) cold = least(cold, theta_l[i]), wet = most(wet, q_t[i]);
     }
     // The margin keeps rounding of the temperature from calling saturated air dry: the cells decide for themselves.
-    if (wet < T(0.9999) * saturated((cold + c.theta0) * c.exner, c.pressure, c.epsilon, slope)) {
+    if (wet + c.q_ref < T(0.9999) * saturated((cold + c.theta_ref) * c.exner, c.pressure, c.epsilon, slope)) {
         for (int i = 0; i < n; ++i) q_l[i] = T(0);
         return;
     }
     constexpr int few = sizeof(T) == 4 ? 3 : 4;
     constexpr T enough = T(sizeof(T) == 4 ? 1e-4 : 2e-13);
     T remains[chunk];
-    for (int i = 0; i < n; ++i) q_l[i] = condensate<few>(c, theta_l[i], q_t[i], remains[i]);
+    for (int i = 0; i < n; ++i) q_l[i] = condensate<few>(c, theta_l[i], q_t[i] + c.q_ref, remains[i]);
     int slow = 0;
     for (int i = 0; i < n; ++i) slow |= !(remains[i] <= enough && remains[i] >= -enough);
     if (slow)
         for (int i = 0; i < n; ++i)
             if (!(remains[i] <= enough && remains[i] >= -enough))
-                q_l[i] = condensate<40>(c, theta_l[i], q_t[i], remains[i]);
+                q_l[i] = condensate<40>(c, theta_l[i], q_t[i] + c.q_ref, remains[i]);
 }
 
 template<typename T> VDBCLOUD_INLINE void cloud_of_row(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* q_l, int n)
@@ -147,7 +148,7 @@ template<typename T>
 VDBCLOUD_INLINE void buoyancy_of_row(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* out, int n)
 {
     if (!c.moist) {
-        for (int i = 0; i < n; ++i) out[i] = c.b_theta * theta_l[i] - c.b_env;
+        for (int i = 0; i < n; ++i) out[i] = c.b_theta * (theta_l[i] - c.theta_env);
         return;
     }
     T q_l[chunk];
@@ -155,7 +156,8 @@ VDBCLOUD_INLINE void buoyancy_of_row(const RowLevel<T>& c, const T* theta_l, con
         const int m = n - i0 < chunk ? n - i0 : chunk;
         cloud_of_chunk(c, theta_l + i0, q_t + i0, q_l, m);
         for (int i = 0; i < m; ++i)
-            out[i0 + i] = (c.b_theta * theta_l[i0 + i] - c.b_env) + c.b_water * q_t[i0 + i] + c.b_cloud * q_l[i];
+            out[i0 + i] = c.b_theta * (theta_l[i0 + i] - c.theta_env) + c.b_water * (q_t[i0 + i] - c.q_env) +
+                          c.b_cloud * (q_l[i] - c.cloud_env);
     }
 }
 
@@ -172,17 +174,19 @@ VDBCLOUD_THERMO(float)
 VDBCLOUD_THERMO(double)
 #undef VDBCLOUD_THERMO
 
-template<typename T> RowLevel<T> row_level(const Constants& k, const MoistTerms& terms, bool moist, const Level& level)
+template<typename T>
+RowLevel<T> row_level(const Constants& k, const MoistTerms& terms, bool moist, const Reference& reference, const Level& level)
 {
     RowLevel<T> c;
-    c.pressure = T(level.pressure), c.exner = T(level.exner), c.q_height = T(level.q_height);
+    c.pressure = T(level.pressure), c.exner = T(level.exner), c.q_height = T(level.q_height - reference.water);
     c.warm = T(terms.latent_heat ? k.latent_heat / k.cp : 0);
-    c.epsilon = T(k.r_dry / k.r_vapour), c.theta0 = T(k.theta0);
+    c.epsilon = T(k.r_dry / k.r_vapour);
+    c.theta_ref = T(reference.theta), c.q_ref = T(reference.water);
     c.b_theta = T(k.g / k.theta0);
     c.b_water = T(terms.vapour ? 0.608 * k.g : 0);
     c.b_cloud = T((terms.latent_heat ? k.g / k.theta0 * level.heat : 0) - (terms.vapour ? 0.608 * k.g : 0) -
                   (terms.loading ? k.g : 0));
-    c.b_env = T(level.buoyancy_env);
+    c.theta_env = T(level.theta_env), c.q_env = T(level.q_env), c.cloud_env = T(0);
     c.by_height = terms.by == SaturationBy::Height;
     c.moist = moist;
     return c;
@@ -191,7 +195,11 @@ template<typename T> RowLevel<T> row_level(const Constants& k, const MoistTerms&
 }  // namespace
 
 Thermodynamics::Thermodynamics(const Constants& constants, const MoistTerms& terms, bool moisture)
-    : constants_(constants), terms_(terms), moisture_(moisture)
+    : Thermodynamics(constants, terms, moisture, {constants.theta0, 0})
+{}
+
+Thermodynamics::Thermodynamics(const Constants& constants, const MoistTerms& terms, bool moisture, const Reference& reference)
+    : constants_(constants), terms_(terms), moisture_(moisture), reference_(reference)
 {}
 
 double Thermodynamics::saturation(double temperature, double pressure, double* slope) const
@@ -217,13 +225,16 @@ double Thermodynamics::buoyancy(const Level& level, double theta_l, double q_t) 
 template<typename T>
 void Thermodynamics::cloud_row(const Level& level, const T* theta_l, const T* q_t, T* q_l, int n) const
 {
-    cloud_clones(row_level<T>(constants_, terms_, moisture_, level), theta_l, q_t, q_l, n);
+    cloud_clones(row_level<T>(constants_, terms_, moisture_, reference_, level), theta_l, q_t, q_l, n);
 }
 
 template<typename T>
 void Thermodynamics::buoyancy_row(const Level& level, const T* theta_l, const T* q_t, const T* carried, T* out, int n) const
 {
-    buoyancy_clones(row_level<T>(constants_, terms_, moisture_, level), theta_l, q_t, out, n);
+    RowLevel<T> c = row_level<T>(constants_, terms_, moisture_, reference_, level);
+    // The environment's cloud by the arithmetic of the cells, so that like air has no weight to the last bit.
+    if (moisture_) cloud_of_row(c, &c.theta_env, &c.q_env, &c.cloud_env, 1);
+    buoyancy_clones(c, theta_l, q_t, out, n);
     if (!carried) return;
     const T g = T(constants_.g);
     for (int i = 0; i < n; ++i) out[i] -= g * carried[i];

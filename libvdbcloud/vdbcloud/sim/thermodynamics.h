@@ -2,7 +2,8 @@
 // Water: how much of it the air can hold, how much is cloud, and what that does to buoyancy.
 //
 // Transported are theta_l = theta - (L / cp Pi) q_l and the total water q_t, which condensation does not change; cloud
-// water q_l is a diagnostic of the two, so no latent heat term appears anywhere. Fields hold theta_l - theta0.
+// water q_l is a diagnostic of the two, so no latent heat term appears anywhere. Fields hold deviations of theta_l and q_t from
+// a Reference, so that single precision is spent on differences.
 #include "vdbcloud/sim/clones.h"
 
 #include <string>
@@ -36,6 +37,12 @@ struct MoistTerms {
     bool loading = true;      ///< cloud water is carried: - q_l
 };
 
+/// What fields of heat and water are counted from: one value each for the whole box.
+struct Reference {
+    double theta = 300;  ///< theta_l [K]
+    double water = 0;    ///< q_t [kg/kg], not more than there is anywhere at the start
+};
+
 /// Constants of one level, in double; kernels take them in their own precision.
 struct Level {
     double z = 0;          ///< [m]
@@ -43,17 +50,19 @@ struct Level {
     double exner = 1;      ///< (p / 1e5 Pa)^(R/cp): T = theta exner
     double q_height = 0;   ///< saturation by height [kg/kg]
     double heat = 2490;    ///< L / cp, over exner where saturation is by temperature: what q_l adds to theta [K]
-    double theta_env = 0;  ///< environment's theta_l - theta0 [K]
-    double q_env = 0;      ///< environment's q_t [kg/kg]
-    double buoyancy_env = 0;  ///< of the environment by the formula below, so that it feels none [m/s^2]
+    double theta_env = 0;  ///< environment's theta_l, less the reference [K]
+    double q_env = 0;      ///< environment's q_t, less the reference [kg/kg]
 };
 
-/// Buoyancy [m/s^2] = b_theta (theta_l - theta0) + b_water q_t + b_cloud q_l - buoyancy_env, which is
-/// g [theta'/theta0 + 0.608 q_v' - q_l'] with the terms that are on.
+/// Buoyancy [m/s^2] = b_theta theta_l' + b_water q_t' + b_cloud q_l', dashes for deviations from the environment, which is
+/// g [theta'/theta0 + 0.608 q_v' - q_l'] with the terms that are on. All arguments theta_l and q_t are less the reference.
 class Thermodynamics {
 public:
+    /// Without a reference: theta0 and no water.
     Thermodynamics(const Constants&, const MoistTerms&, bool moisture);
+    Thermodynamics(const Constants&, const MoistTerms&, bool moisture, const Reference&);
 
+    const Reference& reference() const { return reference_; }
     const MoistTerms& terms() const { return terms_; }
     bool moisture() const { return moisture_; }
 
@@ -66,7 +75,7 @@ public:
 
     /// q_l of a row, 0 where not saturated; exactly max(q_t - q_s, 0) with q_s at the temperature that results.
     template<typename T> void cloud_row(const Level&, const T* theta_l, const T* q_t, T* q_l, int n) const;
-    /// Buoyancy of a row; q_t null without moisture. `carried`, where not null: other water that weighs [kg/kg].
+    /// Buoyancy of a row, exactly 0 where the air is the environment's; q_t null without moisture. `carried`, where not null: other water that weighs [kg/kg].
     template<typename T>
     void buoyancy_row(const Level&, const T* theta_l, const T* q_t, const T* carried, T* out, int n) const;
 
@@ -74,6 +83,7 @@ private:
     Constants constants_;
     MoistTerms terms_;
     bool moisture_;
+    Reference reference_;
 };
 
 }  // namespace vdbcloud::sim
