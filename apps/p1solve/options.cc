@@ -56,7 +56,9 @@ void declare(app::App& app, P1solveOptions& o)
     app.writes_grids();
     app::declare_medium(app, o.medium);
     app::declare_lights(app, o.lights);
-    app.add_rgb("--sky", o.scatter.sky, "radiance of a uniform sky, one number or r,g,b")->check(app::nonnegative)->group("Lights");
+    app.add_option("--sky", o.sky, "day: a clear one over the suns; or the radiance of a uniform sky, one number or r,g,b; without it none")
+        ->group("Lights");
+    app::declare_sky_shape(app, o.sky_shape, "Lights");
 
     const auto method = "Method";
     app.add_choice<bool>("--delta", o.scatter.delta, {{"on", true}, {"off", false}},
@@ -88,6 +90,29 @@ void declare(app::App& app, P1solveOptions& o)
         ->check(app::within(1, 8))->group(accuracy);
     app.add_option("--reentry-rays", o.scatter.reentry_rays, "for the estimate of light that would enter again; 0: none")
         ->check(app::within(0, 10000000))->group(accuracy);
+}
+
+Sky chosen_sky(const app::App& app, const P1solveOptions& o, const std::vector<Light>& lights, const Vec3d& up)
+{
+    Sky sky;
+    sky.up = up;
+    if (o.sky == "day" || (o.sky.empty() && app::sky_asked(app))) {
+        Vec3d brightest(0.0);
+        for (const Light& light : lights)
+            for (int c = 0; c < 3 && light.kind == LightKind::Directional; ++c)
+                brightest[c] = std::max(brightest[c], light.irradiance[c]);
+        sky = Sky::clear_day(brightest, up);
+    } else if (!o.sky.empty()) {
+        sky = Sky::constant(app::colour_asked("--sky", o.sky, "day, one number or r,g,b"));
+        sky.up = up;
+    }
+    sky = app::with_asked(app, o.sky_shape, sky);
+    try {
+        check(sky);
+    } catch (const InputError& e) {
+        throw UsageError(std::string("--sky: ") + e.what());
+    }
+    return sky;
 }
 
 void finish(app::App& app, P1solveOptions& o)

@@ -2,6 +2,7 @@
 // What p1solve is asked for.
 #include "light_options.h"
 #include "medium_options.h"
+#include "sky_options.h"
 
 #include "vdbcloud/scatter/series_grids.h"
 
@@ -13,6 +14,8 @@ struct P1solveOptions {
     std::string input, output, density, periodic;
     app::MediumOptions medium;
     app::LightOptions lights;
+    std::string sky;              ///< "day", a colour, or empty: no sky unless its shape is asked for
+    app::SkyOptions sky_shape;
     ScatterOptions scatter;
     bool allow_unconverged = false, series_raw = false;
     SeriesOptions series;
@@ -21,6 +24,9 @@ struct P1solveOptions {
 };
 
 void declare(app::App&, P1solveOptions&);
+
+/// The sky asked for, over `up`; black if none is. How bright a day is follows from the suns. Throws UsageError.
+Sky chosen_sky(const app::App&, const P1solveOptions&, const std::vector<Light>& lights, const Vec3d& up);
 
 /// What options say together, once all are read: the letters of --periodic, and what --iterations cannot go with.
 /// Tells of directions that were rounded up. Throws UsageError.

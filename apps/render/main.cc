@@ -49,7 +49,7 @@ void render(app::App& app, RenderOptions& o)
     check_effect(app, o);
     const ImageSize size = image_size(o);
     LoadedScene loaded = load_scene(app, o);
-    const auto background = chosen_background(app, o, sun_irradiance(loaded.scene), loaded.up);
+    const auto background = chosen_background(app, o, sun_irradiance(loaded.scene), loaded.up, loaded.sky);
     loaded.scene.background = background.sky;
     const CameraView view(chosen_camera(app, o, loaded, size), size);
     report_picture(app, o, loaded, view);

@@ -96,21 +96,9 @@ void declare_picture(app::App& app, RenderOptions& o)
         ->group(group);
     app.add_option("--background", o.background,
                    "none, sky, or r,g,b; drawn into .exr and .png. Without it the .exr has "
-                   "none and alpha, and the .png shows the sky")
+                   "none and alpha, and the .png shows the sky: the one that lit the medium, else a clear blue day")
         ->group(group);
-    app.add_rgb("--sky-zenith", o.zenith, "radiance straight up; without it a clear blue day")
-        ->check(app::nonnegative)->default_str("")->group(group);
-    app.add_rgb("--sky-horizon", o.horizon, "radiance along the horizon")
-        ->check(app::nonnegative)
-        ->default_str("")
-        ->group(group);
-    app.add_rgb("--sky-ground", o.ground, "radiance straight down")
-        ->check(app::nonnegative)
-        ->default_str("")
-        ->group(group);
-    app.add_option("--sky-haze", o.haze, "how narrow the horizon's band is")
-        ->check(app::nonnegative)
-        ->group(group);
+    app::declare_sky_shape(app, o.sky, group);
     app.add_option("--exposure", o.view.exposure, "of the .png [EV]; without it found from the picture")
         ->default_str("")->group(group);
     app.add_choice<ViewKind>("--view", o.view.kind,
@@ -240,25 +228,16 @@ bool wants_background_layer(const RenderOptions& o)
 }
 
 ChosenBackground chosen_background(const app::App& app, const RenderOptions& o, const Vec3d& sun_irradiance,
-                                   const Vec3d& up)
+                                   const Vec3d& up, const std::optional<Sky>& lit_by)
 {
-    const bool own_sky = app.given("--sky-zenith") || app.given("--sky-horizon") || app.given("--sky-ground");
     ChosenBackground out;
     if (o.background == "none") return out;
     if (o.background.empty() || o.background == "sky") {
-        out.sky = Sky::clear_day(sun_irradiance, up);
-        if (app.given("--sky-zenith")) out.sky.zenith = o.zenith;
-        if (app.given("--sky-horizon")) out.sky.horizon = o.horizon;
-        if (app.given("--sky-ground")) out.sky.ground = o.ground;
-        out.sky.haze = o.haze;
-        out.in_exr = own_sky || !o.background.empty();
+        out.sky = app::with_asked(app, o.sky, lit_by ? *lit_by : Sky::clear_day(sun_irradiance, up));
+        out.in_exr = app::sky_asked(app) || !o.background.empty();
         return out;
     }
-    const auto colour = app::numbers(o.background);
-    if (!colour || (colour->size() != 1 && colour->size() != 3))
-        throw UsageError("--background " + printable(o.background) + ": expected none, sky, or r,g,b");
-    out.sky = Sky::constant(colour->size() == 1 ? Vec3d((*colour)[0])
-                                                : Vec3d((*colour)[0], (*colour)[1], (*colour)[2]));
+    out.sky = Sky::constant(app::colour_asked("--background", o.background, "none, sky, or r,g,b"));
     out.sky.up = up / up.length();
     out.in_exr = true;
     check(out.sky);

@@ -2,6 +2,7 @@
 // The options of render, and what they say that one word cannot.
 #include "light_options.h"
 #include "medium_options.h"
+#include "sky_options.h"
 
 #include "vdbcloud/light/transmittance_grid.h"
 #include "vdbcloud/render/image_out.h"
@@ -36,8 +37,7 @@ struct RenderOptions {
     std::vector<std::string> aovs{"Z"};
 
     std::string background;  ///< "none", "sky", or a colour; empty: none in exr, sky in png
-    Vec3d zenith{0, 0, 0}, horizon{0, 0, 0}, ground{0, 0, 0};
-    double haze = Sky().haze;
+    app::SkyOptions sky;
 
     ViewOptions view;
     int png_bits = 8;
@@ -62,8 +62,9 @@ struct ChosenBackground {
     bool in_exr = false;
 };
 
-/// `sun_irradiance` sets how bright the default sky is. Throws UsageError on a word that is no background.
+/// Without a word of the user's it is the sky that lit the medium, `lit_by`; without that either a clear day, whose brightness
+/// `sun_irradiance` sets. Throws UsageError on a word that is no background.
 ChosenBackground chosen_background(const app::App&, const RenderOptions&, const Vec3d& sun_irradiance,
-                                   const Vec3d& up);
+                                   const Vec3d& up, const std::optional<Sky>& lit_by);
 
 }  // namespace vdbcloud

@@ -169,6 +169,7 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
         const auto corners = occupied_corners(*out.scene.volumes.back().density);
         if (corners.empty()) app.say(file.path + ": the density is empty: there is nothing of it to see");
         out.corners.insert(out.corners.end(), corners.begin(), corners.end());
+        if (const auto phi = find_grid(file, schema::phi); phi && !out.sky) out.sky = read_sky(*phi);
         const std::string history = get_text(*file.metadata, schema::history, "");
         if (!history.empty()) out.history += (out.history.empty() ? "" : "\n") + history;
     }

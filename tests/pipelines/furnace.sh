@@ -23,3 +23,22 @@ for run in "0 0 1" "0.85 0 1" "0.85 2 1" "0.85 2 3"; do
     dark=$(oiiotool furnace.exr --ch transmittance.R --printstats | sed -n 's/.*Stats Min: *\([0-9.]*\).*/\1/p')
     awk -v t="$dark" 'BEGIN {exit !(t != "" && t < 0.1)}' || { echo "furnace.sh: the medium is thin (T >= $dark): nothing is tested" >&2; exit 1; }
 done
+
+# A picture for viewing shows the sky that lit the medium without being told: against it the medium is not to be seen either.
+render lit.vdb --resolution 64 -q -o furnace.exr --png furnace.png
+range=$(oiiotool furnace.png --ch R,G,B --printstats | sed -n 's/.*Stats \(Min\|Max\): *\([0-9]*\).*/\2/p' | xargs)
+read -r low high <<< "$range"
+[ -n "$high" ] && [ $((high - low)) -le 2 ] || { echo "furnace.sh: the png runs from $low to $high against its own sky, expected one value" >&2; exit 1; }
+
+# A clear day is brighter above than below, and bluer: so is the light in the medium. What is no sky is refused in one line.
+p1solve clumps.vdb --sun 0,1,0 --sun-irradiance 1,1,1 --sky day -q --json day.json -o day.vdb
+p1solve clumps.vdb --sun 0,1,0 --sun-irradiance 1,1,1 --sky 0 -q --json night.json -o night.vdb
+sky_in() { sed -n 's/.*"sky_in": *\([0-9.e-]*\).*/\1/p' "$1" | xargs; }
+read -r blue green red <<< "$(sky_in day.json)"
+awk -v r="$red" -v g="$green" -v b="$blue" 'BEGIN {exit !(r > 0 && g > r && b > g)}' || { echo "furnace.sh: a day enters with $red $green $blue" >&2; exit 1; }
+[ "$(sky_in night.json)" = "0.0 0.0 0.0" ] || { echo "furnace.sh: --sky 0 enters with $(sky_in night.json)" >&2; exit 1; }
+for wrong in "--sky blue" "--sky -1" "--sky 1,2" "--sky-zenith -1"; do
+    status=0
+    p1solve clumps.vdb $wrong -q -o x.vdb 2> said || status=$?
+    [ "$status" = 2 ] && [ "$(wc -l < said)" = 1 ] && [ ! -e x.vdb ] || { echo "furnace.sh: p1solve $wrong: status $status, $(cat said)" >&2; exit 1; }
+done

@@ -19,7 +19,7 @@ struct Slab {
     {
         sun.to_light = Vec3d(0.6, 0.8, 0);
         sources.beams.emplace_back(periodic_beam_depths(index, exposed, density, sun), 2.0);
-        sources.sky = 0.1;
+        sources.sky.fill(0.1);
     }
     P1Medium medium(double albedo, double g, bool delta) const { return {tau, albedo, nullptr, g, delta}; }
 

@@ -2,6 +2,7 @@
 #include "vdbcloud/scene/sky.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
 
 #include <gtest/gtest.h>
 
@@ -49,6 +50,57 @@ TEST(Sky, MeanIsItsIntegralOverTheSphere)
         }
         EXPECT_LT((sum - sky.mean_radiance()).length(), 1e-5) << haze;
     }
+}
+
+TEST(Sky, ShinesOnSurfacesAsItsIntegralSays)
+{
+    Sky sky;
+    sky.zenith = Vec3d(0.1, 0.4, 1);
+    sky.horizon = Vec3d(2, 1, 0.5);
+    sky.ground = Vec3d(0.3, 0, 0.05);
+    sky.up = Vec3d(0.6, 0, 0.8);
+    for (double haze : {0.0, 1.0, 2.5, 4.0}) {
+        sky.haze = haze;
+        // int_0^1 s (1 - s)^haze ds = 1 / ((haze + 1)(haze + 2))
+        const double share = 2 / ((haze + 1) * (haze + 2));
+        EXPECT_LT((sky.mean_inflow(sky.up) - (sky.zenith + (sky.horizon - sky.zenith) * share)).length(), 3e-5);
+        EXPECT_LT((sky.mean_inflow(-sky.up) - (sky.ground + (sky.horizon - sky.ground) * share)).length(), 3e-5);
+        const Vec3d net = (sky.zenith - sky.ground) * (1 - share);  // int w L dw = pi net up: for any normal
+        for (const Vec3d& n : {Vec3d(0, 1, 0), Vec3d(1, 0, 0), Vec3d(0, 0.6, -0.8), Vec3d(0.36, 0.48, 0.8)}) {
+            EXPECT_LT((sky.mean_inflow(n) - sky.mean_inflow(-n) - n.dot(sky.up) * net).length(), 3e-5);
+            // A surface and its mirror image across the horizon see both halves of the sky, each once.
+            const Vec3d mirrored = n - 2 * n.dot(sky.up) * sky.up;
+            Sky flipped = sky;
+            std::swap(flipped.zenith, flipped.ground);
+            EXPECT_LT((sky.mean_inflow(n) - flipped.mean_inflow(mirrored)).length(), 1e-12);
+        }
+        // A wall sees half of the sky and half of the ground: 2/pi int sqrt(1 - s^2) L ds, midpoint rule in the angle.
+        Vec3d wall(0.0);
+        const int count = 4000;
+        for (int k = 0; k < count; ++k) {
+            const double a = -M_PI / 2 + M_PI * (k + 0.5) / count;
+            wall += 2 / M_PI * std::cos(a) * std::cos(a) * M_PI / count *
+                    sky.radiance(std::sin(a) * sky.up + std::cos(a) * Vec3d(0, 1, 0));
+        }
+        EXPECT_LT((sky.mean_inflow(Vec3d(0, 1, 0)) - wall).length(), 3e-5);
+    }
+    for (const Vec3d& n : {Vec3d(0, 1, 0), Vec3d(0.36, 0.48, 0.8)})
+        EXPECT_LT((Sky::constant(Vec3d(0.7)).mean_inflow(n) - Vec3d(0.7)).length(), 1e-14);
+}
+
+TEST(Sky, IsReadBackFromWhatItLit)
+{
+    Sky sky = Sky::clear_day(Vec3d(3, 4, 5), Vec3d(0, 0, 1));
+    sky.haze = 2;
+    MetaMap meta;
+    EXPECT_FALSE(read_sky(meta));
+    write_sky(meta, Sky{});
+    EXPECT_FALSE(read_sky(meta)) << "a black sky lights nothing";
+    write_sky(meta, sky);
+    const auto back = read_sky(meta);
+    ASSERT_TRUE(back);
+    for (const Vec3d& w : {Vec3d(0, 0, 1), Vec3d(0.6, 0, 0.8), Vec3d(0, 0.6, -0.8)})
+        EXPECT_LT((back->radiance(w) - sky.radiance(w)).length(), 1e-15);
 }
 
 TEST(Sky, RefusesColoursBelowNothing)

@@ -21,6 +21,10 @@ inline constexpr const char* degree = "vdbcloud:degree";      // double: of the 
 inline constexpr const char* delta_f = "vdbcloud:delta_f";    // double: share of scattered light taken as unscattered, 0: none
 inline constexpr const char* scaled_g = "vdbcloud:scaled_g";  // double: mean cosine g' of the rest
 inline constexpr const char* lit_by = "vdbcloud:lights";      // string: the lights that were scattered (lights_text)
-inline constexpr const char* lit_sky = "vdbcloud:sky";        // vec3d: radiance of the sky that entered
+inline constexpr const char* lit_sky = "vdbcloud:sky";        // vec3d: radiance of the sky that entered, straight down
+inline constexpr const char* lit_sky_horizon = "vdbcloud:sky_horizon";  // vec3d: along the horizon; without it as lit_sky
+inline constexpr const char* lit_sky_ground = "vdbcloud:sky_ground";    // vec3d: from below; without it as lit_sky
+inline constexpr const char* lit_sky_haze = "vdbcloud:sky_haze";        // double: the horizon's band (scene/sky.h)
+inline constexpr const char* lit_sky_up = "vdbcloud:sky_up";            // vec3d: unit
 
 }  // namespace vdbcloud::schema

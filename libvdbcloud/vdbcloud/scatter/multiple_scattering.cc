@@ -108,7 +108,7 @@ private:
     {
         std::vector<double> s;
         for (const Light& light : lights_) s.push_back(light.irradiance[c]);
-        s.push_back(o_.sky[c]);
+        for (const Vec3d& of : {o_.sky.zenith, o_.sky.horizon, o_.sky.ground}) s.push_back(of[c]);
         s.push_back(emission_[0].empty() ? 0.0 : 1.0);
         return s;
     }
@@ -229,7 +229,7 @@ private:
         add_beams(p1, lit, [&](double f) { return part(0.3 * f); });
         for (size_t k = 0; k < sources.size(); ++k) {
             const int c = group.solves[k].channel;
-            if (o_.sky[c] > 0) add_sky(p1, o_.sky[c], sources[k]);
+            if (!o_.sky.dark()) add_sky(p1, sky_on_faces(index_, o_.sky, c), sources[k]);
             if (emission(c)) add_emission(p1, *emission(c), 1, sources[k]);
         }
         std::optional<Multigrid> multigrid;
@@ -286,7 +286,7 @@ private:
         options.solve = o_.solve;
         options.polar = polar_axis();
         SecondMoment closure(fine, options);
-        closure.set_sky(o_.sky[c]);
+        if (!o_.sky.dark()) closure.set_sky(sky_along(index_, o_.sky, c, closure.set().direction));
         closure.start_with_flux(cell_flux(p1, p1_source, phi));
         P1Source base(fine);
         report.lines = -1;
@@ -304,7 +304,7 @@ private:
             }
             closure.start_with(light, early, strength);
         });
-        if (o_.sky[c] > 0) add_sky(fine, o_.sky[c], base);
+        if (!o_.sky.dark()) add_sky(fine, sky_on_faces(index_, o_.sky, c), base);
         if (emission(c)) {
             add_emission(fine, *emission(c), 1, base);
             closure.add_emission(*emission(c), 1);
@@ -398,7 +398,7 @@ private:
         set_number(grid, schema::scaled_g, scaling.g);
         set_number(grid, schema::degree, closure_degree());
         set_text(grid, schema::density_digest, grid_digest(grid_));
-        set_vector(grid, schema::lit_sky, o_.sky);
+        write_sky(grid, o_.sky);
         set_text(grid, schema::lit_by, lights_text(lights_));
     }
 

@@ -3,6 +3,7 @@
 #include "vdbcloud/optics/medium.h"
 #include "vdbcloud/scatter/p1_problem.h"
 #include "vdbcloud/scatter/second_moment.h"
+#include "vdbcloud/scatter/sky_inflow.h"
 #include "vdbcloud/scene/light.h"
 
 #include <array>
@@ -15,7 +16,7 @@ enum class P1Solver { Multigrid, Relaxation };
 
 struct ScatterOptions {
     bool delta = true;          ///< delta-Eddington scaling; false is the paper's plain form
-    Vec3d sky{0, 0, 0};         ///< radiance of a uniform sky, per channel
+    Sky sky;                    ///< around it; black: none
     std::array<bool, 3> periodic{false, false, false};
     int rays_per_voxel = 2;     ///< of the light lattice
     P1Solver solver = P1Solver::Multigrid;
@@ -57,7 +58,7 @@ struct ScatterFields {
     std::vector<Vec3SGridPtr> moments; ///< of degree 2 and more (schema::moment_name), r g b, harmonics about the world's axes
 };
 
-/// Solves the P1 equations (p1_problem.h) for each channel of a medium lit by `lights`, a uniform sky and emission.
+/// Solves the P1 equations (p1_problem.h) for each channel of a medium lit by `lights`, a sky and emission.
 ///
 /// `tint` (Cd) multiplies the albedo per voxel, `emission` is a radiance per world unit; either may be null. Channels with
 /// equal coefficients share matrix and hierarchy; those whose light is a multiple of another's share the solution.

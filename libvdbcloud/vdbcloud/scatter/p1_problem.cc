@@ -123,11 +123,17 @@ P1Source::P1Source(const P1Operator& of) : rhs(of.blocks().slots(), 0.0), outflo
 
 void add_sky(const P1Operator& p1, double radiance, P1Source& source)
 {
-    const double phi = 4 * M_PI * radiance;
-    source.sky_inflow += phi;
+    std::array<double, 6> all;
+    all.fill(radiance);
+    add_sky(p1, all, source);
+}
+
+void add_sky(const P1Operator& p1, const std::array<double, 6>& radiance, P1Source& source)
+{
+    for (int face = 0; face < 6; ++face) source.sky_inflow[face] += 4 * M_PI * radiance[face];
     for (const ExposedVoxel& voxel : p1.exposed())
         for (int face = 0; face < 6; ++face)
-            if (voxel.faces >> face & 1) source.rhs[voxel.slot] += p1.conductance(voxel, face / 2) * phi;
+            if (voxel.faces >> face & 1) source.rhs[voxel.slot] += p1.conductance(voxel, face / 2) * 4 * M_PI * radiance[face];
 }
 
 void add_emission(const P1Operator& p1, const std::vector<float>& emission, double factor, P1Source& source)
@@ -176,8 +182,8 @@ P1Budget budget(const P1Operator& p1, const P1Source& source, const std::vector<
         for (int face = 0; face < 6; ++face) {
             if (!(voxel.faces >> face & 1)) continue;
             const int a = face / 2;
-            const double inflow = voxel.weight[a] * p1.face_area(a) * source.sky_inflow / 4;
-            b.out[face] += unit * (p1.conductance(voxel, a) * (phi[voxel.slot] - source.sky_inflow) +
+            const double inflow = voxel.weight[a] * p1.face_area(a) * source.sky_inflow[face] / 4;
+            b.out[face] += unit * (p1.conductance(voxel, a) * (phi[voxel.slot] - source.sky_inflow[face]) +
                                    double(source.outflow[k][face]) + inflow);
             gross_sky += unit * inflow;
         }
@@ -223,7 +229,7 @@ std::array<std::vector<float>, 3> cell_flux(const P1Operator& p1, const P1Source
         for (int face = 0; face < 6; ++face) {
             if (!(voxel.faces >> face & 1)) continue;
             const int a = face / 2;
-            const double out = p1.conductance(voxel, a) / p1.face_area(a) * (phi[voxel.slot] - source.sky_inflow);
+            const double out = p1.conductance(voxel, a) / p1.face_area(a) * (phi[voxel.slot] - source.sky_inflow[face]);
             flux[a][voxel.slot] += float((face % 2 ? out : -out) / 2);
         }
     return flux;

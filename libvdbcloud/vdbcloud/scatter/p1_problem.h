@@ -89,11 +89,13 @@ struct P1Source {
     double beam_in = 0;     ///< beam power through exposed faces into cells
     double beam_out = 0;    ///< ... and out of cells
     double emitted = 0;     ///< power of emission
-    double sky_inflow = 0;  ///< 4 J: phi of the isotropic sky, 4 pi L
+    std::array<double, 6> sky_inflow{};  ///< 4 J by Blocks::Face; 4 pi L of a uniform sky
 };
 
 /// Uniform sky of radiance L: J = pi L on every exposed face.
 void add_sky(const P1Operator&, double radiance, P1Source&);
+/// A sky that sends J / pi (its radiance, weighted with the cosine) onto faces of each orientation, by Blocks::Face.
+void add_sky(const P1Operator&, const std::array<double, 6>& radiance, P1Source&);
 /// Emission j [radiance / world unit] at each slot, times `factor`: Q0 += 4 pi j.
 void add_emission(const P1Operator&, const std::vector<float>& emission, double factor, P1Source&);
 

@@ -192,7 +192,7 @@ void SecondMoment::close_face(P1Source& source, size_t exposed, int face, const 
     const double h = p1_.index().spacing()[axis], area = p1_.face_area(axis);
     const double normal = (tally.second - tensor(axis, axis, voxel.slot)) / (h / 2);
     const double additive = -(normal + outward * cross_gradient(axis, voxel.slot)) / p1_.sigma_tr(voxel.slot);
-    const double correction = tally.current - voxel.weight[axis] * (tally.fluence - source.sky_inflow) / 2;
+    const double correction = tally.current - voxel.weight[axis] * (tally.fluence - source.sky_inflow[size_t(face)]) / 2;
     const double leaving = p1_.boundary_flux(voxel, axis, additive, correction) * area;
     source.rhs[voxel.slot] -= leaving;
     source.outflow[exposed][size_t(face)] += float(leaving);
@@ -231,7 +231,6 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const P1Source& base, std:
 {
     ClosureReport report;
     report.directions = ordinates_.count();
-    set_.inflow.assign(ordinates_.count(), float(sky_));
     const VoxelIndex& index = p1_.index();
     const bool periodic = index.blocks().period() != Vec3i(0, 0, 0);
     const auto sweep = periodic ? nullptr : std::make_unique<TransportSweep>(index, faces_);

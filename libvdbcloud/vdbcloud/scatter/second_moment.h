@@ -60,7 +60,9 @@ public:
     void add_uncollided(const Light& light, const std::vector<float>& fluence, double strength);
     /// Emission j [radiance / world unit], times `factor`.
     void add_emission(const std::vector<float>& emission, double factor);
-    void set_sky(double radiance) { sky_ = radiance; }
+    /// Radiance that enters along each of set().direction; a uniform sky's.
+    void set_sky(double radiance) { set_.inflow.assign(ordinates_.count(), float(radiance)); }
+    void set_sky(std::vector<float> along) { set_.inflow = std::move(along); }
 
     /// Moments of what the first sweep shall take as collided light beyond phi: `fluence` times `strength` along the light's beam.
     void start_with(const Light& light, const std::vector<float>& fluence, double strength);
@@ -93,7 +95,6 @@ private:
     std::vector<SweepFace> faces_;
     std::vector<double> phase_;  // g_l'
     SweepSet set_;
-    double sky_ = 0;
     int terms_;                  // of the source
     std::vector<float> sigma_;
     std::vector<std::vector<float>> uncollided_, source_;

@@ -38,7 +38,7 @@ public:
         assemble();
         P1Source source(p1_);
         source.rhs.swap(rhs_);
-        if (order_ == 0 && sources_.sky > 0) add_sky(p1_, sources_.sky, source);
+        if (order_ == 0) add_sky(p1_, sources_.sky, source);
         if (order_ == 0 && sources_.emission) add_emission(p1_, *sources_.emission, 1, source);
         std::vector<double> x;
         const SolveResult result = solve_p1(p1_, multigrid, source, x, options);
@@ -137,7 +137,7 @@ private:
         }
     }
 
-    void keep_flux(double sky_inflow)
+    void keep_flux(const std::array<double, 6>& sky_inflow)
     {
         const Blocks& blocks = p1_.blocks();
         for (int a = 0; a < 3; ++a)
@@ -151,7 +151,7 @@ private:
             const ExposedVoxel& voxel = p1_.exposed()[k];
             for (int face = 0; face < 6; ++face)
                 if (voxel.faces >> face & 1)
-                    outside_[k][face] = p1_.conductance(voxel, face / 2) * (phi_[voxel.slot] - sky_inflow) + leaving_[k][face];
+                    outside_[k][face] = p1_.conductance(voxel, face / 2) * (phi_[voxel.slot] - sky_inflow[face]) + leaving_[k][face];
         }
     }
 
@@ -193,7 +193,7 @@ std::vector<double> galerkin(const P1Operator& p1, const SeriesSources& sources,
     P1Source source(p1);
     const double extinction = p1.medium().sigma_t_per_density * p1.scaling(0).extinction;
     for (const auto& [depths, strength] : sources.beams) add_beam(p1, depths, extinction, {{&source, strength}});
-    if (sources.sky > 0) add_sky(p1, sources.sky, source);
+    add_sky(p1, sources.sky, source);
     if (sources.emission) add_emission(p1, *sources.emission, 1, source);
     const size_t n = basis.size();
     std::vector<double> h(n * n), b(n), product(p1.blocks().slots(), 0.0);

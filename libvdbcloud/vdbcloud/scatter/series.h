@@ -41,10 +41,10 @@ struct AlbedoSeries {
     double ratio() const { return norm.size() > 1 ? norm.back() / norm[norm.size() - 2] : 0; }
 };
 
-/// Lights with the depths of their beams in the true (unscaled) density, and their irradiance; sky radiance; emission.
+/// Lights with the depths of their beams in the true (unscaled) density, and their irradiance; sky (add_sky); emission.
 struct SeriesSources {
     std::vector<std::pair<BeamDepths, double>> beams;
-    double sky = 0;
+    std::array<double, 6> sky{};
     const std::vector<float>* emission = nullptr;
 };
 

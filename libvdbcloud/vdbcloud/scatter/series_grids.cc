@@ -40,9 +40,9 @@ std::vector<double> numbers_of(const std::string& text)
 double effective_g(const Medium& medium) { return medium.phase == PhaseKind::HenyeyGreenstein ? medium.g : 0; }
 
 /// How strong each channel's light is in units of that of the channel `c0`, all lights and the sky alike.
-Vec3d channel_scales(const std::vector<Light>& lights, const Vec3d& sky, int& c0)
+Vec3d channel_scales(const std::vector<Light>& lights, const Sky& sky, int& c0)
 {
-    std::vector<Vec3d> strengths{sky};
+    std::vector<Vec3d> strengths{sky.zenith, sky.horizon, sky.ground};
     for (const Light& light : lights) strengths.push_back(light.irradiance);
     const auto total = [&](int c) {
         double sum = 0;
@@ -90,7 +90,7 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
         sources.beams.emplace_back(periodic ? periodic_beam_depths(index, exposed, values, light)
                                             : beam_depths(index, exposed, bricks, light, scatter.rays_per_voxel),
                                    light.irradiance[c0]);
-    sources.sky = scatter.sky[c0];
+    sources.sky = sky_on_faces(index, scatter.sky, c0);
     const P1Medium channel{medium.sigma_t_per_density[0], 1, nullptr, effective_g(medium), scatter.delta};
     const AlbedoSeries series = albedo_series(index, values, exposed, channel, sources, options);
 
@@ -132,7 +132,7 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
     set_number(first, schema::delta_f, scaling.f);
     set_number(first, schema::scaled_g, scaling.g);
     set_text(first, schema::lit_by, lights_text(lights));
-    set_vector(first, schema::lit_sky, scatter.sky);
+    write_sky(first, scatter.sky);
     set_text(first, key_albedo, text_of(series.albedo));
     set_text(first, key_table, text_of(series.table));
     set_text(first, key_map, text_of(series.map));

@@ -1,6 +1,9 @@
 #include "vdbcloud/scene/sky.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/scatter_schema.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,6 +35,35 @@ Vec3d Sky::radiance(const Vec3d& direction) const
     return far + (horizon - far) * std::pow(1 - std::abs(s), haze);
 }
 
+Vec3d Sky::mean_inflow(const Vec3d& normal) const
+{
+    // At height angle a the cosine to the normal is A + B cos(azimuth); its positive part has a closed form around the circle.
+    const double along = std::clamp(normal.dot(up), -1.0, 1.0), across = std::sqrt(1 - along * along), kink = std::asin(across);
+    constexpr double half_turn = 3.14159265358979323846;
+    const auto around = [&](double a) {
+        const double constant = along * std::sin(a), swing = across * std::cos(a);
+        if (constant >= swing) return 2 * half_turn * constant;
+        if (constant <= -swing) return 0.0;
+        const double open = std::acos(-constant / swing);
+        return 2 * (constant * open + swing * std::sin(open));
+    };
+    const double ends[] = {-half_turn / 2, -kink, 0, kink, half_turn / 2};
+    constexpr int parts = 256;
+    Vec3d sum(0.0);
+    double weights = 0;
+    for (int piece = 0; piece < 4; ++piece) {
+        const double step = (ends[piece + 1] - ends[piece]) / parts;
+        for (int k = 0; k < parts; ++k) {
+            const double a = ends[piece] + (k + 0.5) * step, weight = step * std::cos(a) * around(a);
+            const double s = std::sin(a);
+            const Vec3d& far = s >= 0 ? zenith : ground;
+            sum += weight * (far + (horizon - far) * std::pow(1 - std::abs(s), haze));
+            weights += weight;
+        }
+    }
+    return sum / weights;
+}
+
 Vec3d Sky::mean_radiance() const
 {
     // int_0^1 (1 - s)^haze ds = 1/(haze + 1) is the horizon's share of each half.
@@ -52,6 +84,29 @@ void check(const Sky& sky)
     if (!(sky.haze >= 0 && std::isfinite(sky.haze)))
         throw InputError("sky's haze " + std::to_string(sky.haze) + ": expected a finite number, 0 or above");
     if (!(sky.up.length() > 0 && std::isfinite(sky.up.length()))) throw InputError("sky's up has no length");
+}
+
+void write_sky(MetaMap& to, const Sky& sky)
+{
+    set_vector(to, schema::lit_sky, sky.zenith);
+    set_vector(to, schema::lit_sky_horizon, sky.horizon);
+    set_vector(to, schema::lit_sky_ground, sky.ground);
+    set_number(to, schema::lit_sky_haze, sky.haze);
+    set_vector(to, schema::lit_sky_up, sky.up);
+}
+
+std::optional<Sky> read_sky(const MetaMap& from)
+{
+    Sky sky;
+    sky.zenith = get_vector(from, schema::lit_sky, Vec3d(0.0));
+    sky.horizon = get_vector(from, schema::lit_sky_horizon, sky.zenith);
+    sky.ground = get_vector(from, schema::lit_sky_ground, sky.zenith);
+    sky.haze = get_number(from, schema::lit_sky_haze, sky.haze);
+    sky.up = get_vector(from, schema::lit_sky_up, sky.up);
+    if (sky.dark()) return std::nullopt;
+    check(sky);
+    sky.up.normalize();
+    return sky;
 }
 
 }  // namespace vdbcloud

@@ -2,6 +2,8 @@
 // What is behind the medium: nothing, one radiance, or a sky that changes with height.
 #include "vdbcloud/core/fwd.h"
 
+#include <optional>
+
 namespace vdbcloud {
 
 /// Radiance from infinity, a function of the angle to `up` alone. With s = dot(w, up), w pointing AWAY from
@@ -28,6 +30,13 @@ struct Sky {
     /// L in a direction, unit.
     Vec3d radiance(const Vec3d& direction) const;
 
+    /// The mean of L over the half of directions with dot(w, normal) > 0, weighted with that cosine: pi times it is the
+    /// irradiance of a surface that looks along `normal` (unit). By quadrature in height, exact around it; relative error below 1e-5,
+    /// none for a constant sky.
+    Vec3d mean_inflow(const Vec3d& normal) const;
+
+    bool dark() const { return zenith == Vec3d(0.0) && horizon == Vec3d(0.0) && ground == Vec3d(0.0); }
+
     /// The mean of L over the sphere, in closed form: the inflow of a uniform sky that carries the same
     /// power.
     Vec3d mean_radiance() const;
@@ -36,5 +45,10 @@ struct Sky {
 /// Throws InputError unless every radiance is finite and 0 or above, haze finite and 0 or above, up of some
 /// length.
 void check(const Sky&);
+
+/// Writes the sky that lit a grid into its metadata (schema::lit_sky ...), and reads it back: none if there is none or it is
+/// black. Reading throws InputError as check().
+void write_sky(MetaMap&, const Sky&);
+std::optional<Sky> read_sky(const MetaMap&);
 
 }  // namespace vdbcloud
