@@ -1,5 +1,6 @@
 #include "vdbcloud/sweep/block_sweep.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -43,17 +44,19 @@ VDBCLOUD_INLINE Lanes exp_minus(Lanes t)
 }
 
 VDBCLOUD_INLINE Lanes at_most(Lanes x, float limit) { return x > all(limit) ? all(limit) : x; }
+VDBCLOUD_INLINE Lanes at_least(Lanes x, float limit) { return x < all(limit) ? all(limit) : x; }
 
-/// (1 - e^-t) / t - e^-t: by its series where that would cancel.
-VDBCLOUD_INLINE Lanes ramp(Lanes t, Lanes lost, Lanes e)
+constexpr float series_below = 0.3f;
+
+/// (1 - e^-t) / t - e^-t: by its series where that would cancel; `inverse` is 1 / t elsewhere.
+VDBCLOUD_INLINE Lanes ramp(Lanes t, Lanes inverse, Lanes lost, Lanes e)
 {
     Lanes s = all(1.0f / 144) - t * all(1.0f / 840);
     s = all(1.0f / 30) - t * s;
     s = all(1.0f / 8) - t * s;
     s = all(1.0f / 3) - t * s;
     s = t * (all(0.5f) - t * s);
-    const Lanes large = lost / (t + all(1e-20f)) - e;
-    return t < all(0.3f) ? s : large;
+    return t < all(series_below) ? s : lost * inverse - e;
 }
 
 /// Transposes 8 x 8: rows of `from` (stride 8) become columns.
@@ -81,24 +84,42 @@ VDBCLOUD_INLINE int row_at(int i) { return (i / 8 + 1) * 160 + (i % 8 + 1) * 16 
 
 }  // namespace
 
-Frame::Frame(const Vec3d& step)
+Frame::Frame(const Vec3d& along) : step(along)
 {
-    w = 0;
+    int w = 0;
     for (int a = 1; a < 3; ++a)
         if (std::abs(step[a]) > std::abs(step[w])) w = a;
     layout = w == 2 ? &turned : &natural;
-    v = w == 2 ? 1 : 2;
-    u = 3 - w - v;
+    const int v = w == 2 ? 1 : 2, u = 3 - w - v;
+    axis = {w, u, v};
+    for (int k = 0; k < 3; ++k) {
+        const double along_axis = step[axis[k]];
+        stride[k] = layout->stride[axis[k]];
+        q_stride[k] = layout->row_stride[axis[k]];
+        sign[k] = along_axis < 0 ? -1 : 1;
+        before[k] = sign[k] > 0 ? -1 : 8;
+        last[k] = sign[k] > 0 ? 7 : 0;
+        half_exit[k] = float(0.5 / std::max(std::abs(along_axis), 1e-30));
+    }
+    for (int n = 0; n < regions; ++n) {
+        region[n] = 0;
+        for (int k = 0; k < 3; ++k) region[n] |= (region_axes[n] >> k & 1) << axis[k];
+    }
     const double ds = 1 / std::abs(step[w]), mu = std::abs(step[u]) * ds, mv = std::abs(step[v]) * ds;
     c00 = float((1 - mu) * (1 - mv));
     c01 = float((1 - mu) * mv);
     c10 = float(mu * (1 - mv));
     c11 = float(mu * mv);
     half_step = float(ds / 2);
-    for (int a = 0; a < 3; ++a) {
-        sign[a] = step[a] < 0 ? -1 : 1;
-        half_exit[a] = float(0.5 / std::max(std::abs(step[a]), 1e-30));
-    }
+}
+
+Rows::Rows(const BlockMask& mask)
+{
+    for (int x = 0; x < 8; ++x)
+        for (int y = 0; y < 8; ++y) {
+            row[count] = uint8_t(x * 8 + y);
+            count += (mask[size_t(x)] >> (8 * y) & 255) != 0;
+        }
 }
 
 VDBCLOUD_CLONES void load_inside(const Layout& to, const float* values, float* padded)
@@ -109,67 +130,202 @@ VDBCLOUD_CLONES void load_inside(const Layout& to, const float* values, float* p
         for (int x = 0; x < 8; ++x) transpose(values + x * 64, 8, padded + 160 + (x + 1) * 16 + 4, 160);
 }
 
-VDBCLOUD_CLONES void prepare(const Frame& frame, int terms, const float* const* source, const float* basis, Scratch& s)
+VDBCLOUD_CLONES void expand(const Rows& rows, int terms, const float* const* source, const float* basis, Scratch& s)
 {
-    float* to = frame.w == 2 ? s.out : s.q;
-    for (int i = 0; i < 64; ++i) {
-        Lanes sum = all(basis[0]) * load(source[0] + i * 8);
-        for (int k = 1; k < terms; ++k) sum += all(basis[k]) * load(source[k] + i * 8);
-        store(to + i * 8, sum);
+    static_assert(batch == 4);
+    if (rows.count < 64) std::memset(s.q, 0, sizeof s.q);
+    for (int n = 0; n < rows.count; ++n) {
+        const int i = rows.row[n] * 8;
+        const Lanes first = load(source[0] + i);
+        Lanes sum[batch];
+        for (int d = 0; d < batch; ++d) sum[d] = all(basis[d]) * first;
+        for (int k = 1; k < terms; ++k) {
+            const Lanes term = load(source[k] + i);
+            for (int d = 0; d < batch; ++d) sum[d] += all(basis[k * batch + d]) * term;
+        }
+        for (int d = 0; d < batch; ++d) store(s.q[d] + i, sum[d]);
     }
-    if (frame.w == 2)
-        for (int x = 0; x < 8; ++x) transpose(s.out + x * 64, 8, s.q + x * 8, 64);
-    for (int i = 0; i < 64; ++i) store(s.source + row_at(i), load(s.sigma + row_at(i)) * load(s.q + i * 8));
 }
 
-VDBCLOUD_CLONES void sweep_planes(const Frame& frame, Scratch& s)
+VDBCLOUD_CLONES void prepare(const Frame& frame, int d, Scratch& s)
 {
-    const bool planes_of_rows = frame.w != 1;  // planes are 160 apart, rows 16; for y it is the other way
-    const int plane = planes_of_rows ? 160 : 16, row = planes_of_rows ? 16 : 160;
-    const int q_plane = planes_of_rows ? 64 : 8, q_row = planes_of_rows ? 8 : 64;
-    const int sw = frame.sign[frame.w];
-    const int du = -frame.sign[frame.u] * row, dv = -frame.sign[frame.v];
+    float* q = s.q[d];
+    if (frame.layout == &turned) {
+        alignas(64) float to[512];
+        for (int x = 0; x < 8; ++x) transpose(q + x * 64, 8, to + x * 8, 64);
+        std::memcpy(q, to, sizeof to);
+    }
+    for (int i = 0; i < 64; ++i) store(s.source + row_at(i), load(s.sigma + row_at(i)) * load(q + i * 8));
+}
+
+void find_lit(const Frame& frame, Scratch& s)
+{
+    // Bit r + 1 of active[p + 1]: row r of plane p, with the apron's value at its upstream end.
+    uint32_t active[10] = {};
+    const auto bits = [&](int at) {
+        uint64_t word;
+        std::memcpy(&word, s.sigma + at, sizeof word);
+        return word;
+    };
+    const int lo[2] = {std::min(frame.before[0], 0), std::min(frame.before[1], 0)};
+    for (int p = lo[0]; p <= lo[0] + 8; ++p)
+        for (int r = lo[1]; r <= lo[1] + 8; ++r) {
+            const int row = frame.at(p, r, 0);
+            const uint64_t any = bits(row) | bits(row + 2) | bits(row + 4) | bits(row + 6);
+            const bool apron = s.sigma[frame.at(p, r, frame.before[2])] != 0;
+            active[p + 1] |= uint32_t(any != 0 || apron) << (r + 1);
+        }
+    for (int p = 0; p < 8; ++p) {
+        const uint32_t up = active[p + 1 - frame.sign[0]];
+        const uint32_t aside = frame.sign[1] > 0 ? up << 1 : up >> 1;
+        s.lit[size_t(p)] = uint8_t((active[p + 1] | up | aside) >> 1);
+    }
+}
+
+VDBCLOUD_CLONES void set_apron(const Frame& frame, int region, const float* values, float* padded)
+{
+    const int p = frame.before[0], r = frame.before[1], c = frame.before[2];
+    switch (region_axes[region]) {
+    case 1:
+        for (int i = 0; i < 8; ++i) store(padded + frame.at(p, i, 0), load(values + i * 8));
+        break;
+    case 2:
+        for (int i = 0; i < 8; ++i) store(padded + frame.at(i, r, 0), load(values + i * 8));
+        break;
+    case 4:
+        for (int i = 0; i < 8; ++i)
+            for (int j = 0; j < 8; ++j) padded[frame.at(i, j, c)] = values[i * 8 + j];
+        break;
+    case 3: store(padded + frame.at(p, r, 0), load(values)); break;
+    case 5:
+        for (int i = 0; i < 8; ++i) padded[frame.at(p, i, c)] = values[i];
+        break;
+    case 6:
+        for (int i = 0; i < 8; ++i) padded[frame.at(i, r, c)] = values[i];
+        break;
+    default: padded[frame.at(p, r, c)] = values[0];
+    }
+}
+
+void fill_apron(const Frame& frame, int region, float value, float* padded)
+{
+    alignas(32) float values[64];
+    std::fill_n(values, region_size(region), value);
+    set_apron(frame, region, values, padded);
+}
+
+void set_apron(const Frame& frame, int region, const Faces& from, float* padded)
+{
+    const int u = frame.last[1], v = frame.last[2];
+    alignas(32) float values[8];
+    switch (region_axes[region]) {
+    case 1: set_apron(frame, region, from[0].data(), padded); return;
+    case 2: set_apron(frame, region, from[1].data(), padded); return;
+    case 4: set_apron(frame, region, from[2].data(), padded); return;
+    case 3: set_apron(frame, region, from[0].data() + u * 8, padded); return;
+    case 5:
+        for (int i = 0; i < 8; ++i) values[i] = from[0][size_t(i * 8 + v)];
+        break;
+    case 6:
+        for (int i = 0; i < 8; ++i) values[i] = from[1][size_t(i * 8 + v)];
+        break;
+    default: values[0] = from[0][size_t(u * 8 + v)];
+    }
+    set_apron(frame, region, values, padded);
+}
+
+VDBCLOUD_CLONES void sweep_planes(const Frame& frame, int d, Scratch& s)
+{
+    const int plane = frame.stride[0], row = frame.stride[1], q_plane = frame.q_stride[0], q_row = frame.q_stride[1];
+    const int sw = frame.sign[0], du = -frame.sign[1] * row, dv = -frame.sign[2];
     const Lanes c00 = all(frame.c00), c01 = all(frame.c01), c10 = all(frame.c10), c11 = all(frame.c11);
     const Lanes half = all(frame.half_step);
+    const float* from = s.q[d];
     for (int k = 0; k < 8; ++k) {
         const int p = sw > 0 ? k : 7 - k;
+        const unsigned lit = s.lit[size_t(p)];
         for (int r = 0; r < 8; ++r) {
             const int here = (p + 1) * plane + (r + 1) * row + 4, up = here - sw * plane;
             const auto before = [&](const float* f) {
                 return (c00 * load(f + up) + c01 * load(f + up + dv)) +
                        (c10 * load(f + up + du) + c11 * load(f + up + du + dv));
             };
-            const Lanes radiance = before(s.radiance), sigma_u = before(s.sigma), source_u = before(s.source);
-            const Lanes own = load(s.q + p * q_plane + r * q_row), sigma = load(s.sigma + here);
+            const Lanes radiance = before(s.radiance);
+            if (!(lit >> r & 1)) {  // light passes
+                store(s.radiance + here, radiance);
+                continue;
+            }
+            const Lanes sigma_u = before(s.sigma), source_u = before(s.source);
+            const Lanes own = load(from + p * q_plane + r * q_row), sigma = load(s.sigma + here);
             const Lanes t = at_most((sigma_u + sigma) * half, 80.0f);
-            const Lanes q_u = sigma_u > all(0.0f) ? source_u / sigma_u : own;
+            // 1 / sigma_u and 1 / t by one division.
+            const Lanes divisor = at_least(sigma_u, 1e-30f), length = at_least(t, series_below);
+            const Lanes inverse = all(1.0f) / (divisor * length);
+            const Lanes q_u = sigma_u > all(0.0f) ? source_u * (inverse * length) : own;
             const Lanes q = sigma > all(0.0f) ? own : q_u;
             const Lanes e = exp_minus(t), lost = all(1.0f) - e;
-            store(s.radiance + here, radiance * e + q * lost + (q_u - q) * ramp(t, lost, e));
+            store(s.radiance + here, radiance * e + q * lost + (q_u - q) * ramp(t, inverse * divisor, lost, e));
         }
     }
-    if (frame.w == 2)
-        for (int x = 0; x < 8; ++x) transpose(s.radiance + 160 + (x + 1) * 16 + 4, 160, s.out + x * 64, 8);
+    float* out = s.out[d];
+    if (frame.layout == &turned)
+        for (int x = 0; x < 8; ++x) transpose(s.radiance + 160 + (x + 1) * 16 + 4, 160, out + x * 64, 8);
     else
-        for (int i = 0; i < 64; ++i) store(s.out + i * 8, load(s.radiance + row_at(i)));
+        for (int i = 0; i < 64; ++i) store(out + i * 8, load(s.radiance + row_at(i)));
 }
 
-VDBCLOUD_CLONES void accumulate(int terms, float* const* moments, const float* weight, const float* out)
+VDBCLOUD_CLONES void take_faces(const Frame& frame, const float* padded, Faces& to)
 {
+    for (int i = 0; i < 8; ++i) {
+        store(to[0].data() + i * 8, load(padded + frame.at(frame.last[0], i, 0)));
+        store(to[1].data() + i * 8, load(padded + frame.at(i, frame.last[1], 0)));
+        for (int j = 0; j < 8; ++j) to[2][size_t(i * 8 + j)] = padded[frame.at(i, j, frame.last[2])];
+    }
+}
+
+void leave_face(const Frame& frame, int face, int d, const Scratch& s, const std::array<float, 64>& radiance, float* to)
+{
+    alignas(32) float sigma[64], q[64];
+    const int first = face == 0 ? 1 : 0, second = face == 2 ? 1 : 2;  // the coordinates that run
+    const int at = frame.at(0, 0, 0) + frame.last[size_t(face)] * frame.stride[size_t(face)];
+    const float* from = s.q[d] + frame.last[size_t(face)] * frame.q_stride[size_t(face)];
+    for (int i = 0; i < 8; ++i)
+        for (int j = 0; j < 8; ++j) {
+            sigma[i * 8 + j] = s.sigma[at + i * frame.stride[size_t(first)] + j * frame.stride[size_t(second)]];
+            q[i * 8 + j] = from[i * frame.q_stride[size_t(first)] + j * frame.q_stride[size_t(second)]];
+        }
+    leave(64, radiance.data(), sigma, q, frame.half_exit[size_t(face)], to);
+}
+
+VDBCLOUD_CLONES void accumulate(const Rows& rows, int terms, float* const* moments, const float* weight, const Scratch& s)
+{
+    static_assert(batch == 4);
     for (int k = 0; k < terms; ++k) {
         float* to = moments[k];
-        const Lanes factor = all(weight[k]);
-        for (int i = 0; i < 512; i += 8) store(to + i, load(to + i) + factor * load(out + i));
+        const float* w = weight + k * batch;
+        const Lanes w0 = all(w[0]), w1 = all(w[1]), w2 = all(w[2]), w3 = all(w[3]);
+        for (int n = 0; n < rows.count; ++n) {
+            const int i = rows.row[n] * 8;
+            const Lanes sum = (w0 * load(s.out[0] + i) + w1 * load(s.out[1] + i)) +
+                              (w2 * load(s.out[2] + i) + w3 * load(s.out[3] + i));
+            store(to + i, load(to + i) + sum);
+        }
     }
 }
 
-VDBCLOUD_CLONES void leave(int n, const float* radiance, const float* sigma, const float* q, const float* length,
-                           float* result)
+VDBCLOUD_CLONES void leave(int n, const float* radiance, const float* sigma, const float* q, float length, float* result)
 {
+    const Lanes along = all(length);
     for (int i = 0; i < n; i += 8) {
-        const Lanes e = exp_minus(at_most(load(sigma + i) * load(length + i), 80.0f));
+        const Lanes e = exp_minus(at_most(load(sigma + i) * along, 80.0f));
         store(result + i, load(radiance + i) * e + load(q + i) * (all(1.0f) - e));
     }
+}
+
+VDBCLOUD_CLONES void add(size_t n, const float* values, const std::array<float, 3>& factor, const std::array<float*, 3>& to)
+{
+    for (size_t a = 0; a < 3; ++a)
+        for (size_t i = 0; i < n; ++i) to[a][i] += factor[a] * values[i];
 }
 
 }  // namespace vdbcloud::block_sweep

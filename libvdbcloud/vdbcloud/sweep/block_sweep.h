@@ -1,55 +1,98 @@
 #pragma once
-// One direction through one block of 8^3 voxels: the inner loops of transport_sweep. Private to sweep/.
+// A few directions through one block of 8^3 voxels: the inner loops of transport_sweep. Private to sweep/.
 #include "vdbcloud/core/fwd.h"
+#include "vdbcloud/grid/blocks.h"
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 namespace vdbcloud::block_sweep {
+
+inline constexpr int batch = 4;  ///< directions that are taken through a block together
 
 /// A block with the aprons of its neighbours: (x, y, z), each -1..8, at (x+1) stride[0] + (y+1) stride[1] + (z+1) stride[2] + first.
 /// Rows of eight are contiguous along one axis: z, or y for directions that cross planes of z.
 struct Layout {
     std::array<int, 3> stride;      ///< in a padded block
     std::array<int, 3> row_stride;  ///< in 512 values without apron
-    int at(int x, int y, int z) const { return (x + 1) * stride[0] + (y + 1) * stride[1] + (z + 1) * stride[2] + first; }
     static constexpr int size = 1600, first = 3;
 };
 inline constexpr Layout natural{{160, 16, 1}, {64, 8, 1}};
 inline constexpr Layout turned{{16, 1, 160}, {8, 1, 64}};
 
 /// A direction, made ready for blocks. Planes are crossed along axis w; u and v are the others, v the contiguous one.
+/// What has an entry for each of w, u, v is in "frame order".
 struct Frame {
     explicit Frame(const Vec3d& step);  ///< step: voxels per world unit
 
+    int at(int p, int r, int c) const { return (p + 1) * stride[0] + (r + 1) * stride[1] + c + 1 + Layout::first; }
+
     const Layout* layout;
-    int w, u, v;
-    std::array<int, 3> sign;       ///< of step
+    Vec3d step;
+    std::array<int, 3> axis;       ///< w, u, v
+    std::array<int, 3> stride;     ///< of a padded block, frame order
+    std::array<int, 3> q_stride;   ///< of 512 values in the layout's order, frame order
+    std::array<int, 3> sign;       ///< of step, frame order
+    std::array<int, 3> before, last;  ///< coordinates upstream of the block and in its last plane, frame order
+    std::array<int, 7> region;     ///< axes of each region of the apron (below) as bits, x the lowest
+    std::array<float, 3> half_exit;  ///< half the length from one centre to the plane of the next along each axis, frame order
     float c00, c01, c10, c11;      ///< bilinear weights: none, v, u, both upstream
     float half_step;               ///< half the length from plane to plane [world unit]
-    std::array<float, 3> half_exit;  ///< half the length from one centre to the plane of the next along each axis
 };
 
-struct Scratch {
-    alignas(64) float sigma[Layout::size], radiance[Layout::size], source[Layout::size];
-    alignas(64) float q[512];
-    alignas(64) float out[512];  ///< radiance in slot order
+/// Regions of a block's upstream apron, by the axes along which they lie outside it as bits in frame order: faces, edges, the corner.
+/// Values of a region are in frame order of the coordinates that run, the last fastest: 64, 8 or 1.
+inline constexpr int regions = 7;
+inline constexpr int region_axes[regions] = {1, 2, 4, 3, 5, 6, 7};
+constexpr int region_size(int region) { return region < 3 ? 64 : region < 6 ? 8 : 1; }
+
+/// Values on the last centres before each downstream face of a block, faces and coordinates in frame order.
+using Faces = std::array<std::array<float, 64>, 3>;
+
+/// Rows of eight slots with an active voxel.
+struct Rows {
+    explicit Rows(const BlockMask&);
+    int count = 0;
+    uint8_t row[64];
+};
+
+struct alignas(64) Scratch {
+    float sigma[Layout::size], radiance[Layout::size], source[Layout::size];
+    float q[batch][512];    ///< direction by direction, in its layout's order
+    float out[batch][512];  ///< radiance, in slot order
+    std::array<uint8_t, 8> lit;  ///< rows that emit or absorb, themselves or what lies upstream of them, plane by plane
 };
 
 /// Fills the inside of `padded`, laid out as `to`, from 512 values in slot order.
 void load_inside(const Layout& to, const float* values, float* padded);
 
-/// q = sum over terms of basis * source (terms `stride` apart... each a pointer to the block's 512 values), in the layout's order,
-/// and source = sigma q inside.
-void prepare(const Frame&, int terms, const float* const* source, const float* basis, Scratch&);
+/// s.q[d] = sum over terms k of basis[k * batch + d] source[k], each a pointer to the block's 512 values; in the natural order.
+void expand(const Rows&, int terms, const float* const* source, const float* basis, Scratch& s);
+/// Brings a direction's q to its layout's order, and source = sigma q inside.
+void prepare(const Frame&, int d, Scratch&);
+/// Finds s.lit from sigma and its aprons.
+void find_lit(const Frame&, Scratch&);
 
-/// Sweeps the planes: radiance inside from its aprons and those of sigma and source. Then `out` holds it in slot order.
-void sweep_planes(const Frame&, Scratch&);
+/// Writes a region of the apron, and the same of one value.
+void set_apron(const Frame&, int region, const float* values, float* padded);
+void fill_apron(const Frame&, int region, float value, float* padded);
+/// The region of the apron, from the faces of the block that it lies in.
+void set_apron(const Frame&, int region, const Faces& neighbour, float* padded);
 
-/// moments[k] += weight[k] out, for `terms` arrays of 512 values.
-void accumulate(int terms, float* const* moments, const float* weight, const float* out);
+/// Sweeps the planes: radiance inside from its aprons and those of sigma and source. Then `out` of d holds it in slot order.
+void sweep_planes(const Frame&, int d, Scratch&);
 
-/// n values: radiance e^-tau + q (1 - e^-tau), tau = sigma length. Arrays hold a multiple of eight.
-void leave(int n, const float* radiance, const float* sigma, const float* q, const float* length, float* result);
+void take_faces(const Frame&, const float* padded, Faces& to);
+/// Radiance on a downstream face (frame order) after half a voxel more, from that on its last centres.
+void leave_face(const Frame&, int face, int d, const Scratch&, const std::array<float, 64>& radiance, float* to);
+
+/// moments[k] += sum over d of weight[k * batch + d] out[d], for `terms` arrays of 512 values.
+void accumulate(const Rows&, int terms, float* const* moments, const float* weight, const Scratch& s);
+
+/// n values, a multiple of eight: radiance e^-tau + q (1 - e^-tau), tau = sigma length.
+void leave(int n, const float* radiance, const float* sigma, const float* q, float length, float* result);
+/// to[a][i] += factor[a] values[i], three arrays of n values.
+void add(size_t n, const float* values, const std::array<float, 3>& factor, const std::array<float*, 3>& to);
 
 }  // namespace vdbcloud::block_sweep

@@ -1,5 +1,7 @@
 #include "vdbcloud/sweep/void_rays.h"
 
+#include "vdbcloud/sweep/block_walk.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,7 +11,6 @@ namespace vdbcloud {
 namespace {
 
 constexpr size_t most_dense = size_t(1) << 18;  // tiles in the dense table
-constexpr double same = 1e-7;                    // walls this close [voxels] are met at once
 
 uint64_t key(const Vec3i& c)
 {
@@ -76,55 +77,10 @@ int32_t VoidRays::find(const Vec3i& at) const
     return in ? in->block[in_tile(at)] : -1;
 }
 
-namespace {
-
-/// A ray that goes from cell to cell of 2^bits blocks, against `step`. Coordinates are such that block b covers 8 b .. 8 b + 8.
-struct Walk {
-    Vec3d from, step, inverse;
-    Vec3i block;
-    double t = 0;
-    double wall[3];  // ray parameter at the next wall of each axis
-
-    Walk(const Vec3d& point, const Vec3d& along) : from(point + Vec3d(0.5)), step(along)
-    {
-        for (int a = 0; a < 3; ++a) {
-            inverse[a] = step[a] == 0 ? std::numeric_limits<double>::infinity() : 1 / step[a];
-            block[a] = int(std::floor(from[a] / 8));
-        }
-        face_walls(0);
-    }
-
-    void face_walls(int bits)
-    {
-        for (int a = 0; a < 3; ++a) {
-            const int cell = block[a] >> bits;
-            const double at = 8.0 * double(int64_t(step[a] > 0 ? cell : cell + 1) << bits);
-            wall[a] = step[a] == 0 ? std::numeric_limits<double>::infinity() : (from[a] - at) * inverse[a];
-        }
-    }
-
-    /// Through the nearest wall, or through all that are met at once; which, as bits.
-    int cross(int bits)
-    {
-        t = std::min(wall[0], std::min(wall[1], wall[2]));
-        int axes = 0;
-        for (int a = 0; a < 3; ++a) {
-            if ((wall[a] - t) * std::abs(step[a]) < same) {  // in voxels
-                axes |= 1 << a;
-                const int cell = block[a] >> bits;
-                block[a] = step[a] > 0 ? (cell << bits) - 1 : (cell + 1) << bits;
-                wall[a] += 8 * std::abs(inverse[a]);
-            } else if (bits) {
-                const int cell = block[a] >> bits;
-                block[a] = std::clamp(int(std::floor((from[a] - t * step[a]) / 8)), cell << bits, ((cell + 1) << bits) - 1);
-            }
-        }
-        if (bits) face_walls(0);
-        return axes;
-    }
-};
-
-}  // namespace
+size_t VoidRays::bytes() const
+{
+    return tiles_.size() * (4096 * sizeof(int32_t) + sizeof(Tile)) + supers_.size() * 32 + dense_.size() * sizeof(void*);
+}
 
 VoidRays::Hit VoidRays::trace(const Vec3d& point, const Vec3d& step) const
 {
@@ -149,9 +105,7 @@ VoidRays::Hit VoidRays::trace(const Vec3d& point, const Vec3d& step) const
         }
         if (found >= 0 && !first) {
             hit.block = found;
-            for (int a = 0; a < 3; ++a)
-                hit.at[a] = hit.axes >> a & 1 ? (step[a] > 0 ? 7.5 : -0.5)
-                                              : walk.from[a] - walk.t * step[a] - 0.5 - 8 * walk.block[a];
+            for (int a = 0; a < 3; ++a) hit.at[a] = walk.in_block(hit.axes, a);
             return hit;
         }
         if (bits) walk.face_walls(bits);

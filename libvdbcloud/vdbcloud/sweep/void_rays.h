@@ -31,6 +31,8 @@ public:
     /// As Blocks::find, in constant time.
     int32_t find(const Vec3i& at) const;
 
+    size_t bytes() const;
+
 private:
     struct Tile {
         std::vector<int32_t> block;  ///< 16^3, x slowest

@@ -1,0 +1,273 @@
+#include "vdbcloud/sweep/aprons.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbcloud {
+
+using block_sweep::batch;
+using block_sweep::Frame;
+using block_sweep::region_axes;
+using block_sweep::region_size;
+using block_sweep::regions;
+using block_sweep::Scratch;
+
+namespace {
+
+constexpr int near_walls = 12;  // as far as beams are followed in advance
+
+}  // namespace
+
+SweepPath::SweepPath(const Vec3d& step, size_t of) : frame(step), number(of)
+{
+    for (int region = 0; region < regions; ++region) beams.emplace_back(frame, region, near_walls);
+}
+
+size_t SweepPath::bytes() const
+{
+    size_t total = sizeof *this;
+    for (const VoidBeam& beam : beams)
+        total += sizeof beam + beam.crossings.size() * sizeof(VoidBeam::Crossing) + beam.entries.size() * sizeof(VoidBeam::Entry);
+    return total;
+}
+
+Aprons::Aprons(const Blocks& blocks) : blocks_(blocks), rays_(blocks), shown_(blocks.count() * batch) {}
+
+void Aprons::forget(size_t directions) { known_.assign(directions * blocks_.count(), 0); }
+
+void Aprons::start(const std::array<int, 3>& sign)
+{
+    outer_of_.resize(blocks_.count());
+    int32_t count = 0;
+    for (size_t b = 0; b < blocks_.count(); ++b)
+        for (int a = 0; a < 3; ++a)
+            outer_of_[b][a] = size_t(blocks_.neighbours(b)[2 * a + (sign[a] > 0)]) < blocks_.count() ? -1 : count++;
+    outer_.resize(size_t(count) * 64 * batch);
+}
+
+Aprons::Upstream Aprons::upstream(const std::array<int, 3>& sign, size_t block) const
+{
+    Upstream result;
+    result[0] = int32_t(block);
+    for (int axes = 1; axes < 8; ++axes) {
+        Vec3i at = blocks_.at(block);
+        for (int a = 0; a < 3; ++a)
+            if (axes >> a & 1) at[a] -= sign[a];
+        result[size_t(axes)] = rays_.find(at);
+    }
+    return result;
+}
+
+void Aprons::load_sigma(const Frame& frame, const float* sigma, size_t block, const Upstream& upstream, float* padded) const
+{
+    static constexpr int slot_stride[3] = {64, 8, 1};
+    block_sweep::load_inside(*frame.layout, sigma + block * 512, padded);
+    for (int region = 0; region < regions; ++region) {
+        const int32_t from = upstream[size_t(frame.region[size_t(region)])];
+        if (from < 0) {
+            block_sweep::fill_apron(frame, region, 0.0f, padded);
+            continue;
+        }
+        int slot = 0, stride[2] = {0, 0}, runs = 0;
+        for (int k = 0; k < 3; ++k) {
+            const int along = slot_stride[frame.axis[size_t(k)]];
+            if (region_axes[region] >> k & 1)
+                slot += frame.last[size_t(k)] * along;
+            else
+                stride[runs++] = along;
+        }
+        if (runs == 1) std::swap(stride[0], stride[1]);
+        alignas(32) float values[64];
+        for (int n = 0; n < region_size(region); ++n)
+            values[n] = sigma[size_t(from) * 512 + size_t(slot + n / 8 * stride[0] + n % 8 * stride[1])];
+        block_sweep::set_apron(frame, region, values, padded);
+    }
+}
+
+const float* Aprons::face(size_t block, int face, int axis, int d) const
+{
+    // A ray through an edge may meet a face that touches another block.
+    const int32_t outer = outer_of_[block][size_t(axis)];
+    return outer < 0 ? shown_[block * batch + size_t(d)].radiance[size_t(face)].data()
+                     : &outer_[(size_t(outer) * batch + size_t(d)) * 64];
+}
+
+namespace {
+
+float value(const VoidBeam::Entry& entry, const float* face)
+{
+    const float* from = face + entry.cell;
+    return (entry.weight[0] * from[0] + entry.weight[1] * from[1]) + (entry.weight[2] * from[8] + entry.weight[3] * from[9]);
+}
+
+}  // namespace
+
+/// A region of the apron of a missing block, for one direction: voxels c with c[a] running along `along`.
+struct Aprons::Patch {
+    const SweepPath& path;
+    int d;
+    float inflow;
+    Vec3d corner;   // its first voxel, in block coordinates
+    int along[2];   // axes; -1: none
+    int stride[2];  // in `radiance` and `hit`
+    uint64_t traced = 0;  // which of the hits are known
+    VoidRays::Hit hit[64];
+
+    const VoidRays::Hit& trace(const VoidRays& rays, int i, int j)
+    {
+        const int k = i * stride[0] + j * stride[1];
+        if (!(traced >> k & 1)) {
+            Vec3d from = corner;
+            if (along[0] >= 0) from[along[0]] += i;
+            if (along[1] >= 0) from[along[1]] += j;
+            hit[k] = rays.trace(from, path.frame.step);
+            traced |= uint64_t(1) << k;
+        }
+        return hit[k];
+    }
+};
+
+/// What a ray brings from where it ends.
+float Aprons::light_of(const Patch& patch, const VoidRays::Hit& hit) const
+{
+    if (hit.block < 0) return patch.inflow;
+    const Frame& frame = patch.path.frame;
+    float sum = 0;
+    for (int k = 0; k < 3; ++k) {
+        const int axis = frame.axis[size_t(k)];
+        if (!(hit.axes >> axis & 1)) continue;
+        const auto entry = face_entry(frame, k, hit.at, 1.0 / __builtin_popcount(unsigned(hit.axes)));
+        sum += value(entry, face(size_t(hit.block), k, axis, patch.d));
+    }
+    return sum;
+}
+
+/// Fills the voxels lo..hi of a patch; true if all of it is sky.
+///
+/// Rays are parallel and a block is wider than any patch, so that whatever blocks one of them blocks one at a corner:
+/// where the corners' rays end on one face, or all in the sky, so do all between.
+bool Aprons::fill_patch(Patch& patch, const int* lo, const int* hi, float* radiance) const
+{
+    const Vec3d& step = patch.path.frame.step;
+    VoidRays::Hit first;
+    bool one = true;
+    for (int c = 0; c < 4 && one; ++c) {
+        if ((c & 1 && lo[0] == hi[0]) || (c & 2 && lo[1] == hi[1])) continue;
+        const VoidRays::Hit& hit = patch.trace(rays_, c & 1 ? hi[0] : lo[0], c & 2 ? hi[1] : lo[1]);
+        if (c == 0) first = hit;
+        one = hit.block == first.block && hit.axes == first.axes;
+    }
+    const bool on_edge = first.axes & (first.axes - 1);
+    if (on_edge) one = lo[0] == hi[0] && lo[1] == hi[1];
+    if (!one) {
+        const int k = hi[0] - lo[0] >= hi[1] - lo[1] ? 0 : 1, middle = (lo[k] + hi[k]) / 2;
+        int upper_lo[2] = {lo[0], lo[1]}, lower_hi[2] = {hi[0], hi[1]};
+        lower_hi[k] = middle;
+        upper_lo[k] = middle + 1;
+        const bool lower_sky = fill_patch(patch, lo, lower_hi, radiance);
+        return fill_patch(patch, upper_lo, hi, radiance) && lower_sky;
+    }
+    double slope[2][3] = {{0, 0, 0}, {0, 0, 0}};  // how the end moves with the start
+    for (int k = 0; k < 2 && first.block >= 0 && !on_edge; ++k) {
+        const int axis = first.axes >> 1;  // 1, 2, 4: 0, 1, 2
+        for (int a = 0; a < 3 && patch.along[k] >= 0; ++a)
+            if (a != axis) slope[k][a] = a == patch.along[k] ? 1.0 : patch.along[k] == axis ? -step[a] / step[axis] : 0.0;
+    }
+    for (int i = lo[0]; i <= hi[0]; ++i)
+        for (int j = lo[1]; j <= hi[1]; ++j) {
+            VoidRays::Hit hit = first;
+            for (int a = 0; a < 3; ++a) hit.at[a] += slope[0][a] * (i - lo[0]) + slope[1][a] * (j - lo[1]);
+            radiance[i * patch.stride[0] + j * patch.stride[1]] = light_of(patch, hit);
+        }
+    return first.block < 0;
+}
+
+/// Radiance that reaches a region of the apron where its block is missing.
+///
+/// First the blocks that the beam crosses nearby, then, for rays that meet none, a walk through the void. What is learnt is kept: bit
+/// `region` of known_: all rays that meet nothing nearby end in the sky; bit `region` + 8: none meets anything nearby.
+void Aprons::through_void(const SweepPath& path, int d, int region, size_t block, float inflow, float* radiance)
+{
+    const int count = region_size(region);
+    uint16_t& known = known_[path.number * blocks_.count() + block];
+    const uint16_t rest_is_sky = uint16_t(1 << region), nothing_near = uint16_t(1 << (region + 8));
+    const uint64_t all = ~uint64_t(0) >> (64 - count);
+    uint64_t left = all;
+    if (!(known & nothing_near)) {
+        std::fill_n(radiance, count, 0.0f);
+        const VoidBeam& beam = path.beams[size_t(region)];
+        for (const VoidBeam::Crossing& crossing : beam.crossings) {
+            const uint64_t meet = crossing.rays & left;
+            if (!meet) continue;
+            const int32_t found = rays_.find(blocks_.at(block) + crossing.offset);
+            if (found < 0) continue;
+            const float* faces[3];
+            for (int k = 0; k < 3; ++k) faces[k] = face(size_t(found), k, path.frame.axis[size_t(k)], d);
+            const VoidBeam::Entry* entry = &beam.entries[crossing.first_entry];
+            for (uint32_t n = 0; n < crossing.entries; ++n, ++entry)
+                if (left >> entry->ray & 1) radiance[entry->ray] += value(*entry, faces[entry->face]);
+            left &= ~meet;
+            if (!left) return;
+        }
+        if (left == all) known = uint16_t(known | nothing_near);
+    }
+    if (known & rest_is_sky) {
+        for (int n = 0; n < count; ++n)
+            if (left >> n & 1) radiance[n] = inflow;
+        return;
+    }
+    const std::array<int, 2> runs = region_runs(path.frame, region);
+    Patch patch{path, d, inflow, region_corner(path.frame, region, blocks_.at(block)), {runs[0], runs[1]}, {runs[1] < 0 ? 1 : 8, 1}, 0, {}};
+    bool sky = true;
+    if (left == all) {
+        const int lo[2] = {0, 0}, hi[2] = {runs[0] < 0 ? 0 : 7, runs[1] < 0 ? 0 : 7};
+        sky = fill_patch(patch, lo, hi, radiance);
+    } else {
+        for (int n = 0; n < count; ++n) {
+            if (!(left >> n & 1)) continue;
+            const VoidRays::Hit& hit = patch.trace(rays_, runs[1] < 0 ? n : n / 8, runs[1] < 0 ? 0 : n % 8);
+            radiance[n] = light_of(patch, hit);
+            sky = sky && hit.block < 0;
+        }
+    }
+    if (sky) known = uint16_t(known | rest_is_sky);
+}
+
+void Aprons::load(const SweepPath& path, int d, size_t block, const Upstream& upstream, float inflow, Scratch& s)
+{
+    const Frame& frame = path.frame;
+    for (int region = 0; region < regions; ++region) {
+        const int32_t from = upstream[size_t(frame.region[size_t(region)])];
+        if (from >= 0) {
+            const Shown& shown = shown_[size_t(from) * batch + size_t(d)];
+            block_sweep::set_apron(frame, region, shown.radiance, s.radiance);
+            block_sweep::set_apron(frame, region, shown.source, s.source);
+            continue;
+        }
+        alignas(32) float radiance[64];
+        through_void(path, d, region, block, inflow, radiance);
+        block_sweep::set_apron(frame, region, radiance, s.radiance);
+        block_sweep::fill_apron(frame, region, 0.0f, s.source);
+    }
+}
+
+void Aprons::show(const SweepPath& path, int d, size_t block, const Scratch& s)
+{
+    const Frame& frame = path.frame;
+    Shown& to = shown_[block * batch + size_t(d)];
+    block_sweep::take_faces(frame, s.radiance, to.radiance);
+    block_sweep::take_faces(frame, s.source, to.source);
+    for (int k = 0; k < 3; ++k) {
+        const int32_t outer = outer_of_[block][size_t(frame.axis[size_t(k)])];
+        if (outer >= 0)
+            block_sweep::leave_face(frame, k, d, s, to.radiance[size_t(k)], &outer_[(size_t(outer) * batch + size_t(d)) * 64]);
+    }
+}
+
+size_t Aprons::bytes() const
+{
+    return shown_.size() * sizeof(Shown) + outer_of_.size() * sizeof outer_of_[0] + outer_.size() * sizeof(float) +
+           known_.size() * sizeof known_[0] + rays_.bytes();
+}
+
+}  // namespace vdbcloud

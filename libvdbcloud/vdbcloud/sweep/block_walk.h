@@ -1,0 +1,65 @@
+#pragma once
+// A ray's way through blocks. Private to sweep/.
+#include "vdbcloud/core/fwd.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace vdbcloud {
+
+inline constexpr double same_wall = 1e-7;  ///< walls this close [voxels] are met at once
+
+/// A ray that goes from cell to cell of 2^bits blocks, against `step`. Coordinates are such that block b covers 8 b .. 8 b + 8.
+struct Walk {
+    Vec3d from, step, inverse;
+    Vec3i block;
+    double t = 0;
+    double wall[3];  // ray parameter at the next wall of each axis
+
+    Walk(const Vec3d& point, const Vec3d& along) : from(point + Vec3d(0.5)), step(along)
+    {
+        for (int a = 0; a < 3; ++a) {
+            inverse[a] = step[a] == 0 ? std::numeric_limits<double>::infinity() : 1 / step[a];
+            block[a] = int(std::floor(from[a] / 8));
+        }
+        face_walls(0);
+    }
+
+    /// Where it stands, in voxels from its block's first voxel, having crossed `axes` last.
+    double in_block(int axes, int a) const
+    {
+        return axes >> a & 1 ? (step[a] > 0 ? 7.5 : -0.5) : from[a] - t * step[a] - 0.5 - 8 * block[a];
+    }
+
+    void face_walls(int bits)
+    {
+        for (int a = 0; a < 3; ++a) {
+            const int cell = block[a] >> bits;
+            const double at = 8.0 * double(int64_t(step[a] > 0 ? cell : cell + 1) << bits);
+            wall[a] = step[a] == 0 ? std::numeric_limits<double>::infinity() : (from[a] - at) * inverse[a];
+        }
+    }
+
+    /// Through the nearest wall, or through all that are met at once; which, as bits.
+    int cross(int bits)
+    {
+        t = std::min(wall[0], std::min(wall[1], wall[2]));
+        int axes = 0;
+        for (int a = 0; a < 3; ++a) {
+            if ((wall[a] - t) * std::abs(step[a]) < same_wall) {  // in voxels
+                axes |= 1 << a;
+                const int cell = block[a] >> bits;
+                block[a] = step[a] > 0 ? (cell << bits) - 1 : (cell + 1) << bits;
+                wall[a] += 8 * std::abs(inverse[a]);
+            } else if (bits) {
+                const int cell = block[a] >> bits;
+                block[a] = std::clamp(int(std::floor((from[a] - t * step[a]) / 8)), cell << bits, ((cell + 1) << bits) - 1);
+            }
+        }
+        if (bits) face_walls(0);
+        return axes;
+    }
+};
+
+}  // namespace vdbcloud

@@ -1,0 +1,95 @@
+#include "vdbcloud/sweep/face_tallies.h"
+
+#include <algorithm>
+
+namespace vdbcloud {
+
+using block_sweep::Frame;
+using block_sweep::Layout;
+
+namespace {
+
+/// Where slots of a block are in a layout.
+struct Places {
+    explicit Places(const Layout& layout)
+    {
+        for (int slot = 0; slot < 512; ++slot) {
+            const int c[3] = {slot / 64, slot / 8 % 8, slot % 8};
+            padded[slot] = Layout::first;
+            row[slot] = 0;
+            for (int a = 0; a < 3; ++a) {
+                padded[slot] = int16_t(padded[slot] + (c[a] + 1) * layout.stride[size_t(a)]);
+                row[slot] = int16_t(row[slot] + c[a] * layout.row_stride[size_t(a)]);
+            }
+        }
+    }
+    int16_t padded[512], row[512];
+};
+
+}  // namespace
+
+FaceTallies::FaceTallies(size_t blocks, const std::vector<SweepFace>& faces)
+    : begin_(blocks * 6 + 1, 0), number_(faces.size()), slot_(faces.size())
+{
+    const auto side = [](const SweepFace& face) { return size_t(face.slot / 512) * 6 + face.face; };
+    for (const SweepFace& face : faces) ++begin_[side(face) + 1];
+    for (size_t n = 1; n < begin_.size(); ++n) begin_[n] += begin_[n - 1];
+    std::vector<uint32_t> next(begin_.begin(), begin_.end() - 1);
+    for (size_t f = 0; f < faces.size(); ++f) {
+        const uint32_t at = next[side(faces[f])]++;
+        number_[at] = uint32_t(f);
+        slot_[at] = uint16_t(faces[f].slot % 512);
+    }
+    clear();
+}
+
+void FaceTallies::clear()
+{
+    for (auto& sum : sum_) sum.assign(number_.size(), 0.0f);
+}
+
+void FaceTallies::add(const Frame& frame, int d, size_t block, const Vec3d& direction, float weight, const block_sweep::Scratch& s)
+{
+    static const Places natural(block_sweep::natural), turned(block_sweep::turned);
+    if (begin_[block * 6] == begin_[block * 6 + 6]) return;
+    const Places& places = frame.layout == &block_sweep::natural ? natural : turned;
+    constexpr size_t chunk = 64;
+    alignas(32) float radiance[chunk], sigma[chunk], q[chunk];
+    for (int k = 0; k < 3; ++k)
+        for (int upper = 0; upper < 2; ++upper) {
+            const int axis = frame.axis[size_t(k)], face = 2 * axis + upper;
+            const size_t end = begin_[block * 6 + size_t(face) + 1];
+            const bool outward = (upper ? 1 : -1) == frame.sign[size_t(k)];
+            const int offset = outward ? 0 : -frame.sign[size_t(k)] * frame.stride[size_t(k)];
+            const float cosine = float(upper ? direction[axis] : -direction[axis]);
+            const std::array<float, 3> factor{cosine * weight, weight, (cosine * cosine - 1.0f / 3) * weight};
+            for (size_t first = begin_[block * 6 + size_t(face)]; first < end; first += chunk) {
+                const size_t count = std::min(chunk, end - first);
+                const uint16_t* slot = &slot_[first];
+                for (size_t n = 0; n < count; ++n) radiance[n] = s.radiance[places.padded[slot[n]] + offset];
+                if (outward) {
+                    const size_t rounded = (count + 7) / 8 * 8;
+                    for (size_t n = 0; n < count; ++n) {
+                        sigma[n] = s.sigma[places.padded[slot[n]]];
+                        q[n] = s.q[d][places.row[slot[n]]];
+                    }
+                    for (size_t n = count; n < rounded; ++n) radiance[n] = sigma[n] = q[n] = 0;
+                    block_sweep::leave(int(rounded), radiance, sigma, q, frame.half_exit[size_t(k)], radiance);
+                }
+                block_sweep::add(count, radiance, factor, {&sum_[0][first], &sum_[1][first], &sum_[2][first]});
+            }
+        }
+}
+
+void FaceTallies::write(std::vector<FaceTally>& to) const
+{
+    to.resize(number_.size());
+    for (size_t n = 0; n < number_.size(); ++n) to[number_[n]] = {sum_[0][n], sum_[1][n], sum_[2][n]};
+}
+
+size_t FaceTallies::bytes() const
+{
+    return begin_.size() * sizeof(uint32_t) + number_.size() * (sizeof(uint32_t) + sizeof(uint16_t) + 3 * sizeof(float));
+}
+
+}  // namespace vdbcloud
