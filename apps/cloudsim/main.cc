@@ -125,6 +125,8 @@ void run(app::App& app, const app::Options& o)
     frame_path(o.output, 0);
     if (!o.floor_map.empty())
         scene.parameters.floor.map = app::read_floor_map(app, o.floor_map, scene.parameters.lattice, o.y_up);
+    if (!o.floor_map.empty() && scene.parameters.floor.heat == 0 && scene.parameters.floor.moisture == 0)
+        app.warnings()("--floor-map multiplies fluxes that are 0: expected --heat-flux or --moisture-flux");
     if (app.dry_run()) return plan(app, scene, frames);
     if (sequence) {
         const auto folder = std::filesystem::path(o.output).parent_path();
