@@ -12,6 +12,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <tuple>
 
 namespace vdbcloud {
 namespace {
@@ -107,6 +109,165 @@ TEST(TransportSweep, IsItsDefinitionInAnyDensityAndForAnyThreadCount)
             for (size_t f = 0; f < fast.tally.size(); ++f) ASSERT_EQ(fast.tally[f].current, again.tally[f].current);
         }
     }
+}
+
+TEST(TransportSweep, IsItsDefinitionAlongAxesAndDiagonals)
+{
+    // Rays along faces and through edges and corners of blocks and voxels.
+    Medium m(test::voxel_field(Vec3i(30, 33, 37), Vec3d(1.0), [](const Vec3i& p) { return clumps(p, 2); }));
+    m.add_source([](const Vec3i& p) { return 1 + 0.5 * std::sin(0.3 * p.x() + 0.2 * p.y() - 0.4 * p.z()); });
+    SweepSet set;
+    set.source_terms = set.moment_terms = 1;
+    for (int n = 0; n < 27; ++n) {
+        const Vec3d s(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1);
+        if (s.length() == 0) continue;
+        set.direction.push_back(s.unit());
+        set.weight.push_back(1.0f);
+        set.inflow.push_back(float(n));
+        set.source_basis.push_back(1.0f);
+        set.moment_basis.push_back(float(n % 4 - 1));
+    }
+    SweepResult slow, fast;
+    reference_sweep(m.index, m.faces, set, m.fields(), slow);
+    TransportSweep(m.index, m.faces).run(set, m.fields(), fast);
+    double largest;
+    const double worst = worst_difference(fast, slow, largest);
+    EXPECT_GT(largest, 1);
+    EXPECT_LT(worst, 1e-5 * largest);
+}
+
+/// A symmetry of the cube: axis a of the image is axis permutation[a], mirrored where flip says.
+struct Symmetry {
+    std::array<int, 3> permutation;
+    std::array<bool, 3> flip;
+    Vec3i image(const Vec3i& p, int n) const
+    {
+        Vec3i q;
+        for (int a = 0; a < 3; ++a) q[a] = flip[a] ? n - 1 - p[permutation[a]] : p[permutation[a]];
+        return q;
+    }
+    uint8_t image(uint8_t face) const
+    {
+        for (int a = 0; a < 3; ++a)
+            if (permutation[a] == face / 2) return uint8_t(2 * a + ((face % 2 != 0) != flip[a]));
+        return face;
+    }
+};
+
+/// All 48, or the 16 that keep an axis.
+std::vector<Symmetry> symmetries(int kept)
+{
+    std::vector<Symmetry> all;
+    std::array<int, 3> permutation{0, 1, 2};
+    do {
+        for (int flips = 0; flips < 8; ++flips)
+            if (kept < 0 || permutation[size_t(kept)] == kept)
+                all.push_back({permutation, {(flips & 1) != 0, (flips & 2) != 0, (flips & 4) != 0}});
+    } while (std::next_permutation(permutation.begin(), permutation.end()));
+    return all;
+}
+
+TEST(TransportSweep, HasTheSymmetriesOfItsQuadrature)
+{
+    // The image of a medium has the image of its light: fluence and flux in every voxel, and what passes its faces. Voids, gaps between blocks and
+    // rays through edges of blocks included.
+    constexpr int n = 32;
+    const auto density = [](const Vec3i& p) { return clumps(p, 23); };
+    const auto source = [](const Vec3i& p) { return 1 + std::sin(0.7 * p.x() + 0.1 * p.y() - 0.3 * p.z()); };
+    for (const auto& [kind, count, kept] : {std::tuple(OrdinateKind::LevelSymmetric, 24, -1), {OrdinateKind::Product, 32, 1}}) {
+        const SweepSet set = set_of(ordinates(kind, count, 1, 1), 0, 1, 0.3);
+        Medium m(test::voxel_field(Vec3i(n), Vec3d(0.8), density));
+        m.add_source(source);
+        SweepResult result;
+        TransportSweep(m.index, m.faces).run(set, m.fields(), result);
+        const auto group = symmetries(kept);
+        ASSERT_EQ(group.size(), kept < 0 ? 48u : 16u);
+        double asymmetry = 0;  // of the medium itself: what the comparison would see if it compared nothing
+        for (const Symmetry& symmetry : group) {
+            std::vector<float> of_density(n * n * n), of_source(n * n * n);
+            const auto at = [](const Vec3i& p) { return size_t((p.x() * n + p.y()) * n + p.z()); };
+            for (Vec3i p(0); p.x() < n; ++p.x())
+                for (p.y() = 0; p.y() < n; ++p.y())
+                    for (p.z() = 0; p.z() < n; ++p.z()) {
+                        of_density[at(symmetry.image(p, n))] = float(density(p));
+                        of_source[at(symmetry.image(p, n))] = float(source(p));
+                    }
+            Medium image(test::voxel_field(Vec3i(n), Vec3d(0.8), [&](const Vec3i& p) { return of_density[at(p)]; }));
+            image.add_source([&](const Vec3i& p) { return of_source[at(p)]; });
+            SweepResult mirrored;
+            TransportSweep(image.index, image.faces).run(set, image.fields(), mirrored);
+
+            const Blocks& blocks = m.index.blocks();
+            static constexpr int moment_of[3] = {3, 1, 2};  // degree 1 along x, y, z
+            for (size_t slot = 0; slot < blocks.count() * 512; ++slot) {
+                if (!blocks.active(slot)) continue;
+                const size_t there = image.index.blocks().slot(symmetry.image(blocks.voxel(slot), n));
+                ASSERT_NEAR(mirrored.moments[0][there], result.moments[0][slot], 2e-5);
+                asymmetry = std::max(asymmetry, double(std::abs(mirrored.moments[0][slot] - result.moments[0][slot])));
+                for (int a = 0; a < 3; ++a) {
+                    const float here = result.moments[size_t(moment_of[symmetry.permutation[size_t(a)]])][slot];
+                    ASSERT_NEAR(mirrored.moments[size_t(moment_of[a])][there], symmetry.flip[size_t(a)] ? -here : here, 2e-5);
+                }
+            }
+            std::map<std::pair<uint32_t, uint8_t>, FaceTally> of_face;
+            for (size_t f = 0; f < image.faces.size(); ++f) of_face[{image.faces[f].slot, image.faces[f].face}] = mirrored.tally[f];
+            for (size_t f = 0; f < m.faces.size(); ++f) {
+                const auto there = image.index.blocks().slot(symmetry.image(blocks.voxel(m.faces[f].slot), n));
+                const FaceTally& tally = of_face.at({uint32_t(there), symmetry.image(m.faces[f].face)});
+                ASSERT_NEAR(tally.current, result.tally[f].current, 2e-5);
+                ASSERT_NEAR(tally.fluence, result.tally[f].fluence, 2e-5);
+                ASSERT_NEAR(tally.second, result.tally[f].second, 2e-5);
+            }
+        }
+        EXPECT_GT(asymmetry, 0.1);
+    }
+}
+
+TEST(TransportSweep, StaysAMeanOfSkyAndSourceAtAnyOpticalDepth)
+{
+    // Voxels of 1e-12 to 1e8 mean free paths, all alike and side by side.
+    const std::vector<double> scales{1e-12, 1e-6, 1, 1e4, 1e8, 0};
+    for (const double scale : scales) {
+        Medium m(test::voxel_field(Vec3i(24), Vec3d(1.0), [&](const Vec3i& p) {
+            const double u = uniform(hash_bits(9, uint64_t(p.x()), uint64_t(p.y()), uint64_t(p.z())));
+            if (clumps(p, 31) == 0) return 0.0;
+            return scale > 0 ? scale * (0.5 + u) : scales[size_t(5 * u)];
+        }));
+        m.add_source([](const Vec3i& p) { return std::sqrt(4 * M_PI) * ((p.x() + p.y() + p.z()) % 3 ? 0.25 : 2.0); });
+        const SweepSet set = set_of(ordinates(OrdinateKind::Product, 32, 1), 0, 0, 0.5);
+        SweepResult fast, slow;
+        TransportSweep(m.index, m.faces).run(set, m.fields(), fast);
+        reference_sweep(m.index, m.faces, set, m.fields(), slow);
+        const double unit = std::sqrt(4 * M_PI);  // M_00 of L = 1
+        for (size_t slot = 0; slot < m.index.blocks().count() * 512; ++slot) {
+            if (!m.index.blocks().active(slot)) continue;
+            ASSERT_TRUE(std::isfinite(fast.moments[0][slot])) << scale;
+            ASSERT_GE(fast.moments[0][slot], 0.25 * unit - 1e-5) << scale;
+            ASSERT_LE(fast.moments[0][slot], 2 * unit + 1e-5) << scale;
+        }
+        double largest;
+        const double worst = worst_difference(fast, slow, largest);
+        EXPECT_LT(worst, 1e-5 * largest) << scale;
+    }
+}
+
+TEST(TransportSweep, OfNothingIsNothing)
+{
+    Medium m(test::voxel_field(Vec3i(8), Vec3d(1.0), [](const Vec3i&) { return 0.0; }));
+    m.add_source([](const Vec3i&) { return 1.0; });
+    SweepResult result;
+    TransportSweep sweep(m.index, m.faces);
+    sweep.run(set_of(ordinates(OrdinateKind::Product, 8, 1), 0, 1, 1.0), m.fields(), result);
+    ASSERT_EQ(result.moments.size(), 4u);
+    for (const auto& moment : result.moments) EXPECT_EQ(moment, std::vector<float>(m.index.blocks().slots(), 0.0f));
+    EXPECT_TRUE(result.tally.empty());
+    Medium one(test::voxel_field(Vec3i(8), Vec3d(1.0), [](const Vec3i& p) { return p == Vec3i(3, 0, 7) ? 1.0 : 0.0; }));
+    one.add_source([](const Vec3i&) { return 1.0; });
+    SweepSet none;
+    none.source_terms = none.moment_terms = 1;
+    TransportSweep(one.index, one.faces).run(none, one.fields(), result);  // no directions
+    EXPECT_EQ(result.moments, std::vector<std::vector<float>>(1, std::vector<float>(one.index.blocks().slots(), 0.0f)));
+    EXPECT_EQ(result.tally.size(), 6u);
 }
 
 TEST(TransportSweep, KeepsTheWhiteFurnace)

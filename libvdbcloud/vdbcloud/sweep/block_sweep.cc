@@ -257,13 +257,13 @@ VDBCLOUD_CLONES void sweep_planes(const Frame& frame, int d, Scratch& s)
             }
             const Lanes sigma_u = before(s.sigma), source_u = before(s.source);
             const Lanes own = load(from + p * q_plane + r * q_row), sigma = load(s.sigma + here);
-            const Lanes t = at_most((sigma_u + sigma) * half, 80.0f);
+            const Lanes t = (sigma_u + sigma) * half;
             // 1 / sigma_u and 1 / t by one division.
             const Lanes divisor = at_least(sigma_u, 1e-30f), length = at_least(t, series_below);
             const Lanes inverse = all(1.0f) / (divisor * length);
             const Lanes q_u = sigma_u > all(0.0f) ? source_u * (inverse * length) : own;
             const Lanes q = sigma > all(0.0f) ? own : q_u;
-            const Lanes e = exp_minus(t), lost = all(1.0f) - e;
+            const Lanes e = exp_minus(at_most(t, 80.0f)), lost = all(1.0f) - e;
             store(s.radiance + here, radiance * e + q * lost + (q_u - q) * ramp(t, inverse * divisor, lost, e));
         }
     }

@@ -59,8 +59,8 @@ void FaceTallies::add(const Frame& frame, int d, size_t block, const Vec3d& dire
         for (int upper = 0; upper < 2; ++upper) {
             const int axis = frame.axis[size_t(k)], face = 2 * axis + upper;
             const size_t end = begin_[block * 6 + size_t(face) + 1];
-            const bool outward = (upper ? 1 : -1) == frame.sign[size_t(k)];
-            const int offset = outward ? 0 : -frame.sign[size_t(k)] * frame.stride[size_t(k)];
+            const bool along = direction[axis] == 0, outward = !along && (upper ? 1 : -1) == frame.sign[size_t(k)];
+            const int offset = along || outward ? 0 : -frame.sign[size_t(k)] * frame.stride[size_t(k)];
             const float cosine = float(upper ? direction[axis] : -direction[axis]);
             const std::array<float, 3> factor{cosine * weight, weight, (cosine * cosine - 1.0f / 3) * weight};
             for (size_t first = begin_[block * 6 + size_t(face)]; first < end; first += chunk) {

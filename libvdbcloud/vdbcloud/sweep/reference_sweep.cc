@@ -44,6 +44,7 @@ public:
     {
         const int axis = face / 2, outward = face % 2 ? 1 : -1;
         if (step_[axis] * outward > 0) return emergent(slot, axis);
+        if (step_[axis] == 0) return radiance_[slot];
         Vec3i before = blocks_.voxel(slot);
         before[axis] += outward;
         return value(before).radiance;

@@ -59,7 +59,8 @@ struct SweepResult {
 /// blocks by rays (void_rays.h) that end at a block's face or in the sky. Light that leaves a block into the void
 /// has crossed the half voxel about its last centres.
 ///
-/// On faces L is: outward, the voxel's own after half a voxel of it; inward, that of the void voxel before it.
+/// On faces L is: outward, the voxel's own after half a voxel of it; inward, that of the void voxel before it; on faces that a
+/// direction runs along, the voxel's own.
 ///
 /// Cost: time proportional to blocks x directions. Moments and source are in single precision.
 /// Threads: blocks that do not depend on one another in parallel; values do not depend on their number.
