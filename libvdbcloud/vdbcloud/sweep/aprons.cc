@@ -5,7 +5,6 @@
 
 namespace vdbcloud {
 
-using block_sweep::batch;
 using block_sweep::Frame;
 using block_sweep::region_axes;
 using block_sweep::region_size;
@@ -31,9 +30,14 @@ size_t SweepPath::bytes() const
     return total;
 }
 
-Aprons::Aprons(const Blocks& blocks) : blocks_(blocks), rays_(blocks), shown_(blocks.count() * batch) {}
+Aprons::Aprons(const Blocks& blocks) : blocks_(blocks), rays_(blocks) {}
 
-void Aprons::forget(size_t directions) { known_.assign(directions * blocks_.count(), 0); }
+void Aprons::forget(size_t directions, int width)
+{
+    known_.assign(directions * blocks_.count(), 0);
+    width_ = size_t(width);
+    shown_.resize(blocks_.count() * width_);
+}
 
 void Aprons::start(const std::array<int, 3>& sign)
 {
@@ -42,7 +46,7 @@ void Aprons::start(const std::array<int, 3>& sign)
     for (size_t b = 0; b < blocks_.count(); ++b)
         for (int a = 0; a < 3; ++a)
             outer_of_[b][a] = size_t(blocks_.neighbours(b)[2 * a + (sign[a] > 0)]) < blocks_.count() ? -1 : count++;
-    outer_.resize(size_t(count) * 64 * batch);
+    outer_.resize(size_t(count) * 64 * width_);
 }
 
 Aprons::Upstream Aprons::upstream(const std::array<int, 3>& sign, size_t block) const
@@ -88,8 +92,8 @@ const float* Aprons::face(size_t block, int face, int axis, int d) const
 {
     // A ray through an edge may meet a face that touches another block.
     const int32_t outer = outer_of_[block][size_t(axis)];
-    return outer < 0 ? shown_[block * batch + size_t(d)].radiance[size_t(face)].data()
-                     : &outer_[(size_t(outer) * batch + size_t(d)) * 64];
+    return outer < 0 ? shown_[block * width_ + size_t(d)].radiance[size_t(face)].data()
+                     : &outer_[(size_t(outer) * width_ + size_t(d)) * 64];
 }
 
 namespace {
@@ -239,7 +243,7 @@ void Aprons::load(const SweepPath& path, int d, size_t block, const Upstream& up
     for (int region = 0; region < regions; ++region) {
         const int32_t from = upstream[size_t(frame.region[size_t(region)])];
         if (from >= 0) {
-            const Shown& shown = shown_[size_t(from) * batch + size_t(d)];
+            const Shown& shown = shown_[size_t(from) * width_ + size_t(d)];
             block_sweep::set_apron(frame, region, shown.radiance, s.radiance);
             block_sweep::set_apron(frame, region, shown.source, s.source);
             continue;
@@ -254,13 +258,13 @@ void Aprons::load(const SweepPath& path, int d, size_t block, const Upstream& up
 void Aprons::show(const SweepPath& path, int d, size_t block, const Scratch& s)
 {
     const Frame& frame = path.frame;
-    Shown& to = shown_[block * batch + size_t(d)];
+    Shown& to = shown_[block * width_ + size_t(d)];
     block_sweep::take_faces(frame, s.radiance, to.radiance);
     block_sweep::take_faces(frame, s.source, to.source);
     for (int k = 0; k < 3; ++k) {
         const int32_t outer = outer_of_[block][size_t(frame.axis[size_t(k)])];
         if (outer >= 0)
-            block_sweep::leave_face(frame, k, d, s, to.radiance[size_t(k)], &outer_[(size_t(outer) * batch + size_t(d)) * 64]);
+            block_sweep::leave_face(frame, k, d, s, to.radiance[size_t(k)], &outer_[(size_t(outer) * width_ + size_t(d)) * 64]);
     }
 }
 

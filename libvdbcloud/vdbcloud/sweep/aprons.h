@@ -14,15 +14,15 @@ struct SweepPath {
     size_t bytes() const;
 };
 
-/// What blocks show downstream and what they see upstream, for the `batch` directions that are under way.
+/// What blocks show downstream and what they see upstream, for the directions of a batch, which are under way.
 ///
 /// Threads: load() and show() of different blocks, once the blocks upstream have shown.
 class Aprons {
 public:
     explicit Aprons(const Blocks&);
 
-    /// The directions are others than before: forgets which rays end in the sky.
-    void forget(size_t directions);
+    /// The directions are others than before, `width` of them at most in a batch: forgets which rays end in the sky.
+    void forget(size_t directions, int width);
     /// Before the batches of an octant: signs of its steps by axis.
     void start(const std::array<int, 3>& sign);
 
@@ -50,9 +50,10 @@ private:
 
     const Blocks& blocks_;
     VoidRays rays_;
-    std::vector<Shown> shown_;                      // block by block, `batch` each
+    size_t width_ = 0;
+    std::vector<Shown> shown_;                      // block by block, `width_` each
     std::vector<std::array<int32_t, 3>> outer_of_;  // by axis: the number of a block's downstream face that looks into the void, or -1
-    std::vector<float> outer_;                      // radiance that leaves such faces, 64 each, `batch` each
+    std::vector<float> outer_;                      // radiance that leaves such faces, 64 each, `width_` each
     std::vector<uint16_t> known_;                   // by direction and block: see through_void()
 };
 

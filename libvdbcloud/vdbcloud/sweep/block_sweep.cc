@@ -130,20 +130,27 @@ VDBCLOUD_CLONES void load_inside(const Layout& to, const float* values, float* p
         for (int x = 0; x < 8; ++x) transpose(values + x * 64, 8, padded + 160 + (x + 1) * 16 + 4, 160);
 }
 
-VDBCLOUD_CLONES void expand(const Rows& rows, int terms, const float* const* source, const float* basis, Scratch& s)
+void fetch(const Rows& rows, int terms, float* const* moments)
 {
-    static_assert(batch == 4);
-    if (rows.count < 64) std::memset(s.q, 0, sizeof s.q);
-    for (int n = 0; n < rows.count; ++n) {
-        const int i = rows.row[n] * 8;
-        const Lanes first = load(source[0] + i);
-        Lanes sum[batch];
-        for (int d = 0; d < batch; ++d) sum[d] = all(basis[d]) * first;
-        for (int k = 1; k < terms; ++k) {
-            const Lanes term = load(source[k] + i);
-            for (int d = 0; d < batch; ++d) sum[d] += all(basis[k * batch + d]) * term;
+    for (int k = 0; k < terms; ++k)
+        for (int n = 0; n < rows.count; ++n) __builtin_prefetch(moments[k] + rows.row[n] * 8, 1);
+}
+
+VDBCLOUD_CLONES void expand(const Rows& rows, int n, int terms, const float* const* source, const float* basis, Scratch& s)
+{
+    for (int g = 0; g < n; g += group) {
+        if (rows.count < 64) std::memset(s.q[g], 0, group * sizeof s.q[0]);
+        for (int r = 0; r < rows.count; ++r) {
+            const int i = rows.row[r] * 8;
+            const Lanes first = load(source[0] + i);
+            Lanes sum[group];
+            for (int d = 0; d < group; ++d) sum[d] = all(basis[g + d]) * first;
+            for (int k = 1; k < terms; ++k) {
+                const Lanes term = load(source[k] + i);
+                for (int d = 0; d < group; ++d) sum[d] += all(basis[k * batch + g + d]) * term;
+            }
+            for (int d = 0; d < group; ++d) store(s.q[g + d] + i, sum[d]);
         }
-        for (int d = 0; d < batch; ++d) store(s.q[d] + i, sum[d]);
     }
 }
 
@@ -297,19 +304,38 @@ void leave_face(const Frame& frame, int face, int d, const Scratch& s, const std
     leave(64, radiance.data(), sigma, q, frame.half_exit[size_t(face)], to);
 }
 
-VDBCLOUD_CLONES void accumulate(const Rows& rows, int terms, float* const* moments, const float* weight, const Scratch& s)
+namespace {
+
+template <int groups, bool first>
+VDBCLOUD_INLINE void accumulate_groups(const Rows& rows, float* to, const float* weight, const Scratch& s)
 {
-    static_assert(batch == 4);
+    Lanes w[groups * group];
+    for (int d = 0; d < groups * group; ++d) w[d] = all(weight[d]);
+    for (int r = 0; r < rows.count; ++r) {
+        const int i = rows.row[r] * 8;
+        const auto sum = [&](int g) {
+            return (w[g] * load(s.out[g] + i) + w[g + 1] * load(s.out[g + 1] + i)) +
+                   (w[g + 2] * load(s.out[g + 2] + i) + w[g + 3] * load(s.out[g + 3] + i));
+        };
+        Lanes total = sum(0);
+        if (groups == 2) total += sum(group * (groups - 1));
+        store(to + i, first ? total : load(to + i) + total);
+    }
+}
+
+}  // namespace
+
+VDBCLOUD_CLONES void accumulate(const Rows& rows, int n, int terms, bool first, float* const* moments, const float* weight,
+                                const Scratch& s)
+{
+    static_assert(group == 4 && batch == 2 * group);
     for (int k = 0; k < terms; ++k) {
-        float* to = moments[k];
         const float* w = weight + k * batch;
-        const Lanes w0 = all(w[0]), w1 = all(w[1]), w2 = all(w[2]), w3 = all(w[3]);
-        for (int n = 0; n < rows.count; ++n) {
-            const int i = rows.row[n] * 8;
-            const Lanes sum = (w0 * load(s.out[0] + i) + w1 * load(s.out[1] + i)) +
-                              (w2 * load(s.out[2] + i) + w3 * load(s.out[3] + i));
-            store(to + i, load(to + i) + sum);
-        }
+        if (first && rows.count < 64) std::memset(moments[k], 0, 512 * sizeof(float));
+        if (n > group)
+            first ? accumulate_groups<2, true>(rows, moments[k], w, s) : accumulate_groups<2, false>(rows, moments[k], w, s);
+        else
+            first ? accumulate_groups<1, true>(rows, moments[k], w, s) : accumulate_groups<1, false>(rows, moments[k], w, s);
     }
 }
 

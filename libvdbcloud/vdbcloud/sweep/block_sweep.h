@@ -9,7 +9,8 @@
 
 namespace vdbcloud::block_sweep {
 
-inline constexpr int batch = 4;  ///< directions that are taken through a block together
+inline constexpr int batch = 8;  ///< directions that are taken through a block together, at most
+inline constexpr int group = 4;  ///< they are summed in groups
 
 /// A block with the aprons of its neighbours: (x, y, z), each -1..8, at (x+1) stride[0] + (y+1) stride[1] + (z+1) stride[2] + first.
 /// Rows of eight are contiguous along one axis: z, or y for directions that cross planes of z.
@@ -67,8 +68,11 @@ struct alignas(64) Scratch {
 /// Fills the inside of `padded`, laid out as `to`, from 512 values in slot order.
 void load_inside(const Layout& to, const float* values, float* padded);
 
-/// s.q[d] = sum over terms k of basis[k * batch + d] source[k], each a pointer to the block's 512 values; in the natural order.
-void expand(const Rows&, int terms, const float* const* source, const float* basis, Scratch& s);
+/// Has the active rows of arrays on their way to the processor.
+void fetch(const Rows&, int terms, float* const* arrays);
+/// s.q[d] = sum over terms k of basis[k * batch + d] source[k], each a pointer to the block's 512 values; in the natural order. For the
+/// directions 0 .. n - 1 and others up to a multiple of `group`.
+void expand(const Rows&, int n, int terms, const float* const* source, const float* basis, Scratch& s);
 /// Brings a direction's q to its layout's order, and source = sigma q inside.
 void prepare(const Frame&, int d, Scratch&);
 /// Finds s.lit from sigma and its aprons.
@@ -87,8 +91,9 @@ void take_faces(const Frame&, const float* padded, Faces& to);
 /// Radiance on a downstream face (frame order) after half a voxel more, from that on its last centres.
 void leave_face(const Frame&, int face, int d, const Scratch&, const std::array<float, 64>& radiance, float* to);
 
-/// moments[k] += sum over d of weight[k * batch + d] out[d], for `terms` arrays of 512 values.
-void accumulate(const Rows&, int terms, float* const* moments, const float* weight, const Scratch& s);
+/// moments[k] += sum over d of weight[k * batch + d] out[d], for `terms` arrays of 512 values. d as in expand(). `first`: moments hold
+/// nothing yet.
+void accumulate(const Rows&, int n, int terms, bool first, float* const* moments, const float* weight, const Scratch& s);
 
 /// n values, a multiple of eight: radiance e^-tau + q (1 - e^-tau), tau = sigma length.
 void leave(int n, const float* radiance, const float* sigma, const float* q, float length, float* result);

@@ -15,6 +15,7 @@ namespace vdbcloud {
 namespace {
 
 using block_sweep::batch;
+using block_sweep::group;
 using block_sweep::Layout;
 using block_sweep::Rows;
 using block_sweep::Scratch;
@@ -84,7 +85,7 @@ struct TransportSweep::Impl {
 
     void start(const SweepSet&, const SweepFields&, SweepResult& result);
     void take_basis(Batch&) const;
-    void sweep_block(const Batch&, const Sign&, size_t block, SweepResult& result);
+    void sweep_block(const Batch&, bool first, const Sign&, size_t block, SweepResult& result);
     void clear_inactive(SweepResult& result) const;
 
     const VoxelIndex& index;
@@ -105,11 +106,17 @@ void TransportSweep::Impl::start(const SweepSet& with, const SweepFields& of, Sw
     fields = &of;
     if (known != with.direction) {
         known = with.direction;
-        aprons.forget(with.count());
         tbb::parallel_for(0, 8, [&](int octant) { batches[octant] = batches_of(known, index.spacing(), signs(octant)); });
+        size_t width = group;
+        for (const auto& of_octant : batches)
+            if (!of_octant.empty() && of_octant[0].paths.size() > group) width = batch;
+        aprons.forget(with.count(), int(width));
     }
     result.moments.resize(size_t(with.moment_terms));
-    for (auto& moment : result.moments) moment.assign(blocks.slots(), 0.0f);
+    for (auto& moment : result.moments) {
+        moment.resize(blocks.slots());
+        std::fill(with.count() ? moment.end() - 512 : moment.begin(), moment.end(), 0.0f);  // the rest is written by the first batch
+    }
     tallies.clear();
 }
 
@@ -125,7 +132,7 @@ void TransportSweep::Impl::take_basis(Batch& to) const
     }
 }
 
-void TransportSweep::Impl::sweep_block(const Batch& with, const Sign& sign, size_t block, SweepResult& result)
+void TransportSweep::Impl::sweep_block(const Batch& with, bool first, const Sign& sign, size_t block, SweepResult& result)
 {
     Scratch s;
     const Aprons::Upstream upstream = aprons.upstream(sign, block);
@@ -134,7 +141,9 @@ void TransportSweep::Impl::sweep_block(const Batch& with, const Sign& sign, size
     float* moments[most_terms];
     for (int k = 0; k < set->source_terms; ++k) source[k] = (*fields->source)[size_t(k)].data() + block * 512;
     for (int k = 0; k < set->moment_terms; ++k) moments[k] = result.moments[size_t(k)].data() + block * 512;
-    block_sweep::expand(rows, set->source_terms, source, with.basis.data(), s);
+    if (set->moment_terms <= 16 && !first) block_sweep::fetch(rows, set->moment_terms, moments);  // they are needed last
+    const int n_paths = int(with.paths.size());
+    block_sweep::expand(rows, n_paths, set->source_terms, source, with.basis.data(), s);
     const block_sweep::Frame* last = nullptr;
     for (size_t d = 0; d < with.paths.size(); ++d) {
         const SweepPath& path = with.paths[d];
@@ -149,8 +158,8 @@ void TransportSweep::Impl::sweep_block(const Batch& with, const Sign& sign, size
         aprons.show(path, n, block, s);
         tallies.add(path.frame, n, block, set->direction[path.number], set->weight[path.number], s);
     }
-    for (size_t d = with.paths.size(); d < batch; ++d) std::fill_n(s.out[d], 512, 0.0f);
-    block_sweep::accumulate(rows, set->moment_terms, moments, with.weight.data(), s);
+    for (int d = n_paths; d % group != 0; ++d) std::fill_n(s.out[d], 512, 0.0f);
+    block_sweep::accumulate(rows, n_paths, set->moment_terms, first, moments, with.weight.data(), s);
 }
 
 void TransportSweep::Impl::clear_inactive(SweepResult& result) const
@@ -182,6 +191,7 @@ void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepRe
         throw InputError("a sweep of " + std::to_string(set.source_terms) + " source and " + std::to_string(set.moment_terms) +
                          " moment terms: expected 1 to 64");
     my.start(set, fields, result);
+    bool first = true;
     for (int octant = 0; octant < 8; ++octant) {
         if (my.batches[octant].empty()) continue;
         const Sign sign = signs(octant);
@@ -191,7 +201,8 @@ void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepRe
             my.take_basis(each);
             for (size_t level = 0; level + 1 < order.begin.size(); ++level)
                 tbb::parallel_for(order.begin[level], order.begin[level + 1],
-                                  [&](size_t n) { my.sweep_block(each, sign, size_t(order.block[n]), result); });
+                                  [&](size_t n) { my.sweep_block(each, first, sign, size_t(order.block[n]), result); });
+            first = false;
         }
     }
     my.clear_inactive(result);
