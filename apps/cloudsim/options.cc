@@ -61,7 +61,7 @@ private:
 void declare_effects(App& app, Options& o)
 {
     Overrides effect(app, o, "Effects, each on or off; what is off costs nothing");
-    effect.flag("momentum", PARAMETER(momentum), "off: the sounding's wind blows for ever, without pressure");
+    effect.flag("momentum", PARAMETER(momentum), "off: the sounding's wind blows for ever, without pressure; walls have none");
     effect.flag("buoyancy", PARAMETER(buoyancy), "warm air rises");
     effect.flag("moisture", PARAMETER(moisture), "water, cloud, saturation");
     effect.flag("latent-heat", PARAMETER(moist.latent_heat), "condensation warms");

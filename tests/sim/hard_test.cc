@@ -215,6 +215,20 @@ TEST(Hard, AWindOfManyCellsAStepIsSplitAndConserves)
     EXPECT_LE(largest(after), largest(before) * (1 + 1e-12));
 }
 
+TEST(Hard, AGivenWindDoesNotBlowAgainstWalls)
+{
+    Parameters p = moist({8, 12, 8}, {4000, 3000, 9000}, Precision::Double);
+    p.lattice.side = {Side::Wall, Side::Periodic};
+    p.momentum = false, p.rain = true;
+    p.noise = {5, 5e-3, never, 3};
+    p.cfl = 0.75;
+    auto sim = Simulation::make(p, {"wind", {0}, {300}, {0.012}, {20}, {5}, 0});
+    sim->advance_to(1800);
+    expect_kept(*sim);
+    EXPECT_EQ(largest(all(*sim, Quantity::U)), 0);
+    EXPECT_NEAR(sim->budget().speed_max, 5, 1e-12);
+}
+
 /// The air of a scene, and whether it is meant to hold cloud before anything happens.
 TEST(Hard, ScenesBeginInTheWeatherTheyAreNamedAfter)
 {

@@ -112,7 +112,8 @@ void check_sounding(const Sounding& s)
     }
 }
 
-/// The middle of the environment's theta_l, and water that is everywhere: exact in single precision, so that none is none.
+/// The middle of the environment's theta_l, and water that is everywhere at the start: exact in single precision, so that none is
+/// none.
 Reference reference_of(const std::vector<Level>& levels, const Parameters& p)
 {
     double low = never, high = -never, water = never;
@@ -120,6 +121,7 @@ Reference reference_of(const std::vector<Level>& levels, const Parameters& p)
         low = std::min(low, level.theta_env), high = std::max(high, level.theta_env);
         water = std::min(water, level.q_env);
     }
+    if (!p.momentum) water = 0;  // a given wind may converge: what is counted from 0 stays above it even there
     water -= p.noise.water;
     for (const Bubble& b : p.bubbles) water += std::min(0.0, b.water);
     return {0.5 * (low + high), std::max(0.0, double(float(water)))};
@@ -176,6 +178,10 @@ Column make_column(const Parameters& p, const Sounding& sounding)
     const auto at = [&](const std::vector<double>& f, double z) { return interpolate(sounding.z, f, z); };
     const auto theta_v = [&](double z) { return at(sounding.theta, z) * (1 + 0.608 * at(sounding.water, z)); };
 
+    // Without momentum there is no pressure that could stop a wind at walls.
+    const auto windless = [&](int axis) {
+        return p.lattice.flat(axis) || (!p.momentum && p.lattice.side[size_t(axis)] == Side::Wall);
+    };
     // Exner function at half levels by the midpoint of fine sub-layers, so that it hardly depends on dz.
     Column column;
     double z = 0, exner = std::pow(p0 / 1e5, kappa);
@@ -207,8 +213,8 @@ Column make_column(const Parameters& p, const Sounding& sounding)
         level.theta_env = at(sounding.theta, z);
         level.q_env = p.moisture ? at(sounding.water, z) : 0;
         column.level.push_back(level);
-        column.u.push_back(p.lattice.flat(0) ? 0 : at(sounding.u, z));
-        column.v.push_back(p.lattice.flat(1) ? 0 : at(sounding.v, z));
+        column.u.push_back(windless(0) ? 0 : at(sounding.u, z));
+        column.v.push_back(windless(1) ? 0 : at(sounding.v, z));
         column.rho_centre.push_back(p.anelastic ? density() : 1);
         climb((k + 1) * dz);
         exner = std::max(exner, 0.25);

@@ -61,7 +61,7 @@ struct Parameters {
     Precision precision = Precision::Float;
 
     // Which effects act. What is off allocates no field and runs no kernel.
-    bool momentum = true;     ///< off: the environment's wind blows for ever (no momentum, no pressure)
+    bool momentum = true;     ///< off: the environment's wind blows for ever, but not at walls (no momentum, no pressure)
     bool buoyancy = true;
     bool moisture = true;
     bool rain = false;        ///< Kessler 1969: autoconversion, accretion, evaporation, fall

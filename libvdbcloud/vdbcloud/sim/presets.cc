@@ -16,17 +16,19 @@ Lattice box(int nx, int ny, int nz, double h, double dz)
     return {{nx, ny, nz}, {h, h, dz}, {Side::Periodic, Side::Periodic}};
 }
 
-/// A warm field among cooler ones feeds one cloud; three moist bubbles start it within minutes.
+/// A warm field among cooler ones feeds one cloud; moist bubbles start it within minutes and give it turrets.
 Scene cumulus()
 {
     Scene s;
     Parameters& p = s.parameters;
     p.lattice = box(128, 128, 128, 32, 30);
     p.floor.heat = 0.03, p.floor.moisture = 3e-5;
-    p.floor.patches = {{{2050, 2050}, 1000, 0.22, 1.6e-4, 0}};
-    p.bubbles = {{{1700, 2000, 250}, 550, 350, 0.6, 7e-4, 0},
-                 {{2450, 2200, 250}, 450, 350, 0.5, 6e-4, 0},
-                 {{2100, 1550, 250}, 400, 300, 0.4, 5e-4, 0}};
+    p.floor.patches = {{{2050, 1950}, 1250, 0.14, 1.2e-4, 0}};
+    p.bubbles = {{{1700, 2000, 400}, 600, 450, 0.7, 1.3e-3, 0},
+                 {{2350, 2250, 350}, 500, 400, 0.6, 1.1e-3, 0},
+                 {{2150, 1500, 350}, 450, 350, 0.5, 1e-3, 0},
+                 {{1350, 1650, 300}, 350, 300, 0.5, 1e-3, 0},
+                 {{2750, 1800, 300}, 400, 300, 0.5, 9e-4, 0}};
     p.noise = {0.2, 1e-4, 800, 1};
     p.sponge = 0.02, p.sponge_depth = 0.15;
     return s;
@@ -39,8 +41,10 @@ Scene congestus()
     p.lattice = box(128, 128, 160, 64, 60);
     p.anelastic = p.rain = true;
     p.floor.heat = 0.04, p.floor.moisture = 5e-5;
-    p.floor.patches = {{{3900, 4100}, 1000, 0.7, 5e-4, 0}, {{5000, 3600}, 600, 0.5, 3e-4, 0}};
-    p.bubbles = {{{4000, 4050, 400}, 1200, 600, 1.0, 1e-3, 0}};
+    p.floor.patches = {{{3700, 4100}, 1400, 0.4, 3.5e-4, 0}, {{5000, 3700}, 900, 0.35, 3e-4, 0}};
+    p.bubbles = {{{3700, 4050, 500}, 1200, 600, 0.9, 1.2e-3, 0},
+                 {{4900, 3800, 450}, 900, 500, 0.7, 1e-3, 0},
+                 {{4200, 5000, 400}, 800, 500, 0.6, 9e-4, 0}};
     p.noise = {0.2, 1e-4, 1000, 1};
     p.sponge = 0.02, p.sponge_depth = 0.15;
     s.minutes = 30;
@@ -101,9 +105,9 @@ Scene paper()
     p.scalar_scheme = ScalarScheme::Upwind;
     p.momentum_scheme = MomentumScheme::Upwind;
     p.dt = 1;
-    p.floor.patches = {{{900, 1000}, 500, 0.4, 2e-4, 0}};
-    p.bubbles = {{{900, 1000, 300}, 700, 500, 1, 1e-3, 0}};
-    p.noise = {0.2, 2e-4, 1000, 1};
+    p.floor.patches = {{{900, 1050}, 900, 0.3, 3e-4, 0}};
+    p.bubbles = {{{800, 950, 450}, 900, 600, 0.9, 1.4e-3, 0}, {{1300, 1200, 400}, 500, 500, 0.8, 1.1e-3, 0}};
+    p.noise = {0.2, 6e-4, 1000, 1};
     return s;
 }
 
