@@ -146,7 +146,8 @@ void solve(app::App& app, P1solveOptions& o)
         drop_moments(file);
         put_grid(file, fields.phi);
         for (const auto& flux : fields.flux) put_grid(file, flux);
-        for (const auto& moment : fields.moments) put_grid(file, moment);
+        for (const auto& of_channel : fields.moments)
+            for (const auto& moment : of_channel) put_grid(file, moment);
     }
     app.write(o.output, file);
 }

@@ -27,20 +27,35 @@ Vec3SGridPtr vectors(app::App& app, const GridFile& file, const GridBasePtr& gri
     return nullptr;
 }
 
+/// The float grid called `name`; null if there is none, or one of another type.
+FloatGridPtr numbers(const GridFile& file, const std::string& name)
+{
+    const GridBasePtr grid = find_grid(file, name);
+    return grid ? gridPtrCast<FloatGrid>(grid) : nullptr;
+}
+
 /// The moments of degree 2 and more that the file holds without a gap.
 void add_moments(app::App& app, const GridFile& file, Volume& volume)
 {
     const int degree = int(get_number(*volume.phi, schema::degree, 1));
+    const bool shared = bool(numbers(file, schema::moment_name(2, 0, -1)));
     for (int l = 2; l <= degree; ++l) {
-        std::vector<Vec3SGridPtr> of_degree;
-        for (int m = -l; m <= l; ++m)
-            if (auto moment = vectors(app, file, find_grid(file, schema::moment_name(l, m)))) of_degree.push_back(moment);
-        if (int(of_degree.size()) < 2 * l + 1) {
+        std::array<std::vector<FloatGridPtr>, 3> of_degree;
+        size_t found = 0;
+        for (int c = 0; c < 3; ++c)
+            for (int m = -l; m <= l; ++m) {
+                const auto moment = numbers(file, schema::moment_name(l, m, shared ? -1 : c));
+                of_degree[size_t(c)].push_back(moment);
+                found += bool(moment);
+            }
+        if (found < size_t(3 * (2 * l + 1))) {
             app.warnings()(file.path + ": collided light was scattered to degree " + std::to_string(degree) +
                            " and is kept to degree " + std::to_string(l - 1) + ": the picture lacks the rest");
             return;
         }
-        volume.moments.insert(volume.moments.end(), of_degree.begin(), of_degree.end());
+        if (shared) volume.moment_scale = get_vector(*of_degree[0][0], schema::channel_scale, Vec3d(1.0));
+        for (size_t c = 0; c < 3; ++c)
+            volume.moments[c].insert(volume.moments[c].end(), of_degree[c].begin(), of_degree[c].end());
     }
 }
 

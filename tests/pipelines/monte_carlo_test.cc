@@ -109,6 +109,7 @@ protected:
         volume.phi = fields.phi;
         volume.flux = fields.flux;
         volume.moments = fields.moments;
+        volume.moment_scale = fields.moment_scale;
         volume.forward = g > 0 ? std::pow(g, degree + 1) : 0;
         volume.mean_cosine = (g - volume.forward) / (1 - volume.forward);
         IntegratorOptions how;

@@ -28,6 +28,16 @@ python=$(grep -A12 '"change": \[' report.json | grep -cE '^ *[0-9.e-]+,?$') || t
 moments() { p1solve "$1" --dry-run --json - -q -o x.vdb | grep -c '"name": "sh_' || true; }
 [ "$(moments one.vdb)" = 12 ] || fail "degree 3: $(moments one.vdb) moments of degree 2 and more, expected 12"
 p1solve one.vdb --g 0.85 --iterations 1 --reentry-rays 0 -q -o again.vdb
+# Channels with light of one colour share their moments, times what each is; other albedos have their own. The picture is the same.
+$solve --iterations 2 --degree 3 --sun 0.3,1,0.2 --sun-irradiance 3,2,1 -o tinted.vdb
+[ "$(moments tinted.vdb)" = 12 ] || fail "light of one tint: $(moments tinted.vdb) moments, expected 12"
+p1solve light.vdb --g 0.85 --reentry-rays 0 -q --iterations 2 --degree 3 --sun 0.3,1,0.2 --sun-irradiance 3,2,1 \
+    --albedo 0.999,0.999,0.998 -o apart.vdb
+[ "$(moments apart.vdb)" = 36 ] || fail "two albedos: $(moments apart.vdb) moments, expected 36"
+p1solve light.vdb --g 0.85 --reentry-rays 0 -q --iterations 2 --degree 3 --sun 0.3,1,0.2 --sun-irradiance 3,2,1 \
+    --albedo 0.999,0.999,0.999000001 -o same.vdb
+for f in tinted same; do render $f.vdb --resolution 24 --aov multiscatter -q -o $f.exr; done
+oiiotool tinted.exr same.exr --diff --fail 1e-3 --warn 1e-3 > /dev/null || fail "shared moments and moments apart give two pictures"
 [ "$(moments again.vdb)" = 0 ] || fail "moments of an earlier run were kept"
 $solve --iterations 1 --degree 3 --keep-moments 1 -o few.vdb
 [ "$(moments few.vdb)" = 0 ] || fail "--keep-moments 1 keeps moments"

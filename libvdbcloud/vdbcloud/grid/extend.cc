@@ -8,37 +8,50 @@
 
 namespace vdbcloud {
 
-Vec3SGridPtr extended(const Vec3SGrid& grid)
+namespace {
+
+openvdb::Vec3d wide(const openvdb::Vec3f& v) { return openvdb::Vec3d(v); }
+double wide(float v) { return v; }
+
+template<typename Grid>
+typename Grid::Ptr carried_on(const Grid& grid)
 {
+    using Tree = typename Grid::TreeType;
+    using Value = typename Grid::ValueType;
     openvdb::MaskTree mask(grid.tree(), false, true, openvdb::TopologyCopy());
     mask.voxelizeActiveTiles();
     openvdb::tools::dilateActiveValues(mask, 1, openvdb::tools::NN_FACE_EDGE_VERTEX, openvdb::tools::IGNORE_TILES);
-    auto tree = std::make_shared<openvdb::Vec3STree>(mask, grid.background(), grid.background(), openvdb::TopologyCopy());
-    std::vector<openvdb::Vec3STree::LeafNodeType*> leaves;
+    auto tree = std::make_shared<Tree>(mask, grid.background(), grid.background(), openvdb::TopologyCopy());
+    std::vector<typename Tree::LeafNodeType*> leaves;
     tree->getNodes(leaves);
     tbb::parallel_for(size_t(0), leaves.size(), [&](size_t n) {
-        openvdb::tree::ValueAccessor<const openvdb::Vec3STree> from(grid.tree());
+        openvdb::tree::ValueAccessor<const Tree> from(grid.tree());
         for (auto v = leaves[n]->beginValueOn(); v; ++v) {
             const openvdb::Coord ijk = v.getCoord();
-            openvdb::Vec3f value;
+            Value value;
             if (from.probeValue(ijk, value)) {
                 v.setValue(value);
                 continue;
             }
-            openvdb::Vec3d sum(0);
+            auto sum = wide(Value(0.0f));
             int count = 0;
             for (int d = 0; d < 27; ++d)
                 if (from.probeValue(ijk.offsetBy(d / 9 - 1, d / 3 % 3 - 1, d % 3 - 1), value)) {
-                    sum += openvdb::Vec3d(value);
+                    sum += wide(value);
                     ++count;
                 }
-            v.setValue(openvdb::Vec3f(sum / count));
+            v.setValue(Value(sum / count));
         }
     });
-    auto out = openvdb::Vec3SGrid::create(tree);
+    auto out = Grid::create(tree);
     out->setTransform(grid.transform().copy());
     out->setName(grid.getName());
     return out;
 }
+
+}  // namespace
+
+Vec3SGridPtr extended(const Vec3SGrid& grid) { return carried_on(grid); }
+FloatGridPtr extended(const FloatGrid& grid) { return carried_on(grid); }
 
 }  // namespace vdbcloud

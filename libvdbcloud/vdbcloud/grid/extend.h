@@ -8,5 +8,6 @@ namespace vdbcloud {
 /// its active neighbours'. A constant field stays that constant, so trilinear samples inside the medium's outermost
 /// cells do not fall towards the background. Active tiles are voxelised.
 Vec3SGridPtr extended(const Vec3SGrid& grid);
+FloatGridPtr extended(const FloatGrid& grid);
 
 }  // namespace vdbcloud

@@ -11,7 +11,7 @@
 // | transmittance_<light>  | float, or vec3s where extinction is coloured; exp(-tau) to the light | 1 |
 // | phi                    | vec3s | collided fluence, integral of L over the sphere, r g b     | 0          |
 // | flux_r, flux_g, flux_b | vec3s | collided flux, integral of s L, one spatial vector a colour | 0         |
-// | sh_<lm>                | vec3s | moments of collided radiance, degree 2 and more, r g b (grid/scatter_schema.h) | 0 |
+// | sh_<lm>, sh_<lm>_<rgb> | float | moments of collided radiance, degree 2 and more (grid/scatter_schema.h) | 0 |
 // | solid                  | float | level set of an opaque body, signed distance [world unit]  | +band      |
 //
 // Lengths are world units. Directions point along propagation, but `light_to`, which points towards the light.

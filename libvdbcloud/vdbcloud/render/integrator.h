@@ -25,8 +25,10 @@ struct Volume {
     std::vector<GridBasePtr> transmittance;
     Vec3SGridPtr phi;                  ///< collided fluence; may be null
     std::array<Vec3SGridPtr, 3> flux;  ///< collided flux of r, g, b; null where phi is
-    std::vector<Vec3SGridPtr> moments; ///< of collided radiance from degree 2 on, r g b, by rising l and m from -l to l: the
-                                       ///< harmonics of optics/spherical_harmonics.h about the world's axes; phi's transform
+    /// Of collided radiance from degree 2 on, for r, g, b, by rising l and m from -l to l: the harmonics of
+    /// optics/spherical_harmonics.h about the world's axes; phi's transform. Channels may share grids, each times its scale.
+    std::array<std::vector<FloatGridPtr>, 3> moments;
+    Vec3d moment_scale{1, 1, 1};
     double forward = 0;      ///< delta scaling's f, 0: none. The image is then formed in the medium of extinction
                              ///< (1 - f albedo) sigma_t, and `transmittance` must belong to that medium
     double mean_cosine = 0;  ///< g' of the medium phi and flux belong to

@@ -54,6 +54,20 @@ BrickMap extent_of(const Vec3SGrid& grid)
     return BrickMap(*largest);
 }
 
+void add_moments(const Volume& volume, PreparedVolume& prepared)
+{
+    const auto& [r, g, b] = volume.moments;
+    const int count = int(r.size());
+    while (harmonic_count(prepared.degree) - harmonic_count(1) < count) ++prepared.degree;
+    if (harmonic_count(prepared.degree) - harmonic_count(1) != count || g.size() != r.size() || b.size() != r.size())
+        throw InputError(std::to_string(count) + " moments of degree 2 and more: expected whole degrees, the same for each channel");
+    const size_t channels = g == r && b == r ? 1 : 3;
+    for (size_t c = 0; c < channels; ++c)
+        for (const auto& moment : volume.moments[c])
+            prepared.moments[c].push_back(std::make_unique<BrickMap>(*extended(*moment)));
+    prepared.moment_scale = volume.moment_scale;
+}
+
 bool same_channels(const Vec3d& v) { return v[0] == v[1] && v[1] == v[2]; }
 
 /// Whether all channels attenuate alike: the scaled medium's extinction depends on the albedo.
@@ -79,10 +93,7 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
         prepared.colour = map_of(volume.colour, 1);
         prepared.phi = carried_on(volume.phi);
         for (int c = 0; c < 3; ++c) prepared.flux[c] = carried_on(volume.flux[size_t(c)]);
-        for (const auto& moment : volume.moments) prepared.moments.push_back(carried_on(moment));
-        while (harmonic_count(prepared.degree) - harmonic_count(1) < int(volume.moments.size())) ++prepared.degree;
-        if (harmonic_count(prepared.degree) - harmonic_count(1) != int(volume.moments.size()))
-            throw InputError(std::to_string(volume.moments.size()) + " moments of degree 2 and more: expected whole degrees");
+        add_moments(volume, prepared);
         grey = grey && extinction_is_grey(volume);
         if (!shadow_rays) {
             if (volume.transmittance.size() != lights.size())
@@ -102,7 +113,7 @@ RayMedia::RayMedia(const PreparedScene& scene) : scene_(scene)
 {
     for (const auto& v : scene.volumes) {
         first_.push_back(rays_.size());
-        weights_.emplace_back(v.moments.size());
+        weights_.emplace_back(v.moments[0].size());
         for (size_t n = 0; n < maps_before_lights + v.light_depth.size(); ++n)
             rays_.emplace_back(v.density.index_from_world(), WorldRay{Vec3d(0), Vec3d(0, 0, 1)});
     }
@@ -119,7 +130,7 @@ void RayMedia::set(const WorldRay& ray)
                                   v.flux[0].get(), v.flux[1].get(), v.flux[2].get()};
         for (size_t m = 0; m < 6; ++m)
             if (maps[m]) to[m + 1] = IndexRay(maps[m]->index_from_world(), ray);
-        if (!v.moments.empty()) {
+        if (!v.moments[0].empty()) {
             std::vector<double> y(size_t(harmonic_count(v.degree)));
             evaluate_harmonics(v.degree, -ray.direction, y.data());
             for (int l = 2; l <= v.degree; ++l)
@@ -199,9 +210,19 @@ Vec3d RayMedia::collided(size_t volume, double t) const
         if (v.flux[c] && v.mean_cosine != 0)
             sum[c] += 3 * v.mean_cosine * (-ray_.direction).dot(v.flux[c]->sample3(ray_of(volume, size_t(4 + c)).at(t)));
     sum /= 4 * M_PI;
-    for (size_t k = 0; k < v.moments.size(); ++k)
-        if (weights_[volume][k] != 0) sum += weights_[volume][k] * v.moments[k]->sample3(ray_of(volume, 3).at(t));
-    return sum;
+    const auto& weights = weights_[volume];
+    if (weights.empty()) return sum;
+    const Vec3d p = ray_of(volume, 3).at(t);
+    Vec3d higher(0.0);
+    for (int c = 0; c < 3; ++c) {
+        if (c > 0 && v.moments[c].empty()) {  // one for all
+            higher[c] = higher[0];
+            continue;
+        }
+        for (size_t k = 0; k < weights.size(); ++k)
+            if (weights[k] != 0) higher[c] += weights[k] * v.moments[c][k]->sample(p);
+    }
+    return sum + v.moment_scale * higher;
 }
 
 Vec3d RayMedia::extinction(size_t volume, const Vec3d& albedo) const

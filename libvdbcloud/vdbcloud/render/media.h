@@ -22,7 +22,9 @@ struct PreparedVolume {
     double forward = 0;     ///< share f of the scattered light that the scaled medium counts as unscattered
     double mean_cosine = 0; ///< g' of the scaled medium, for the flux term of multiple scattering
     std::unique_ptr<BrickMap> colour, emission, phi, flux[3];
-    std::vector<std::unique_ptr<BrickMap>> moments;  ///< of degree 2 and more, sampled where phi is
+    /// Of degree 2 and more, sampled where phi is: r, g, b; r alone where all share one.
+    std::vector<std::unique_ptr<BrickMap>> moments[3];
+    Vec3d moment_scale{1, 1, 1};
     int degree = 1;         ///< of the last of them
     std::vector<std::unique_ptr<BrickMap>> light_depth;  ///< -log T towards each light
 };

@@ -67,14 +67,7 @@ public:
             fields.flux[c]->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
             stamp(*fields.flux[c]);
         }
-        for (int l = 2; l <= std::min(closure_degree(), o_.keep_moments); ++l)
-            for (int m = -l; m <= l; ++m) {
-                const size_t k = size_t(harmonic(l, m));
-                std::array<const float*, 3> of;
-                for (int c = 0; c < 3; ++c) of[c] = moments_[source_of(c)][k].data();
-                fields.moments.push_back(index_.to_grid(of, schema::moment_name(l, m), scales()));
-                stamp(*fields.moments.back());
-            }
+        moment_grids(fields);
         return fields;
     }
 
@@ -329,6 +322,24 @@ private:
         for (int a = 1; a < 3; ++a)
             if (std::abs(index_.axis(a)[o_.closure.polar]) > std::abs(index_.axis(nearest)[o_.closure.polar])) nearest = a;
         return nearest;
+    }
+
+    void moment_grids(ScatterFields& fields) const
+    {
+        const bool shared = source_of(1) == 0 && source_of(2) == 0;
+        if (shared) fields.moment_scale = scales();
+        for (int c = 0; c < (shared ? 1 : 3); ++c)
+            for (int l = 2; l <= std::min(closure_degree(), o_.keep_moments); ++l)
+                for (int m = -l; m <= l; ++m) {
+                    std::vector<float> moment = moments_[source_of(c)][size_t(harmonic(l, m))];
+                    const double scale = shared ? 1 : report_.channel[c].scale;
+                    for (float& value : moment) value = float(scale * value);
+                    const auto grid = index_.to_grid(moment.data(), schema::moment_name(l, m, shared ? -1 : c));
+                    stamp(*grid);
+                    if (shared) set_vector(*grid, schema::channel_scale, fields.moment_scale);
+                    fields.moments[c].push_back(grid);
+                }
+        if (shared) fields.moments[1] = fields.moments[2] = fields.moments[0];
     }
 
     /// Flux and higher moments of the sweeps, turned from the index axes to the world's.

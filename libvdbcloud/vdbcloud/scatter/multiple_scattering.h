@@ -55,7 +55,10 @@ struct ScatterReport {
 struct ScatterFields {
     Vec3SGridPtr phi;                  ///< null if there is no voxel above 0
     std::array<Vec3SGridPtr, 3> flux;  ///< of r, g, b; world components
-    std::vector<Vec3SGridPtr> moments; ///< of degree 2 and more (schema::moment_name), r g b, harmonics about the world's axes
+    /// Of degree 2 and more (schema::moment_name) for each channel, by rising l and m, harmonics about the world's axes. Channels that are
+    /// multiples of one solution share the grids of the first.
+    std::array<std::vector<FloatGridPtr>, 3> moments;
+    Vec3d moment_scale{1, 1, 1};       ///< what r, g, b are of their grids; not 1 only where they share them
 };
 
 /// Solves the P1 equations (p1_problem.h) for each channel of a medium lit by `lights`, a sky and emission.
