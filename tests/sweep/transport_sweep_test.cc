@@ -369,6 +369,34 @@ TEST(TransportSweep, AttenuatesABeamAtFirstOrder)
     EXPECT_LT(error[2], 5e-3);
 }
 
+TEST(TransportSweep, BalancesToFirstOrder)
+{
+    // What a glowing ball sends through its staircase of faces against what it emits and does not take back; hard and soft edge.
+    for (const auto& [hard, most] : {std::pair(true, 0.10), {false, 0.02}}) {
+        double defect[2];
+        for (int k = 0; k < 2; ++k) {
+            const int n = 16 << k;
+            const double h = 1.0 / n;
+            Medium m(test::voxel_field(Vec3i(n), Vec3d(h), [&, hard = hard](const Vec3i& p) {
+                const Vec3d x = (Vec3d(p.x(), p.y(), p.z()) + Vec3d(0.5)) * h - Vec3d(0.5);
+                const double inside = 1 - x.dot(x) / 0.2;
+                return inside < 0 ? 0.0 : hard ? 10.0 : 20 * inside;
+            }));
+            m.add_source([](const Vec3i&) { return std::sqrt(4 * 3.14159265358979323846); });
+            SweepResult result;
+            TransportSweep(m.index, m.faces).run(set_of(ordinates(OrdinateKind::Product, 32, 1), 0, 0, 0), m.fields(), result);
+            double gain = 0, out = 0;
+            for (size_t slot = 0; slot < m.index.blocks().count() * 512; ++slot)
+                gain += m.sigma[slot] * h * std::sqrt(4 * 3.14159265358979323846) *
+                        (std::sqrt(4 * 3.14159265358979323846) - result.moments[0][slot]);
+            for (const FaceTally& face : result.tally) out += face.current;
+            defect[k] = std::abs(out / gain - 1);
+        }
+        EXPECT_LT(defect[1], most) << hard;
+        EXPECT_GT(defect[0] / defect[1], 1.7) << hard << ' ' << defect[0] << ' ' << defect[1];
+    }
+}
+
 TEST(TransportSweep, RefusesPeriodicMediaAndSaysWhatTakesThem)
 {
     Medium m(test::voxel_field(Vec3i(8), Vec3d(1.0), [](const Vec3i&) { return 1.0; }), {true, false, false});

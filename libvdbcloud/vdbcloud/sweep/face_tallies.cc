@@ -1,6 +1,7 @@
 #include "vdbcloud/sweep/face_tallies.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace vdbcloud {
 
@@ -24,6 +25,30 @@ struct Places {
         }
     }
     int16_t padded[512], row[512];
+};
+
+/// The four voxels, and their weights, whose centres' plane light passed half a voxel before it meets the middle of a face; at
+/// most one voxel to the side, where light grazes.
+struct Origin {
+    Origin(const Frame& frame, int k, bool along, bool outward)
+    {
+        const int side[2] = {(k + 1) % 3, (k + 2) % 3};
+        const double across = std::abs(frame.step[frame.axis[size_t(k)]]);
+        float f[2];
+        for (int n = 0; n < 2; ++n)
+            f[n] = float(std::min(0.5 * std::abs(frame.step[frame.axis[size_t(side[n])]]) / std::max(across, 1e-30), along ? 0.0 : 1.0));
+        const auto before = [&](int n) { return -frame.sign[size_t(n)] * frame.stride[size_t(n)]; };
+        for (int n = 0; n < 4; ++n) {
+            at[n] = (along || outward ? 0 : before(k)) + (n & 1 ? before(side[0]) : 0) + (n & 2 ? before(side[1]) : 0);
+            weight[n] = (n & 1 ? f[0] : 1 - f[0]) * (n & 2 ? f[1] : 1 - f[1]);
+        }
+    }
+    float operator()(const float* radiance) const
+    {
+        return (weight[0] * radiance[at[0]] + weight[1] * radiance[at[1]]) + (weight[2] * radiance[at[2]] + weight[3] * radiance[at[3]]);
+    }
+    int at[4];
+    float weight[4];
 };
 
 }  // namespace
@@ -60,13 +85,13 @@ void FaceTallies::add(const Frame& frame, int d, size_t block, const Vec3d& dire
             const int axis = frame.axis[size_t(k)], face = 2 * axis + upper;
             const size_t end = begin_[block * 6 + size_t(face) + 1];
             const bool along = direction[axis] == 0, outward = !along && (upper ? 1 : -1) == frame.sign[size_t(k)];
-            const int offset = along || outward ? 0 : -frame.sign[size_t(k)] * frame.stride[size_t(k)];
+            const Origin origin(frame, k, along, outward);
             const float cosine = float(upper ? direction[axis] : -direction[axis]);
             const std::array<float, 3> factor{cosine * weight, weight, (cosine * cosine - 1.0f / 3) * weight};
             for (size_t first = begin_[block * 6 + size_t(face)]; first < end; first += chunk) {
                 const size_t count = std::min(chunk, end - first);
                 const uint16_t* slot = &slot_[first];
-                for (size_t n = 0; n < count; ++n) radiance[n] = s.radiance[places.padded[slot[n]] + offset];
+                for (size_t n = 0; n < count; ++n) radiance[n] = origin(s.radiance + places.padded[slot[n]]);
                 if (outward) {
                     const size_t rounded = (count + 7) / 8 * 8;
                     for (size_t n = 0; n < count; ++n) {

@@ -42,12 +42,22 @@ public:
     /// L on a face of an active voxel.
     double on_face(size_t slot, int face) const
     {
-        const int axis = face / 2, outward = face % 2 ? 1 : -1;
-        if (step_[axis] * outward > 0) return emergent(slot, axis);
+        const int axis = face / 2, outward = face % 2 ? 1 : -1, u = (axis + 1) % 3, v = (axis + 2) % 3;
         if (step_[axis] == 0) return radiance_[slot];
-        Vec3i before = blocks_.voxel(slot);
-        before[axis] += outward;
-        return value(before).radiance;
+        const bool leaves = step_[axis] * outward > 0;
+        const auto aside = [&](int a) { return std::min(0.5 * std::abs(step_[a] / step_[axis]), 1.0); };
+        double radiance = 0;  // where light passed the plane of centres
+        for (int n = 0; n < 4; ++n) {
+            Vec3i from = blocks_.voxel(slot);
+            if (!leaves) from[axis] += outward;
+            if (n & 1) from[u] -= step_[u] > 0 ? 1 : -1;
+            if (n & 2) from[v] -= step_[v] > 0 ? 1 : -1;
+            const double weight = (n & 1 ? aside(u) : 1 - aside(u)) * (n & 2 ? aside(v) : 1 - aside(v));
+            if (weight > 0) radiance += weight * value(from).radiance;
+        }
+        if (!leaves) return radiance;
+        const double e = std::exp(-0.5 * sigma_[slot] / std::abs(step_[axis]));
+        return radiance * e + q_[slot] * (1 - e);
     }
 
 private:
