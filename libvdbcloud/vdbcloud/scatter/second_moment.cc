@@ -1,6 +1,7 @@
 #include "vdbcloud/scatter/second_moment.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/scatter/mixing.h"
 
 #include <tbb/parallel_for.h>
 
@@ -24,16 +25,19 @@ void each_active(const Blocks& blocks, const F& f)
     });
 }
 
-/// ||a - b|| / ||a||, sums in a fixed order.
-double relative_change(const std::vector<double>& a, const std::vector<double>& b)
+/// Contraction as the mean of the last steps, as mixing does not make them alike, and what is left after the last one.
+void estimate_error(ClosureReport& report)
 {
-    double difference = 0, size = 0;
-    for (size_t n = 0; n < a.size(); ++n) {
-        difference += (a[n] - b[n]) * (a[n] - b[n]);
-        size += a[n] * a[n];
-    }
-    return size > 0 ? std::sqrt(difference / size) : 0.0;
+    const size_t n = report.change.size(), steps = std::min<size_t>(3, n - std::min<size_t>(n, 1));
+    report.error = -1;
+    if (steps == 0 || !(report.change[n - 1 - steps] > 0)) return;
+    report.contraction = std::pow(report.change[n - 1] / report.change[n - 1 - steps], 1.0 / double(steps));
+    if (report.contraction < 1) report.error = report.change[n - 1] * report.contraction / (1 - report.contraction);
 }
+
+/// What is mixed: phi where that alone is fed back, else phi and the moments of degree 1 too. Higher ones follow these in a sweep or two.
+constexpr int mixing_depth = 5;
+size_t mixed_arrays(double g) { return g == 0 ? 1 : 4; }
 
 Vec3d index_components(const VoxelIndex& index, const Vec3d& world)
 {
@@ -41,6 +45,8 @@ Vec3d index_components(const VoxelIndex& index, const Vec3d& world)
 }
 
 }  // namespace
+
+size_t mixing_bytes(size_t slots, double g) { return Mixing::bytes(slots, mixed_arrays(g), mixing_depth); }
 
 std::vector<ExposedVoxel> closure_exposed(const P1Operator& p1)
 {
@@ -237,9 +243,11 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const P1Source& base, std:
     const SweepFields fields{&sigma_, &source_};
     std::fill(swept_.moments[0].begin(), swept_.moments[0].end(), 0.0f);
     take_phi(phi);
+    Mixing mixing(index.blocks().slots(), mixed_arrays(p1_.medium().g), mixing_depth);
     for (int k = 0; k < o_.iterations && !report.converged; ++k) {
         const auto start = std::chrono::steady_clock::now();
         vdbcloud::report(o_.solve.progress, double(k) / o_.iterations);
+        mixing.before(swept_.moments);
         build_source();
         if (sweep)
             sweep->run(set_, fields, swept_);
@@ -247,21 +255,17 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const P1Source& base, std:
             reference_sweep(index, faces_, set_, fields, swept_);
         source = base;
         close(source);
-        const std::vector<double> before = phi;
         SolveOptions solve = o_.solve;
         solve.progress = {};
         report.solves.push_back(solve_p1(p1_, multigrid, source, phi, solve));
-        report.change.push_back(relative_change(phi, before));
         take_phi(phi);
-        report.seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        report.change.push_back(mixing.after(swept_.moments));
         ++report.iterations;
         report.converged = report.change.back() < o_.change;
+        if (!report.converged && report.iterations < o_.iterations) mixing.next(swept_.moments);
+        report.seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     }
-    report.error = -1;
-    if (const size_t n = report.change.size(); n >= 2 && report.change[n - 2] > 0) {
-        report.contraction = report.change[n - 1] / report.change[n - 2];
-        if (report.contraction < 1) report.error = report.change[n - 1] * report.contraction / (1 - report.contraction);
-    }
+    estimate_error(report);
     return report;
 }
 
@@ -269,7 +273,7 @@ size_t SecondMoment::bytes() const
 {
     const size_t slots = p1_.blocks().slots();
     return 4 * slots * (size_t(2 * terms_) + size_t(set_.moment_terms) + 1 + (emission_.empty() ? 0 : 1)) +
-           faces_.size() * (sizeof(SweepFace) + sizeof(FaceTally));
+           mixing_bytes(slots, p1_.medium().g) + faces_.size() * (sizeof(SweepFace) + sizeof(FaceTally));
 }
 
 }  // namespace vdbcloud

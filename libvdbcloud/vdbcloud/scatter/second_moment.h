@@ -12,7 +12,7 @@ struct ClosureOptions {
     OrdinateKind kind = OrdinateKind::Product;
     int polar = 1;        ///< index axis that the product set's polar cosine is measured from
     int degree = 1;       ///< of the scattering source's expansion and of the delta-M scaling, 1..7
-    double change = 1e-3; ///< stop when phi changes by less, root mean square relative to phi's
+    double change = 1e-3; ///< stop when an iteration changes collided light by less (ClosureReport::change)
     SolveOptions solve;
 };
 
@@ -21,12 +21,17 @@ struct ClosureReport {
     size_t directions = 0;        ///< of the set in use
     int iterations = 0;
     bool converged = false;       ///< the last change was below the one asked for
-    std::vector<double> change;   ///< of phi, each iteration
+    /// By each iteration, of the light it was given: of phi, and where scattering is not isotropic of the flux too, root mean square
+    /// relative to their own. It is the residual of the fixed point, so how the next start is mixed does not hide in it.
+    std::vector<double> change;
     std::vector<double> seconds;  ///< of each iteration
-    double contraction = 0;       ///< ratio of the last two changes
+    double contraction = 0;       ///< of the changes, the geometric mean of the last three at most
     double error = 0;             ///< estimate of what is left, change x contraction / (1 - contraction); -1: not known
     std::vector<SolveResult> solves;
 };
+
+/// Memory of the iteration's history.
+size_t mixing_bytes(size_t slots, double g);
 
 /// The exposed voxels that a closed P1 operator is to be made with: their weights brought towards 1 where a voxel is thick,
 /// w + (1 - w) x^2 / (1 + x^2), x = sigma_tr h. A face of small weight lets nothing out by the matrix, and what leaves is left to the
@@ -47,7 +52,9 @@ std::vector<ExposedVoxel> closure_exposed(const P1Operator&);
 ///
 /// and on exposed faces c = F.n - w (phi / 2 - 2 J). P1 owns phi: it is conservative at any optical depth of a voxel and
 /// converges in a few iterations at any albedo, where sweeps alone need hundreds. (P1's own F is not fed back: at g = 0.85
-/// that grows.) A white furnace stays exact: t and c are 0 in it.
+/// that grows.) A white furnace stays exact: t and c are 0 in it. The next sweep's start is mixed from the last few results (mixing.h):
+/// moments of degree 1 fall only by g_1' an iteration in thick parts, and among jumps of 1e6 the plain iteration may grow
+/// (Warsa, Wareing & Morel 2004). What is returned is P1's own solution and not a mixture.
 ///
 /// Source: Kajiya & Von Herzen 1984, section 4, is the equation; Lewis & Miller 1976 (second-moment method); Wiscombe 1977 (delta-M).
 class SecondMoment {
