@@ -36,7 +36,7 @@ void estimate_error(ClosureReport& report)
 }
 
 /// What is mixed: phi where that alone is fed back, else phi and the moments of degree 1 too. Higher ones follow these in a sweep or two.
-constexpr int mixing_depth = 5;
+int mixing_depth(double g) { return g == 0 ? 8 : 5; }
 size_t mixed_arrays(double g) { return g == 0 ? 1 : 4; }
 
 Vec3d index_components(const VoxelIndex& index, const Vec3d& world)
@@ -46,7 +46,7 @@ Vec3d index_components(const VoxelIndex& index, const Vec3d& world)
 
 }  // namespace
 
-size_t mixing_bytes(size_t slots, double g) { return Mixing::bytes(slots, mixed_arrays(g), mixing_depth); }
+size_t mixing_bytes(size_t slots, double g) { return Mixing::bytes(slots, mixed_arrays(g), mixing_depth(g)); }
 
 std::vector<ExposedVoxel> closure_exposed(const P1Operator& p1)
 {
@@ -243,7 +243,7 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const P1Source& base, std:
     const SweepFields fields{&sigma_, &source_};
     std::fill(swept_.moments[0].begin(), swept_.moments[0].end(), 0.0f);
     take_phi(phi);
-    Mixing mixing(index.blocks().slots(), mixed_arrays(p1_.medium().g), mixing_depth);
+    Mixing mixing(index.blocks().slots(), mixed_arrays(p1_.medium().g), mixing_depth(p1_.medium().g));
     for (int k = 0; k < o_.iterations && !report.converged; ++k) {
         const auto start = std::chrono::steady_clock::now();
         vdbcloud::report(o_.solve.progress, double(k) / o_.iterations);
