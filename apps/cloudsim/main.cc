@@ -7,6 +7,7 @@
 // Cumulus convection after Kajiya and Von Herzen 1984, section 5.1: condensed water is the density to render.
 #include "options.h"
 
+#include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/sim/checkpoint.h"
 
@@ -46,7 +47,7 @@ nlohmann::json as_json(const sim::Budget& b, int frame)
             {"water_drift", b.water_drift}, {"water_min", b.water_min}, {"water_max", b.water_max},
             {"theta_mean", b.theta_mean}, {"theta_drift", b.theta_drift}, {"theta_min", b.theta_min},
             {"theta_max", b.theta_max}, {"divergence", b.divergence}, {"new_extrema", b.new_extrema},
-            {"rain_fallen", b.rain_fallen}, {"kinetic", b.kinetic}, {"fault", b.fault}};
+            {"water_corrected", b.water_corrected}, {"rain_fallen", b.rain_fallen}, {"kinetic", b.kinetic}, {"fault", b.fault}};
 }
 
 std::string as_line(const sim::Budget& b, int frame)
@@ -58,13 +59,24 @@ std::string as_line(const sim::Budget& b, int frame)
     return text;
 }
 
-/// Where the JSON lines go: appended when a run goes on.
+/// Where the JSON lines go. A run that goes on after frame `last` keeps the lines up to it, and writes later ones anew.
 class Log {
 public:
-    Log(const std::string& path, bool append) : path_(path)
+    Log(const std::string& path, int last) : path_(path)
     {
         if (path.empty() || path == "-") return;
-        file_.open(path, append ? std::ios::app : std::ios::trunc);
+        std::string kept;
+        if (last >= 0) {
+            std::ifstream old(path);
+            for (std::string line; std::getline(old, line);) {
+                const auto entry = nlohmann::json::parse(line, nullptr, false);
+                if (entry.is_object() && entry.value("frame", last + 1) <= last) kept += line + "\n";
+            }
+        }
+        AtomicFile whole(path);
+        std::ofstream(whole.name()) << kept;
+        whole.commit();
+        file_.open(path, std::ios::app);
         if (!file_) throw IoError(path + ": cannot write the log");
     }
     void line(const nlohmann::json& line)
@@ -140,7 +152,7 @@ void run(app::App& app, const app::Options& o)
     const bool resumed = !o.resume.empty() && std::filesystem::exists(o.resume);
     if (resumed) first = sim::read_checkpoint(o.resume, *sim, scene.sounding);
     else initialise(app, o, *sim);
-    Log log(o.log, resumed);
+    Log log(o.log, first);
 
     sim::FrameOptions frame;
     frame.y_up = o.y_up, frame.unpruned = o.unpruned;

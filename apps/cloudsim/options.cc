@@ -150,6 +150,8 @@ void declare_numerics(App& app, Options& o)
     numeric.number("--dt-max", PARAMETER(dt_max), "never longer [s]")->check(positive);
     app.add_flag("--huge-dt", o.huge_dt, "semi-Lagrangian steps of --dt, or a frame, whatever their length: stable, but "
                                          "nothing is conserved")->group(group);
+    numeric.flag("maccormack", PARAMETER(maccormack), "--huge-dt of second order in space, for twice the time");
+    numeric.flag("fix-budget", PARAMETER(fix_budget), "--huge-dt gives what it loses of heat and water back to all cells");
 }
 
 void declare_output(App& app, Options& o)

@@ -95,11 +95,11 @@ TEST(Cloudsim, SparseFramesHoldTheCloudAlone)
 TEST(Cloudsim, GoesOnAfterAKillWithTheSameFrames)
 {
     const Scratch scratch;
-    ASSERT_EQ(cloudsim(with(wet, {"-o", scratch / "a%d.vdb"})).status, 0);
+    ASSERT_EQ(cloudsim(with(wet, {"-o", scratch / "a%d.vdb", "--log", scratch / "a.log"})).status, 0);
     const Words kept = with(wet, {"-o", scratch / "b%d.vdb", "--checkpoint", scratch / "state", "--resume", scratch / "state",
-                                  "--checkpoint-every", "1"});
+                                  "--checkpoint-every", "2", "--log", scratch / "b.log"});
     RunOptions kill;
-    kill.until = "frame 2";
+    kill.until = "frame 3";  // after the checkpoint of frame 2: frame 3 is made, and logged, again
     kill.signal = SIGKILL;
     EXPECT_EQ(cloudsim(kept, kill).status, 128 + SIGKILL);
     EXPECT_EQ(cloudsim(kept).status, 0);
@@ -108,6 +108,7 @@ TEST(Cloudsim, GoesOnAfterAKillWithTheSameFrames)
                                     scratch / (std::string("b") + number + ".vdb")});
         EXPECT_EQ(same.status, 0) << number << ' ' << same.out << same.err;
     }
+    EXPECT_EQ(read_text(scratch / "a.log"), read_text(scratch / "b.log"));
     // Another run's checkpoint is refused with the parameter that differs.
     const RunResult other = cloudsim(with(kept, {"--theta0", "299"}));
     EXPECT_EQ(other.status, 2);

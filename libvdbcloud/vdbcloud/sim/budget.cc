@@ -122,6 +122,7 @@ template<typename T> Budget Model<T>::budget() const
 {
     Budget b;
     b.time = time_, b.steps = steps_, b.retries = retries_, b.dt = dt_, b.rain_fallen = rain_fallen_;
+    b.water_corrected = water_corrected_;
     double cells = 0, grown = 0;
     for (const double rho : rho_.centre) cells += rho * lattice_.n[0] * lattice_.n[1];
     bool sourced = false;

@@ -99,6 +99,7 @@ std::vector<std::pair<std::string, std::string>> describe(const Parameters& p, c
     word("time_scheme", {"euler", "rk2", "rk3", "huge"}, int(p.time_scheme));
     word("scalar_scheme", {"upwind", "koren", "limited5", "plain5"}, int(p.scalar_scheme));
     word("momentum_scheme", {"upwind", "upwind5"}, int(p.momentum_scheme));
+    flag("maccormack", p.maccormack), flag("fix_budget", p.fix_budget);
     number("cfl", p.cfl), number("dt", p.dt), number("dt_max", p.dt_max);
     flag("momentum", p.momentum), flag("buoyancy", p.buoyancy), flag("moisture", p.moisture), flag("rain", p.rain);
     flag("anelastic", p.anelastic), flag("dye", p.dye), flag("subgrid", p.subgrid);

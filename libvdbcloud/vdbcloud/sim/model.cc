@@ -33,7 +33,7 @@ template<typename T>
 Model<T>::Model(const Parameters& p, const Sounding& s)
     : Simulation(p, s), lattice_(p.lattice), rho_{column_.rho_centre, column_.rho_face}
 {
-    const int count = p.time_scheme == TimeScheme::Rk3 ? 3 : 2;
+    const int count = state_arrays(p);
     const auto allocate = [&](Variable<T>& v, Quantity q, Place place, int arrays) {
         v.quantity = q, v.place = place;
         for (int i = 0; i < arrays; ++i) v.a[size_t(i)] = Field<T>(lattice_);

@@ -99,6 +99,10 @@ private:
     // microphysics.cc, semi_lagrangian.cc
     void rain(double dt);
     void huge_step(double dt);
+    void huge_buoyancy(double dt);
+    void huge_transport(Variable<T>&, double dt);
+    void huge_sources(Variable<T>&, double dt);
+    void fix_budget(Variable<T>&);
 
     Lattice lattice_;
     BaseDensity rho_;
@@ -115,7 +119,7 @@ private:
     double time_ = 0, dt_ = 0, rate_ = 0;   // rate_: largest Courant rate [1/s]
     double stage_time_ = 0;                 // of the values a stage reads [s]
     uint64_t steps_ = 0, retries_ = 0;
-    double rain_fallen_ = 0;
+    double rain_fallen_ = 0, water_corrected_ = 0;
     bool started_ = false;
 };
 

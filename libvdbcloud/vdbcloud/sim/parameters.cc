@@ -127,10 +127,9 @@ Reference reference_of(const std::vector<Level>& levels, const Parameters& p)
     return {0.5 * (low + high), std::max(0.0, double(float(water)))};
 }
 
-/// Values of `state` arrays a prognostic field needs: its own, and one or two stages.
-int arrays(TimeScheme scheme) { return scheme == TimeScheme::Rk3 ? 3 : 2; }
-
 }  // namespace
+
+int state_arrays(const Parameters& p) { return p.time_scheme == TimeScheme::Rk3 || p.maccormack ? 3 : 2; }
 
 Sounding Sounding::uniform(double theta) { return {"uniform", {0}, {theta}, {0}, {0}, {0}, 0}; }
 
@@ -163,6 +162,10 @@ void check(const Parameters& p, const Sounding& sounding)
     if (!(p.cfl > 0 && p.cfl <= 0.75)) refuse("Courant number", p.cfl, "in (0, 0.75]");
     expect_from_zero("time step", p.dt);
     expect_finite_positive("longest time step", p.dt_max);
+    const bool open = p.lattice.side[0] == Side::Open || p.lattice.side[1] == Side::Open;
+    if ((p.maccormack || p.fix_budget) && p.time_scheme != TimeScheme::HugeStep)
+        throw InputError("MacCormack's correction and the fix of budgets belong to huge steps: expected them, or neither");
+    if (p.fix_budget && open) throw InputError("a fix of budgets with open sides: expected periodic sides or walls");
     if (p.rain && !p.moisture) throw InputError("rain without moisture: expected moisture, or no rain");
     if (p.radiation > 0 && !p.moisture) throw InputError("radiation of cloud without moisture: expected moisture");
     check_forcing(p);
@@ -257,7 +260,7 @@ size_t memory_needed(const Parameters& p)
     const auto padded = [&](int axis, int more) { return size_t(l.n[size_t(axis)] + (l.flat(axis) ? 0 : more)); };
     const size_t field = (padded(0, 12) + 7) / 8 * 8 * padded(1, 8) * padded(2, 8) * value;
     const size_t planes = size_t(l.n[0] + 2) * size_t(l.n[1]) * size_t(l.n[2]) * value;
-    const int stages = arrays(p.time_scheme);
+    const int stages = state_arrays(p);
     const int velocities = 1 + !l.flat(0) + !l.flat(1);
     const bool warm = p.buoyancy || p.moisture;
     int fields = velocities * (p.momentum ? stages : 1);

@@ -97,6 +97,8 @@ struct Parameters {
     /// pay for long steps with diffusion where the air is fastest, as a stage of 4/3 dt leaves them (1 / (4/3 cfl) - 1)
     /// of the slope behind: all of it at 0.375, half at 0.5, a fifteenth at 0.7.
     double cfl = 0.5;
+    bool maccormack = false;  ///< huge steps: second order in space, for twice the time
+    bool fix_budget = false;  ///< huge steps: what transport loses of heat, water and dye is given back to all cells
     double dt = 0;         ///< asked for [s]; split where it is over a limit; 0: as long as the limits allow
     double dt_max = 60;    ///< never longer [s] (adaptive)
 };
@@ -134,6 +136,8 @@ struct Effect {
     std::string needs;  ///< fields and work, in words
 };
 std::vector<Effect> effects(const Parameters&);
+/// Arrays that a prognostic field needs: its own, and one or two for stages.
+int state_arrays(const Parameters&);
 /// Bytes of all fields, from the same rules by which they are allocated.
 size_t memory_needed(const Parameters&);
 

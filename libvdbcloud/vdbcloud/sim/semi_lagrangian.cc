@@ -1,119 +1,201 @@
-// The step of any length: Stam 1999. Each value is fetched from where the air came from; nothing is conserved.
+// The step of any length: Stam 1999. Each value is fetched from where the air came from; nothing is conserved, unless what
+// is lost is given back to all cells.
 #include "vdbcloud/sim/model.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace vdbcloud::sim {
 
 namespace {
 
-/// Trilinear value at a position in index space, of a field at (0, 0, 0) = its own first point. Positions beyond the
-/// halo are wrapped or clamped first.
-template<typename T> double sample(const Field<T>& f, const Lattice& l, std::array<double, 3> x)
-{
-    const T* base = f.row(0, 0);
-    double weight[3][2];
+/// The eight points around a position, with their weights; fewer along flat axes.
+struct Support {
     ptrdiff_t offset = 0, step[3];
+    double weight[3][2];
+};
+
+/// Of a position in index space of a field whose first point is (0, 0, 0). Positions beyond the halo are wrapped or clamped.
+Support support(const Lattice& l, const ptrdiff_t (&stride)[3], const std::array<double, 3>& x)
+{
+    Support s;
     for (const size_t d : {0, 1, 2}) {
         const int n = l.n[d];
-        step[d] = f.stride(int(d));
+        s.step[d] = stride[d];
         if (l.flat(int(d))) {
-            weight[d][0] = 1, weight[d][1] = 0, step[d] = 0;
+            s.weight[d][0] = 1, s.weight[d][1] = 0, s.step[d] = 0;
             continue;
         }
         double at = x[d];
         if (d < 2 && l.side[d] == Side::Periodic) at -= n * std::floor(at / n);
         at = std::clamp(at, -1.0, double(n));  // after wrapping, too: of 1e20 cells no fraction is left
         const double floor_at = std::min(std::floor(at), double(n - 1));
-        weight[d][1] = at - floor_at, weight[d][0] = 1 - weight[d][1];
-        offset += ptrdiff_t(floor_at) * step[d];
+        s.weight[d][1] = at - floor_at, s.weight[d][0] = 1 - s.weight[d][1];
+        s.offset += ptrdiff_t(floor_at) * s.step[d];
     }
-    double sum = 0;
+    return s;
+}
+
+/// Calls f(weight, value) for the points around a position.
+template<typename T, typename F> void visit(const Field<T>& field, const Lattice& l, const std::array<double, 3>& x, const F& f)
+{
+    const Support s = support(l, {field.stride(0), field.stride(1), field.stride(2)}, x);
+    const T* base = field.row(0, 0) + s.offset;
     for (const int c : {0, 1})
         for (const int b : {0, 1})
             for (const int a : {0, 1}) {
-                const double w = weight[0][a] * weight[1][b] * weight[2][c];
-                if (w != 0) sum += w * double(base[offset + a * step[0] + b * step[1] + c * step[2]]);
+                const double w = s.weight[0][a] * s.weight[1][b] * s.weight[2][c];
+                if (w != 0) f(w, double(base[a * s.step[0] + b * s.step[1] + c * s.step[2]]));
             }
+}
+
+/// Trilinear value at a position.
+template<typename T> double sample(const Field<T>& f, const Lattice& l, const std::array<double, 3>& x)
+{
+    double sum = 0;
+    visit(f, l, x, [&](double weight, double value) { sum += weight * value; });
     return sum;
 }
 
 }  // namespace
 
-/// Forces, then transport along trajectories of the midpoint rule, then friction, then the projection. Stable stratification
-/// acts implicitly, w <- (w + dt B) / (1 + dt^2 N^2), so that no wave can grow; instability still grows, but
-/// the air fetched always lies between values that were there.
-template<typename T> void Model<T>::huge_step(double dt)
+/// Forces act implicitly where stratification is stable, w <- (w + dt B) / (1 + dt^2 N^2), so that no wave can grow; instability
+/// still grows, but the air fetched always lies between values that were there.
+template<typename T> void Model<T>::huge_buoyancy(double dt)
 {
     const auto [nx, ny, nz] = lattice_.n;
-    const Parameters& p = parameters_;
-    if (p.momentum && p.buoyancy) {
-        find_buoyancy(0);
-        Field<T>& w = wind_[2].a[0];
-        const double g = p.constants.g / p.constants.theta0;
-        for_blocks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
-            for (int k = std::max(1, k0); k < k1; ++k)
-                for (int j = 0; j < ny; ++j) {
-                    const T *above = pressure_->scratch().row(j, k), *below = pressure_->scratch().row(j, k - 1);
-                    for (int i = 0; i < nx; ++i) {
-                        const double n2 =
-                            g * (double(theta_.a[0](i, j, k)) - double(theta_.a[0](i, j, k - 1))) / lattice_.h[2];
-                        const double pushed = double(w(i, j, k)) + dt * 0.5 * (double(above[i]) + double(below[i]));
-                        w(i, j, k) = T(pushed / (1 + dt * dt * std::max(0.0, n2)));
-                    }
+    find_buoyancy(0);
+    Field<T>& w = wind_[2].a[0];
+    const double g = parameters_.constants.g / parameters_.constants.theta0;
+    for_blocks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
+        for (int k = std::max(1, k0); k < k1; ++k)
+            for (int j = 0; j < ny; ++j) {
+                const T *above = pressure_->scratch().row(j, k), *below = pressure_->scratch().row(j, k - 1);
+                for (int i = 0; i < nx; ++i) {
+                    const double n2 = g * (double(theta_.a[0](i, j, k)) - double(theta_.a[0](i, j, k - 1))) / lattice_.h[2];
+                    const double pushed = double(w(i, j, k)) + dt * 0.5 * (double(above[i]) + double(below[i]));
+                    w(i, j, k) = T(pushed / (1 + dt * dt * std::max(0.0, n2)));
                 }
-        });
-        for (Variable<T>* v : velocities()) fill_halo(lattice_, v->place, v->a[0]);
-        pressure_->project(wind_[0].a[0], wind_[1].a[0], wind_[2].a[0]);
-        finish_state(0);
-    }
+            }
+    });
+    for (Variable<T>* v : velocities()) fill_halo(lattice_, v->place, v->a[0]);
+    pressure_->project(wind_[0].a[0], wind_[1].a[0], wind_[2].a[0]);
+    finish_state(0);
+}
+
+/// Transport of one quantity along trajectories of the midpoint rule, from a[0] to a[1]. MacCormack's correction (Selle et al.
+/// 2008): what is brought there and back again differs from what was there by twice the error; clamped to the values it came from.
+template<typename T> void Model<T>::huge_transport(Variable<T>& v, double dt)
+{
+    const std::array<double, 3> shift{v.place == Place::FaceX ? 0.0 : 0.5, v.place == Place::FaceY ? 0.0 : 0.5,
+                                      v.place == Place::FaceZ ? 0.0 : 0.5};
+    const int width = v.place == Place::FaceX ? lattice_.faces(0) : lattice_.n[0];
+    const int rows = v.place == Place::FaceY ? lattice_.faces(1) : lattice_.n[1];
     const auto velocity_at = [&](const std::array<double, 3>& x, int d) {  // x in cells from the box's corner
         if (lattice_.flat(d)) return 0.0;
         std::array<double, 3> at{x[0] - 0.5, x[1] - 0.5, x[2] - 0.5};
         at[size_t(d)] += 0.5;
         return sample(wind_[size_t(d)].a[0], lattice_, at) / lattice_.h[size_t(d)];
     };
-    // Relaxation and diffusion that would overshoot in so long a step act as far as one step can take them.
-    const T tame = T(std::min(1.0, 1 / std::max(1e-30, dt * fastest_rate_)));
-    const auto transport = [&, nx = nx, ny = ny](Variable<T>& v) {
-        const std::array<double, 3> shift{v.place == Place::FaceX ? 0.0 : 0.5, v.place == Place::FaceY ? 0.0 : 0.5,
-                                          v.place == Place::FaceZ ? 0.0 : 0.5};
-        const int width = v.place == Place::FaceX ? lattice_.faces(0) : nx;
-        const int rows = v.place == Place::FaceY ? lattice_.faces(1) : ny;
-        const double least = -reference(v.quantity);
-        const bool water = v.quantity == Quantity::Water || v.quantity == Quantity::Rain || v.quantity == Quantity::Dye;
-        const double drag = v.place == Place::Centre ? 1 : std::exp(-dt / p.friction_time);
-        for_blocks(nz, 1, [&](int k, int) {
-            std::vector<T> source(static_cast<size_t>(width));
-            for (int j = 0; j < rows; ++j) {
-                std::fill(source.begin(), source.end(), T(0));
-                for (const auto& term : v.stiff) term(0, j, k, source.data());
-                for (T& rate : source) rate *= tame;
-                for (const auto& term : v.terms) term(0, j, k, source.data());
-                for (int i = 0; i < width; ++i) {
-                    const std::array<double, 3> here{i + shift[0], j + shift[1], k + shift[2]};
-                    std::array<double, 3> middle = here, origin = here;
-                    for (const int d : {0, 1, 2}) middle[size_t(d)] -= 0.5 * dt * velocity_at(here, d);
-                    for (const int d : {0, 1, 2}) origin[size_t(d)] -= dt * velocity_at(middle, d);
-                    for (const size_t d : {0, 1, 2}) {  // nothing comes through rigid walls
-                        if (d == 2 || lattice_.side[d] == Side::Wall)
-                            origin[d] = std::clamp(origin[d], std::min(0.5, shift[d]), lattice_.n[d] - std::min(0.5, shift[d]));
-                        origin[d] -= shift[d];
-                    }
-                    const double value = drag * sample(v.a[0], lattice_, origin) + dt * double(source[size_t(i)]);
-                    v.a[1](i, j, k) = T(water ? std::max(least, value) : value);
-                }
-            }
+    /// Where the air at a point is after `time`, less the shift.
+    const auto trace = [&](int i, int j, int k, double time) {
+        const std::array<double, 3> here{i + shift[0], j + shift[1], k + shift[2]};
+        std::array<double, 3> middle = here, end = here;
+        for (const int d : {0, 1, 2}) middle[size_t(d)] += 0.5 * time * velocity_at(here, d);
+        for (const int d : {0, 1, 2}) end[size_t(d)] += time * velocity_at(middle, d);
+        for (const size_t d : {0, 1, 2}) {  // nothing comes through rigid walls
+            if (d == 2 || lattice_.side[d] == Side::Wall)
+                end[d] = std::clamp(end[d], std::min(0.5, shift[d]), lattice_.n[d] - std::min(0.5, shift[d]));
+            end[d] -= shift[d];
+        }
+        return end;
+    };
+    const auto each = [&](const auto& f) {
+        for_blocks(lattice_.n[2], 1, [&](int k, int) {
+            for (int j = 0; j < rows; ++j)
+                for (int i = 0; i < width; ++i) f(i, j, k);
         });
     };
+    each([&](int i, int j, int k) { v.a[1](i, j, k) = T(sample(v.a[0], lattice_, trace(i, j, k, -dt))); });
+    if (!parameters_.maccormack) return;
+    fill_halo(lattice_, v.place, v.a[1]);
+    each([&](int i, int j, int k) {
+        const double back = sample(v.a[1], lattice_, trace(i, j, k, dt));
+        const double corrected = double(v.a[1](i, j, k)) + 0.5 * (double(v.a[0](i, j, k)) - back);
+        double low = never, high = -never;
+        visit(v.a[0], lattice_, trace(i, j, k, -dt), [&](double, double value) {
+            low = std::min(low, value), high = std::max(high, value);
+        });
+        v.a[2](i, j, k) = T(std::clamp(corrected, low, high));
+    });
+    v.a[1].swap(v.a[2]);
+}
+
+/// Friction and sources, onto a[1]. Relaxation and diffusion that would overshoot in so long a step act as far as one step
+/// can take them.
+template<typename T> void Model<T>::huge_sources(Variable<T>& v, double dt)
+{
+    const bool scalar = v.place == Place::Centre;
+    const double drag = scalar ? 1 : std::exp(-dt / parameters_.friction_time), least = -reference(v.quantity);
+    if (drag == 1 && v.terms.empty() && v.stiff.empty()) return;
+    const T tame = T(std::min(1.0, 1 / std::max(1e-30, dt * fastest_rate_)));
+    const int width = v.place == Place::FaceX ? lattice_.faces(0) : lattice_.n[0];
+    const int rows = v.place == Place::FaceY ? lattice_.faces(1) : lattice_.n[1];
+    std::vector<double> gained(size_t(lattice_.n[2]), 0.0);
+    for_blocks(lattice_.n[2], 1, [&](int k, int) {
+        std::vector<T> source(static_cast<size_t>(width));
+        for (int j = 0; j < rows; ++j) {
+            std::fill(source.begin(), source.end(), T(0));
+            for (const auto& term : v.stiff) term(0, j, k, source.data());
+            for (T& rate : source) rate *= tame;
+            for (const auto& term : v.terms) term(0, j, k, source.data());
+            T* out = v.a[1].row(j, k);
+            for (int i = 0; i < width; ++i) {
+                const double value = drag * double(out[i]) + dt * double(source[size_t(i)]);
+                out[i] = T(scalar && v.quantity != Quantity::Theta ? std::max(least, value) : value);
+                gained[size_t(k)] += dt * double(source[size_t(i)]) * rho_.centre[size_t(k)];
+            }
+        }
+    });
+    for (const double sum : gained) v.sources += sum;
+}
+
+/// Gives back what transport lost or made: heat by a shift of all cells, water and dye by a factor, which leaves none negative.
+template<typename T> void Model<T>::fix_budget(Variable<T>& v)
+{
+    double cells = 0;
+    for (const double rho : rho_.centre) cells += rho * lattice_.n[0] * lattice_.n[1];
+    const double from = reference(v.quantity), mean = extent(v).mean, wanted = v.start.mean + v.sources / cells;
+    const bool heat = v.quantity == Quantity::Theta;
+    if (!heat && !(mean + from > 0)) return;
+    const double factor = heat ? 1 : std::max(0.0, (wanted + from) / (mean + from));
+    const double add = heat ? wanted - mean : (factor - 1) * from;
+    for_blocks(lattice_.n[2], plane_grain(lattice_.n[2]), [&](int k0, int k1) {
+        for (int k = k0; k < k1; ++k)
+            for (int j = 0; j < lattice_.n[1]; ++j) {
+                T* row = v.a[0].row(j, k);
+                for (int i = 0; i < lattice_.n[0]; ++i) row[i] = T(factor * double(row[i]) + add);
+            }
+    });
+    if (v.quantity == Quantity::Water) water_corrected_ += std::abs(wanted - mean) / std::max(1e-12, wanted + from);
+}
+
+/// Forces, then transport, then friction and sources, then the projection.
+template<typename T> void Model<T>::huge_step(double dt)
+{
+    const Parameters& p = parameters_;
+    if (p.momentum && p.buoyancy) huge_buoyancy(dt);
     stage_time_ = time_;
     for (const auto& prepare : before_stage_) prepare(0);
-    for (Variable<T>* v : scalars()) transport(*v);
+    std::vector<Variable<T>*> moved = scalars();
     if (p.momentum)
-        for (Variable<T>* v : velocities()) transport(*v);
-    for (Variable<T>* v : scalars()) v->a[0].swap(v->a[1]);
+        for (Variable<T>* v : velocities()) moved.push_back(v);
+    for (Variable<T>* v : moved) huge_transport(*v, dt), huge_sources(*v, dt);
+    for (Variable<T>* v : moved) v->a[0].swap(v->a[1]);
+    if (p.fix_budget)
+        for (Variable<T>* v : {&theta_, &water_, &dye_})
+            if (*v) fix_budget(*v);
     if (p.momentum) {
-        for (Variable<T>* v : velocities()) v->a[0].swap(v->a[1]);
         for (Variable<T>* v : velocities()) fill_halo(lattice_, v->place, v->a[0]);
         pressure_->project(wind_[0].a[0], wind_[1].a[0], wind_[2].a[0]);
     }

@@ -33,6 +33,7 @@ struct Budget {
     double cloud_base = -1, cloud_top = -1;  ///< lowest and highest cell centre with q_l > 1e-5 [m], -1: no cloud
     double cloud_max = 0;      ///< largest q_l [kg/kg]
     double cloud_mean = 0;     ///< mean q_l [kg/kg]
+    double water_corrected = 0; ///< sum over steps of the water given back or taken by --fix-budget, of what there is
     double rain_fallen = 0;    ///< on the floor since the start [kg/m^2]
     double kinetic = 0;        ///< mean of |V|^2/2 [m^2/s^2]
     std::string fault;         ///< the first invariant out of its tolerance, in words; empty: all are kept

@@ -48,7 +48,7 @@ template<typename T> void Model<T>::get_cloud_plane(int k, double* out) const
 
 template<typename T> void Model<T>::save(std::ostream& out) const
 {
-    put(out, time_), put(out, dt_), put(out, rate_), put(out, steps_), put(out, retries_), put(out, rain_fallen_);
+    put(out, time_), put(out, dt_), put(out, rate_), put(out, steps_), put(out, retries_), put(out, rain_fallen_), put(out, water_corrected_);
     for (const Variable<T>* v : {&wind_[0], &wind_[1], &wind_[2], &theta_, &water_, &rain_, &dye_}) {
         put(out, v->sources), put(out, v->start);
         if (!*v) continue;
@@ -62,7 +62,7 @@ template<typename T> void Model<T>::save(std::ostream& out) const
 
 template<typename T> void Model<T>::restore(std::istream& in)
 {
-    take(in, time_), take(in, dt_), take(in, rate_), take(in, steps_), take(in, retries_), take(in, rain_fallen_);
+    take(in, time_), take(in, dt_), take(in, rate_), take(in, steps_), take(in, retries_), take(in, rain_fallen_), take(in, water_corrected_);
     for (Variable<T>* v : {&wind_[0], &wind_[1], &wind_[2], &theta_, &water_, &rain_, &dye_}) {
         take(in, v->sources), take(in, v->start);
         if (!*v) continue;
