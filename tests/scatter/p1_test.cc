@@ -42,8 +42,7 @@ struct Solved {
 Solved solve(const P1Operator& p1, P1Source& source, double tolerance = 1e-9, int max_iterations = 200)
 {
     Solved s;
-    const auto boundary = p1.boundary();
-    Multigrid multigrid(p1.stencil(), &boundary);
+    Multigrid multigrid(p1.stencil());
     SolveOptions options;
     options.tolerance = tolerance;
     options.max_iterations = max_iterations;

@@ -52,8 +52,7 @@ Result solve(const Cloud& c, const Lit& lit, ClosureOptions options)
     const P1Operator coarse(c.index, c.density, c.exposed, {lit.sigma, lit.w0, nullptr, lit.g, true, 1});
     const auto open = closure_exposed(coarse);
     const P1Operator p1(c.index, c.density, open, {lit.sigma, lit.w0, nullptr, lit.g, true, options.degree});
-    const auto boundary = p1.boundary(), boundary1 = coarse.boundary();
-    Multigrid multigrid(p1.stencil(), &boundary), multigrid1(coarse.stencil(), &boundary1);
+    Multigrid multigrid(p1.stencil()), multigrid1(coarse.stencil());
     Light sun;
     sun.to_light = lit.to_sun.unit();
     SecondMoment closure(p1, options);

@@ -29,8 +29,7 @@ struct Slab {
         P1Source source(p1);
         add_beam(p1, sources.beams[0].first, tau * p1.scaling(0).extinction, {{&source, sources.beams[0].second}});
         add_sky(p1, sources.sky, source);
-        const auto boundary = p1.boundary();
-        Multigrid multigrid(p1.stencil(), &boundary);
+        Multigrid multigrid(p1.stencil());
         std::vector<double> phi;
         SolveOptions options;
         options.tolerance = 1e-11;

@@ -227,11 +227,10 @@ private:
         }
         std::optional<Multigrid> multigrid;
         if (o_.solver == P1Solver::Multigrid) {
-            const auto boundary = p1.boundary();
-            multigrid.emplace(p1.stencil(), &boundary);
+            multigrid.emplace(p1.stencil());
             report_.levels = std::max(report_.levels, multigrid->levels());
         }
-        note_bytes(p1, sources.size(), (multigrid ? multigrid->bytes() : 0) + 24 * index_.blocks().slots());
+        note_bytes(p1, sources.size(), (multigrid ? multigrid->bytes() : 0) + 20 * index_.blocks().slots());
         for (size_t k = 0; k < sources.size(); ++k, ++done) {
             SolveOptions solve = o_.solve;
             solve.progress = [&](double f) { return part(0.3 + 0.7 * f); };
@@ -302,9 +301,8 @@ private:
             add_emission(fine, *emission(c), 1, base);
             closure.add_emission(*emission(c), 1);
         }
-        const auto boundary = fine.boundary();
-        Multigrid multigrid(fine.stencil(), &boundary);
-        note_bytes(fine, 3, multigrid.bytes() + closure.bytes() + 24 * index_.blocks().slots());
+        Multigrid multigrid(fine.stencil());
+        note_bytes(fine, 3, multigrid.bytes() + closure.bytes() + 20 * index_.blocks().slots());
         P1Source source(fine);
         report.closure = closure.run(multigrid, base, phi, source);
         for (const SolveResult& solve : report.closure.solves)

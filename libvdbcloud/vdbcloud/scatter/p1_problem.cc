@@ -68,15 +68,6 @@ P1Operator::P1Operator(const VoxelIndex& index, const std::vector<float>& densit
             if (voxel.faces >> face & 1) stencil_.extra[voxel.slot] += float(conductance(voxel, face / 2));
 }
 
-std::vector<float> P1Operator::boundary() const
-{
-    std::vector<float> g(blocks().slots(), 0.0f);
-    for (const ExposedVoxel& voxel : exposed_)
-        for (int face = 0; face < 6; ++face)
-            if (voxel.faces >> face & 1) g[voxel.slot] += float(conductance(voxel, face / 2));
-    return g;
-}
-
 DeltaScaling P1Operator::scaled(double albedo) const
 {
     return medium_.delta ? delta_scaling(albedo, medium_.g, medium_.degree) : no_scaling(albedo, medium_.g);

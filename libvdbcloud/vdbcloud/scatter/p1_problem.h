@@ -46,8 +46,6 @@ public:
     const std::vector<float>& density() const { return density_; }
     const std::vector<ExposedVoxel>& exposed() const { return exposed_; }
     const Stencil& stencil() const { return stencil_; }
-    /// The part of stencil().extra that is boundary conductance G.
-    std::vector<float> boundary() const;
 
     double hbar() const { return hbar_; }
     double face_area(int axis) const { return area_[axis]; }  ///< [hbar^2]

@@ -217,8 +217,7 @@ AlbedoSeries albedo_series(const VoxelIndex& index, const std::vector<float>& de
     P1Medium conservative = medium;
     conservative.albedo = 1;
     const P1Operator base(index, density, exposed, conservative);
-    const auto boundary = base.boundary();
-    Multigrid multigrid(base.stencil(), &boundary);
+    Multigrid multigrid(base.stencil());
     SolveOptions solve = options.solve;
     solve.tolerance = std::min(solve.tolerance, 1e-11);
 

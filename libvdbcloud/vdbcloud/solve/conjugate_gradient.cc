@@ -9,41 +9,15 @@ namespace vdbcloud {
 
 namespace {
 
-struct Sums {
-    double rz, apz;
-};
-
-/// r . z and Ap . z in one pass, ordered.
-Sums sums_with(const Blocks& blocks, const std::vector<double>& r, const std::vector<double>& ap, const std::vector<float>& z)
-{
-    std::vector<Sums> terms(blocks.count());
-    for_ranges(blocks.count(), [&](size_t first, size_t last) {
-        for (size_t block = first; block < last; ++block) {
-            double rz[8] = {}, apz[8] = {};
-            for (size_t row = block * 512; row < block * 512 + 512; row += 8)
-                for (int k = 0; k < 8; ++k) {
-                    rz[k] += r[row + k] * double(z[row + k]);
-                    apz[k] += ap[row + k] * double(z[row + k]);
-                }
-            Sums total{0, 0};
-            for (int k = 0; k < 8; ++k) total = {total.rz + rz[k], total.apz + apz[k]};
-            terms[block] = total;
-        }
-    });
-    Sums all{0, 0};
-    for (const Sums& term : terms) all = {all.rz + term.rz, all.apz + term.apz};
-    return all;
-}
-
 /// x += alpha p, r -= alpha Ap; returns r . r.
-double advance(const Blocks& blocks, double alpha, const std::vector<double>& p, const std::vector<double>& ap,
+double advance(const Blocks& blocks, double alpha, const std::vector<float>& p, const std::vector<double>& ap,
                std::vector<double>& x, std::vector<double>& r)
 {
     return ordered_sum(blocks.count(), [&](size_t block) {
         double rr[8] = {};
         for (size_t row = block * 512; row < block * 512 + 512; row += 8)
             for (int k = 0; k < 8; ++k) {
-                x[row + k] += alpha * p[row + k];
+                x[row + k] += alpha * double(p[row + k]);
                 r[row + k] -= alpha * ap[row + k];
                 rr[k] += r[row + k] * r[row + k];
             }
@@ -54,14 +28,15 @@ double advance(const Blocks& blocks, double alpha, const std::vector<double>& p,
 }
 
 /// p = z + beta p.
-void add_direction(const Blocks& blocks, const std::vector<float>& z, double beta, std::vector<double>& p)
+void add_direction(const Blocks& blocks, const std::vector<float>& z, float beta, std::vector<float>& p)
 {
     for_ranges(blocks.count(), [&](size_t first, size_t last) {
-        for (size_t slot = first * 512; slot < last * 512; ++slot) p[slot] = double(z[slot]) + beta * p[slot];
+        for (size_t slot = first * 512; slot < last * 512; ++slot) p[slot] = z[slot] + beta * p[slot];
     });
 }
 
-void clear_inactive(const Blocks& blocks, std::vector<double>& v)
+template<typename T>
+void clear_inactive(const Blocks& blocks, std::vector<T>& v)
 {
     for_ranges(blocks.count(), [&](size_t first, size_t last) {
         for (size_t slot = first * 512; slot < last * 512; ++slot)
@@ -70,12 +45,13 @@ void clear_inactive(const Blocks& blocks, std::vector<double>& v)
 }
 
 /// Removes the mean over the active voxels, and whatever the others hold.
-void remove_mean(const Blocks& blocks, std::vector<double>& v)
+template<typename T>
+void remove_mean(const Blocks& blocks, std::vector<T>& v)
 {
     clear_inactive(blocks, v);
     const double mean = sum(blocks, v.data()) / double(std::max<size_t>(1, blocks.active_count()));
     for (size_t slot = 0; slot < blocks.count() * 512; ++slot)
-        if (blocks.active(slot)) v[slot] -= mean;
+        if (blocks.active(slot)) v[slot] -= T(mean);
 }
 
 }  // namespace
@@ -88,14 +64,15 @@ SolveResult conjugate_gradient(const Stencil& a, Multigrid& multigrid, std::vect
     if (singular) remove_mean(blocks, b);
     std::vector<double>& r = b;
     const double norm = std::sqrt(dot(blocks, b.data(), b.data()));
-    std::vector<double> p(blocks.slots(), 0.0), ap(blocks.slots(), 0.0);
+    std::vector<float> p(blocks.slots(), 0.0f);
+    std::vector<double> ap(blocks.slots(), 0.0);
     double energy = 0, rr = norm * norm, alpha = 0, rz_before = 0;
     if (x.empty())
         x.assign(blocks.slots(), 0.0);
     else {
         clear_inactive(blocks, x);
         energy = apply(a, x, ap);
-        rr = advance(blocks, 1.0, p, ap, p, r);  // r = b - A x; p is 0 and stays so
+        rr = advance(blocks, 1.0, p, ap, x, r);  // r = b - A x; p is 0
     }
 
     SolveResult result;
@@ -106,16 +83,15 @@ SolveResult conjugate_gradient(const Stencil& a, Multigrid& multigrid, std::vect
         if (result.residual == 0) result.converged = true;
         if (result.converged || !std::isfinite(result.residual)) break;
 
-        const std::vector<float>& z = multigrid.cycle(r);
-        const auto [rz, apz] = sums_with(blocks, r, ap, z);
+        const auto [rz, apz] = multigrid.cycle(r, ap);
         result.error = energy > 0 ? std::sqrt(std::abs(rz) / energy) : 1.0;
         result.converged = result.residual <= options.tolerance && result.error <= options.tolerance;
         if (result.converged || result.iterations >= options.max_iterations || !(rz > 0)) break;
 
-        // beta by Polak and Ribiere, z . (r - r_before) / rz_before: rounding in the cycle makes it slightly
-        // unsymmetric, which this quotient forgives.
+        // beta by Polak and Ribiere, z . (r - r_before) / rz_before: the cycle is not quite the same
+        // operator each time, which this quotient forgives.
         const double beta = rz_before > 0 ? -alpha * apz / rz_before : 0.0;
-        add_direction(blocks, z, beta, p);
+        add_direction(blocks, multigrid.z(), float(beta), p);
         if (singular) remove_mean(blocks, p);
         alpha = rz / apply(a, p, ap);
         rr = advance(blocks, alpha, p, ap, x, r);

@@ -1,35 +1,48 @@
 #pragma once
-// The coarse levels of the multigrid: graphs of groups of voxels, joined only where they are strongly connected. Private to solve/.
-#include "vdbcloud/solve/stencil.h"
-
-#include <array>
-#include <vector>
+// One coarse level of the multigrid: its operator, its smoothing, its vectors. Private to solve/.
+#include "vdbcloud/solve/graph.h"
 
 namespace vdbcloud {
 
-/// A symmetric operator (A x)_i = extra_i x_i + sum_j c_ij (x_i - x_j) on unknowns with integer places, row by row.
 struct GraphLevel {
-    std::vector<uint32_t> begin;      ///< of each row in column and c; one more than there are unknowns
-    std::vector<int32_t> column;
-    std::vector<float> c;
-    std::vector<float> extra, inverse;  ///< inverse of the diagonal, 0 where there is none
-    std::vector<float> boundary;      ///< part of extra that is conductance to the outside; empty once the hierarchy is made
-    std::vector<Vec3i> place;         ///< empty once the hierarchy is made
-    std::vector<int32_t> parent;      ///< unknown of the next level
-    std::vector<float> b, x, other;
+    explicit GraphLevel(Graph);
 
-    size_t size() const { return extra.size(); }
+    Graph a;
+    std::vector<float> inverse;  ///< of the diagonal, 0 where there is none
+    std::vector<float> b, x;
+    std::vector<float> search, image, other;  ///< for the Krylov steps
+
+    size_t size() const { return a.size(); }
     size_t bytes() const;
 
-    /// Both Chebyshev steps on x (multigrid.h); from a zero guess if asked.
-    void smooth(bool zero_guess);
-    /// other = b - A x
-    void residual();
-};
+    /// Groups for the next level (aggregation.h); returns its operator.
+    Graph make_groups();
+    void drop_groups();
 
-/// Groups of 2x2x2 voxels, split into their strongly connected parts; `parent` takes the unknown of each active slot.
-GraphLevel coarse_level(const Stencil& fine, const std::vector<float>& boundary, std::vector<int32_t>& parent);
-/// The same of a level below, whose parent it fills.
-GraphLevel coarse_level(GraphLevel& fine);
+    /// Smooths b from zero into x; what is left of the residual goes to the groups.
+    void descend(std::vector<float>& coarse_b);
+    /// Adds the groups' correction to x and smooths.
+    void ascend(const std::vector<float>& coarse_x);
+    /// Smooths b from zero into x, before and after nothing.
+    void smooth_alone();
+
+    struct Products {
+        double x_ax, x_b, b_b;
+    };
+    /// ax = A x
+    Products apply(std::vector<float>& ax) const;
+    double x_image() const;
+    /// b -= step image; returns b . b.
+    double advance(float step);
+    /// x = s search + t x
+    void scale(float s, float t);
+
+private:
+    void smooth_from_zero();
+    void smooth();
+    std::vector<int32_t> group_;          // of the next level, -1 without one; empty on the last
+    std::vector<uint32_t> first_;         // where each group's members begin
+    std::vector<int32_t> member_;
+};
 
 }  // namespace vdbcloud

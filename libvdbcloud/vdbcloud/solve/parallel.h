@@ -3,6 +3,8 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -21,6 +23,13 @@ void for_ranges(size_t count, const F& f)
                       [&](const tbb::blocked_range<size_t>& r) { f(r.begin(), r.end()); });
 }
 
+/// Calls f(k) for k = 0..count, each a task of its own.
+template<typename F>
+void for_each(size_t count, const F& f)
+{
+    tbb::parallel_for(size_t(0), count, f);
+}
+
 /// Sum of f(k) over k = 0..count, each evaluated by any thread, added in order of k.
 template<typename F>
 double ordered_sum(size_t count, const F& f)
@@ -31,6 +40,35 @@ double ordered_sum(size_t count, const F& f)
     });
     double total = 0;
     for (double term : terms) total += term;
+    return total;
+}
+
+constexpr size_t rows_at_once = 512;
+
+/// Calls f(i) for each row of a graph.
+template<typename F>
+void for_rows(size_t count, const F& f)
+{
+    for_ranges((count + rows_at_once - 1) / rows_at_once, [&](size_t first, size_t last) {
+        for (size_t i = first * rows_at_once; i < std::min(count, last * rows_at_once); ++i) f(i);
+    });
+}
+
+/// f(i, sums) adds row i to n sums; those of rows_at_once rows are added in order.
+template<size_t n, typename F>
+std::array<double, n> ordered_row_sums(size_t count, const F& f)
+{
+    std::vector<std::array<double, n>> terms((count + rows_at_once - 1) / rows_at_once);
+    for_ranges(terms.size(), [&](size_t first, size_t last) {
+        for (size_t k = first; k < last; ++k) {
+            std::array<double, n> sums{};
+            for (size_t i = k * rows_at_once; i < std::min(count, (k + 1) * rows_at_once); ++i) f(i, sums.data());
+            terms[k] = sums;
+        }
+    });
+    std::array<double, n> total{};
+    for (const auto& term : terms)
+        for (size_t s = 0; s < n; ++s) total[s] += term[s];
     return total;
 }
 

@@ -18,12 +18,12 @@ Faces faces_of(const Stencil& a)
 
 namespace {
 
-__attribute__((target_clones("avx2", "default"))) double apply_block(const Faces& a, size_t block, const double* x,
-                                                                     double* y)
+template<typename T>
+VDBCLOUD_INLINE double apply_rows(const Faces& a, size_t block, const T* x, double* y)
 {
     alignas(64) double pad[pad_size];
     alignas(64) float lower_z[512];
-    load_padded(a.neighbours[block], block, pad, [x](size_t slot) __attribute__((always_inline)) { return x[slot]; });
+    load_padded(a.neighbours[block], block, pad, [x](size_t slot) __attribute__((always_inline)) { return double(x[slot]); });
     load_lower_z(a, block, lower_z);
     double* out = y + block * 512;
     double lanes[8] = {};
@@ -36,6 +36,17 @@ __attribute__((target_clones("avx2", "default"))) double apply_block(const Faces
     double total = 0;
     for (double lane : lanes) total += lane;
     return total;
+}
+
+__attribute__((target_clones("avx2", "default"))) double apply_block(const Faces& a, size_t block, const double* x, double* y)
+{
+    return apply_rows(a, block, x, y);
+}
+
+__attribute__((target_clones("avx2", "default"))) double apply_block_float(const Faces& a, size_t block, const float* x,
+                                                                           double* y)
+{
+    return apply_rows(a, block, x, y);
 }
 
 __attribute__((target_clones("avx2", "default"))) double dot_block(const double* a, const double* b)
@@ -65,18 +76,31 @@ double apply(const Stencil& a, const std::vector<double>& x, std::vector<double>
                        [&](size_t block) { return kernels::apply_block(faces, block, x.data(), y.data()); });
 }
 
+double apply(const Stencil& a, const std::vector<float>& x, std::vector<double>& y)
+{
+    const auto faces = kernels::faces_of(a);
+    return ordered_sum(a.blocks->count(),
+                       [&](size_t block) { return kernels::apply_block_float(faces, block, x.data(), y.data()); });
+}
+
 double dot(const Blocks& blocks, const double* a, const double* b)
 {
     return ordered_sum(blocks.count(), [&](size_t k) { return kernels::dot_block(a + k * 512, b + k * 512); });
 }
 
-double sum(const Blocks& blocks, const double* a)
+namespace {
+template<typename T>
+double sum_of(const Blocks& blocks, const T* a)
 {
     return ordered_sum(blocks.count(), [&](size_t k) {
         double total = 0;
-        for (int i = 0; i < Blocks::size; ++i) total += a[k * 512 + i];
+        for (int i = 0; i < Blocks::size; ++i) total += double(a[k * 512 + i]);
         return total;
     });
 }
+}  // namespace
+
+double sum(const Blocks& blocks, const double* a) { return sum_of(blocks, a); }
+double sum(const Blocks& blocks, const float* a) { return sum_of(blocks, a); }
 
 }  // namespace vdbcloud

@@ -25,9 +25,11 @@ struct Stencil {
 
 /// y = A x in double precision; returns x . y. Threads by TBB; the value does not depend on their number.
 double apply(const Stencil&, const std::vector<double>& x, std::vector<double>& y);
+double apply(const Stencil&, const std::vector<float>& x, std::vector<double>& y);
 
 /// Sum over all slots of a . b, in double, in a fixed order.
 double dot(const Blocks&, const double* a, const double* b);
 double sum(const Blocks&, const double* a);
+double sum(const Blocks&, const float* a);
 
 }  // namespace vdbcloud

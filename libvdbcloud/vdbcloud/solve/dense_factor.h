@@ -1,0 +1,19 @@
+#pragma once
+// The coarsest level of the multigrid, solved directly. Private to solve/.
+#include "vdbcloud/solve/graph.h"
+
+namespace vdbcloud {
+
+/// Cholesky factors of a graph's operator, in double. If it is singular (nothing absorbs or leaves), the last unknown of each part
+/// that hangs together is held at 0.
+class DenseFactor {
+public:
+    explicit DenseFactor(const Graph&);
+    /// x = A^-1 b
+    void solve(const std::vector<float>& b, std::vector<float>& x);
+
+private:
+    std::vector<double> factor_, work_;
+};
+
+}  // namespace vdbcloud

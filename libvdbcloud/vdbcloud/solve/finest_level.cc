@@ -1,0 +1,159 @@
+#include "vdbcloud/solve/finest_level.h"
+
+#include "vdbcloud/solve/block_kernels.h"
+#include "vdbcloud/solve/chebyshev.h"
+#include "vdbcloud/solve/parallel.h"
+
+namespace vdbcloud {
+
+using namespace kernels;
+using namespace chebyshev;
+
+namespace {
+
+#define VDBCLOUD_CLONES __attribute__((target_clones("avx2", "default")))
+
+/// Both smoothing steps from a zero guess, in one pass.
+VDBCLOUD_CLONES void smooth_from_zero(const Faces& a, const float* inverse, const double* b, float* x, size_t block)
+{
+    alignas(64) float pad[pad_size], lower_z[512];
+    load_padded(a.neighbours[block], block, pad,
+                [=](size_t slot) __attribute__((always_inline)) { return first_step * inverse[slot] * float(b[slot]); });
+    load_lower_z(a, block, lower_z);
+    for (int i = 0; i < 8; ++i)
+        for (int j = 0; j < 8; ++j) {
+            const size_t row = block * 512 + i * 64 + j * 8;
+            const float* v = pad + padded(i, j, 0);
+            float product[8];
+            row_apply(row_faces(a, block, lower_z, i, j), v, product);
+            for (int k = 0; k < 8; ++k)
+                x[row + k] = (1 + keep) * v[k] + second_step * inverse[row + k] * (float(b[row + k]) - product[k]);
+        }
+}
+
+/// The first step from x to y.
+VDBCLOUD_CLONES void smooth_first(const Faces& a, const float* inverse, const double* b, const float* x, float* y,
+                                  size_t block)
+{
+    alignas(64) float pad[pad_size], lower_z[512];
+    load_padded(a.neighbours[block], block, pad, [=](size_t slot) __attribute__((always_inline)) { return x[slot]; });
+    load_lower_z(a, block, lower_z);
+    for (int i = 0; i < 8; ++i)
+        for (int j = 0; j < 8; ++j) {
+            const size_t row = block * 512 + i * 64 + j * 8;
+            const float* v = pad + padded(i, j, 0);
+            float product[8];
+            row_apply(row_faces(a, block, lower_z, i, j), v, product);
+            for (int k = 0; k < 8; ++k) y[row + k] = v[k] + first_step * inverse[row + k] * (float(b[row + k]) - product[k]);
+        }
+}
+
+/// The second step: x1 is the first one's result, x its start and then the end. Adds up x . b and x . against.
+VDBCLOUD_CLONES Multigrid::Products smooth_second(const Faces& a, const float* inverse, const double* b, const double* against,
+                                                  const float* x1, float* x, size_t block)
+{
+    alignas(64) float pad[pad_size], lower_z[512];
+    load_padded(a.neighbours[block], block, pad, [=](size_t slot) __attribute__((always_inline)) { return x1[slot]; });
+    load_lower_z(a, block, lower_z);
+    double xb[8] = {}, xa[8] = {};
+    for (int i = 0; i < 8; ++i)
+        for (int j = 0; j < 8; ++j) {
+            const size_t row = block * 512 + i * 64 + j * 8;
+            const float* v = pad + padded(i, j, 0);
+            float product[8];
+            row_apply(row_faces(a, block, lower_z, i, j), v, product);
+            for (int k = 0; k < 8; ++k) {
+                const float step = inverse[row + k] * (float(b[row + k]) - product[k]);
+                const float end = v[k] + keep * (v[k] - x[row + k]) + second_step * step;
+                x[row + k] = end;
+                xb[k] += double(end) * b[row + k];
+                xa[k] += double(end) * against[row + k];
+            }
+        }
+    Multigrid::Products total{0, 0};
+    for (int k = 0; k < 8; ++k) total = {total.residual + xb[k], total.against + xa[k]};
+    return total;
+}
+
+/// The residual of one block, summed over groups.
+VDBCLOUD_CLONES void restrict_residual(const Faces& a, const double* b, const float* x, const uint16_t* group, float* sums,
+                                       int groups, size_t block)
+{
+    alignas(64) float pad[pad_size], lower_z[512], left[512];
+    load_padded(a.neighbours[block], block, pad, [=](size_t slot) __attribute__((always_inline)) { return x[slot]; });
+    load_lower_z(a, block, lower_z);
+    for (int i = 0; i < 8; ++i)
+        for (int j = 0; j < 8; ++j) {
+            const int row = i * 64 + j * 8;
+            float product[8];
+            row_apply(row_faces(a, block, lower_z, i, j), pad + padded(i, j, 0), product);
+            for (int k = 0; k < 8; ++k) left[row + k] = float(b[block * 512 + size_t(row + k)]) - product[k];
+        }
+    for (int g = 0; g < groups; ++g) sums[g] = 0;
+    for (int i = 0; i < 512; ++i)
+        if (group[i] != VoxelGroups::none) sums[group[i]] += left[i];
+}
+
+/// 1 / diagonal, 0 where there is none.
+std::vector<float> inverse_diagonal(const Stencil& a)
+{
+    const Blocks& blocks = *a.blocks;
+    std::vector<float> inverse(blocks.slots(), 0.0f);
+    for_ranges(blocks.count(), [&](size_t first, size_t last) {
+        for (size_t slot = first * 512; slot < last * 512; ++slot) {
+            double diagonal = a.extra[slot];
+            for (int axis = 0; axis < 3; ++axis)
+                diagonal += double(a.face[axis][slot]) + a.face[axis][blocks.neighbour(slot, 2 * axis)];
+            if (diagonal > 0) inverse[slot] = float(1 / diagonal);
+        }
+    });
+    return inverse;
+}
+
+template<typename F>
+void each_block(const Blocks& blocks, const F& f)
+{
+    for_ranges(blocks.count(), [&](size_t first, size_t last) {
+        for (size_t block = first; block < last; ++block) f(block);
+    });
+}
+
+}  // namespace
+
+FinestLevel::FinestLevel(const Stencil& a)
+    : a_(a), groups_(group_voxels(a)), inverse_(inverse_diagonal(a)), x_(a.blocks->slots(), 0.0f), other_(a.blocks->slots(), 0.0f)
+{}
+
+size_t FinestLevel::bytes() const { return 4 * 3 * x_.size() + groups_.bytes(); }
+
+void FinestLevel::descend(const std::vector<double>& residual, std::vector<float>& coarse_b)
+{
+    const Faces a = faces_of(a_);
+    each_block(*a_.blocks, [&](size_t block) { smooth_from_zero(a, inverse_.data(), residual.data(), x_.data(), block); });
+    each_block(*a_.blocks, [&](size_t block) {
+        const int first = groups_.first[block], rows = groups_.first[block + 1] - first;
+        restrict_residual(a, residual.data(), x_.data(), groups_.of.data() + block * 512, coarse_b.data() + first, rows, block);
+    });
+}
+
+Multigrid::Products FinestLevel::ascend(const std::vector<double>& residual, const std::vector<float>& coarse_x,
+                                        const std::vector<double>& against)
+{
+    const Faces a = faces_of(a_);
+    each_block(*a_.blocks, [&](size_t block) {
+        const float* from = coarse_x.data() + groups_.first[block];
+        for (size_t slot = block * 512; slot < block * 512 + 512; ++slot)
+            if (groups_.of[slot] != VoxelGroups::none) x_[slot] += from[groups_.of[slot]];
+    });
+    each_block(*a_.blocks,
+               [&](size_t block) { smooth_first(a, inverse_.data(), residual.data(), x_.data(), other_.data(), block); });
+    std::vector<Multigrid::Products> terms(a_.blocks->count());
+    each_block(*a_.blocks, [&](size_t block) {
+        terms[block] = smooth_second(a, inverse_.data(), residual.data(), against.data(), other_.data(), x_.data(), block);
+    });
+    Multigrid::Products all{0, 0};
+    for (const auto& term : terms) all = {all.residual + term.residual, all.against + term.against};
+    return all;
+}
+
+}  // namespace vdbcloud
