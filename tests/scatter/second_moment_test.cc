@@ -317,8 +317,7 @@ double second_cube(int gap, double sigma, double emission_of_first)
     closure.add_emission(j, 1);
     P1Source base(p1), source(p1);
     add_emission(p1, j, 1, base);
-    const auto boundary = p1.boundary();
-    Multigrid multigrid(p1.stencil(), &boundary);
+    Multigrid multigrid(p1.stencil());
     std::vector<double> phi(c.index.blocks().slots(), 0.0);
     EXPECT_TRUE(closure.run(multigrid, base, phi, source).converged);
     double sum = 0;
