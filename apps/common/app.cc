@@ -81,7 +81,7 @@ void App::declare_shared()
     if (s.writes) {
         in(writing, add_choice<Compression>("--compression", s.compression, {{"blosc", Compression::Blosc},
                     {"zip", Compression::Zip}, {"none", Compression::None}}, "of the grids written"));
-        in(writing, add_flag("--half", s.half, "write density and Cd as 16-bit floats"));
+        in(writing, add_flag("--half", s.half, "write density, Cd and moments as 16-bit floats"));
         in(writing, add_option("--keep", s.keep, "grids to pass on that were not used here: all, none, or names a,b,c"));
     }
     if (s.stops)

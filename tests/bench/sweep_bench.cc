@@ -96,7 +96,8 @@ void sweeps(benchmark::State& state)
 {
     Medium& m = medium(Scene(state.range(0)), int(state.range(1)));
     const int degree = int(state.range(3)), terms = harmonic_count(degree);
-    const Ordinates o = ordinates(OrdinateKind::Product, int(state.range(2)), degree);
+    // Scattering of degree 1 takes moments to degree 2 for the closure.
+    const Ordinates o = ordinates(OrdinateKind::Product, int(state.range(2)), degree == 2 ? 1 : degree);
     SweepSet set;
     set.source_terms = 4;
     set.moment_terms = terms;
@@ -116,6 +117,7 @@ void sweeps(benchmark::State& state)
     for (auto _ : state) m.sweep->run(set, fields, result);
     const double voxels = double(m.index.blocks().active_count());
     state.counters["voxels"] = voxels;
+    state.counters["set"] = double(set.count());
     state.counters["fill"] = voxels / double(m.index.blocks().count() * 512);
     state.counters["faces"] = double(m.face_count) / voxels;
     state.counters["bytes"] = double(m.sweep->bytes()) / voxels;
@@ -128,7 +130,7 @@ BENCHMARK(sweeps)
     ->Args({Cumulus, 256, 32, 2, 2})
     ->Args({Cumulus, 128, 256, 2, 1})
     ->Args({Cumulus, 128, 256, 7, 1})
-    ->ArgsProduct({{Cumulus, Fractal}, {512}, {32}, {2}, {1}})
+    ->Args({Cumulus, 512, 32, 2, 1})
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace

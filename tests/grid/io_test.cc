@@ -83,7 +83,7 @@ TEST(GridIo, EqualGridsAreEqualBytes)
     EXPECT_EQ(a[29], '-');
 }
 
-TEST(GridIo, HalfIsForDensityAndColourAndTheLightFollows)
+TEST(GridIo, HalfIsForDensityColourAndMomentsAndTheLightFollows)
 {
     const auto density = ball("density"), light = ball("transmittance_sun"), phi = ball("temperature");
     const auto colour = Vec3SGrid::create(Vec3f(1));
@@ -92,11 +92,16 @@ TEST(GridIo, HalfIsForDensityAndColourAndTheLightFollows)
     light->setSaveFloatAsHalf(true);  // as a copy of a density's metadata would have it
     WriteOptions options;
     options.half = true;
-    auto back = again(file_of({density, light, phi, colour}), options);
+    const auto moment = ball("sh_2m1_r"), fluence = ball("phi");
+    set_text(*moment, "vdbcloud:density_digest", grid_digest(*density));
+    auto back = again(file_of({density, light, phi, colour, moment, fluence}), options);
     EXPECT_TRUE(back.grids[0]->saveFloatAsHalf());
     EXPECT_FALSE(back.grids[1]->saveFloatAsHalf());
     EXPECT_FALSE(back.grids[2]->saveFloatAsHalf());
     EXPECT_TRUE(back.grids[3]->saveFloatAsHalf());
+    EXPECT_TRUE(back.grids[4]->saveFloatAsHalf());
+    EXPECT_FALSE(back.grids[5]->saveFloatAsHalf());
+    EXPECT_EQ(get_text(*back.grids[4], "vdbcloud:density_digest", ""), grid_digest(*density_of(back)));
     EXPECT_EQ(grid_digest(static_cast<FloatGrid&>(*back.grids[1])), grid_digest(*light));
     const std::string rounded = grid_digest(*density_of(back));
     EXPECT_NE(rounded, grid_digest(*density));

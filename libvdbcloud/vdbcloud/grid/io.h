@@ -46,7 +46,7 @@ enum class Compression { Blosc, Zip, None };
 
 struct WriteOptions {
     Compression compression = Compression::Blosc;
-    bool half = false;       ///< density and Cd as 16-bit floats; an InputError if a value is above 65504
+    bool half = false;       ///< density, Cd and moments (scatter_schema.h) as 16-bit floats; an InputError if a value is above 65504
     bool no_clobber = false;  ///< refuse to replace a file that is there
 };
 

@@ -3,6 +3,7 @@
 #include "vdbcloud/grid/descriptor_stream.h"
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
 
 #include <openvdb/io/Archive.h>
@@ -53,6 +54,9 @@ bool is_density_or_colour(const std::string& name)
 {
     return is_one_of(name, schema::aliases(schema::density)) || is_one_of(name, schema::aliases(schema::colour));
 }
+
+/// Moments only colour what phi and flux carry.
+bool is_moment(const std::string& name) { return name.rfind(schema::moment_prefix, 0) == 0; }
 
 /// Results that a later stage reads back in full precision, whatever flag they inherited with a transform.
 bool is_result(const std::string& name)
@@ -125,14 +129,14 @@ std::vector<GridBasePtr> prepared(const GridFile& file, const WriteOptions& opti
         const auto grid = original->copyGrid();
         grid->setIsInWorldSpace(true);  // written as is_local_space = false
         grid->removeMeta(GridBase::META_FILE_DELAYED_LOAD);
-        if (options.half && is_density_or_colour(grid->getName())) grid->setSaveFloatAsHalf(true);
+        if (options.half && (is_density_or_colour(grid->getName()) || is_moment(grid->getName()))) grid->setSaveFloatAsHalf(true);
         if (is_result(grid->getName())) grid->setSaveFloatAsHalf(false);
         if (grid->saveFloatAsHalf()) check_half(*grid);
         grids.push_back(grid);
     }
     for (const auto& grid : grids) {
         const auto* density = dynamic_cast<const FloatGrid*>(grid.get());
-        if (density && density->saveFloatAsHalf()) follow_rounding(*density, grids);
+        if (density && density->saveFloatAsHalf() && !is_moment(grid->getName())) follow_rounding(*density, grids);
     }
     return grids;
 }

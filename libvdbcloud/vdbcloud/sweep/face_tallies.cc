@@ -84,6 +84,7 @@ void FaceTallies::add(const Frame& frame, int d, size_t block, const Vec3d& dire
         for (int upper = 0; upper < 2; ++upper) {
             const int axis = frame.axis[size_t(k)], face = 2 * axis + upper;
             const size_t end = begin_[block * 6 + size_t(face) + 1];
+            if (begin_[block * 6 + size_t(face)] == end) continue;
             const bool along = direction[axis] == 0, outward = !along && (upper ? 1 : -1) == frame.sign[size_t(k)];
             const Origin origin(frame, k, along, outward);
             const float cosine = float(upper ? direction[axis] : -direction[axis]);
