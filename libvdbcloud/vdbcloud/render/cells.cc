@@ -302,10 +302,15 @@ private:
     /// A light's beam, scattered once towards the eye.
     Vec3d scattered(size_t l, const Node& from, const Node& to, const std::vector<double>& depth) const
     {
+        const auto &p = from.light[l], &q = to.light[l];
+        const auto beyond = [&](size_t v) {
+            if (!scene_.volumes[v].peak) return Vec3d(1);
+            return media_.peak(l, v, (from.t + to.t) / 2, 0.5 * (from.volume[v].albedo + to.volume[v].albedo),
+                               0.5 * (from.tau + p.depth + to.tau + q.depth));
+        };
         Vec3d weight(0), mean(0);
         for (size_t v = 0; v < depth.size(); ++v)
-            if (depth[v] > 0) weight += scattering(v, from, to, depth) * media_.arriving(l, v, from.t, to.t);
-        const auto &p = from.light[l], &q = to.light[l];
+            if (depth[v] > 0) weight += scattering(v, from, to, depth) * media_.arriving(l, v, from.t, to.t) * beyond(v);
         for (int c = 0; c < channels_; ++c)
             mean[c] = mean_exponential(p.left[c], q.left[c], to.tau[c] + q.depth[c] - from.tau[c] - p.depth[c]);
         for (int c = channels_; c < 3; ++c) mean[c] = mean[0];

@@ -94,6 +94,9 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
         prepared.phi = carried_on(volume.phi);
         for (int c = 0; c < 3; ++c) prepared.flux[c] = carried_on(volume.flux[size_t(c)]);
         add_moments(volume, prepared);
+        const double g = prepared.phase.moment(1);
+        if (volume.phi && volume.forward > 0 && g > 0 && volume.medium.phase == PhaseKind::HenyeyGreenstein)
+            prepared.peak = std::make_unique<ForwardPeak>(g, std::max(1, int(std::lround(std::log(volume.forward) / std::log(g))) - 1));
         grey = grey && extinction_is_grey(volume);
         if (!shadow_rays) {
             if (volume.transmittance.size() != lights.size())
@@ -249,6 +252,19 @@ Vec3d RayMedia::arriving(size_t light, size_t volume, double t0, double t1) cons
     const double foot = (from.position - ray_.origin).dot(ray_.direction);
     const double b = std::max((from.position - ray_.at(foot)).length(), 0.01 * (t1 - t0));
     return p * from.irradiance * (std::atan2((t1 - foot), b) - std::atan2((t0 - foot), b)) / (b * (t1 - t0));
+}
+
+Vec3d RayMedia::peak(size_t light, size_t volume, double t, const Vec3d& albedo, const Vec3d& y) const
+{
+    const auto& v = scene_.volumes[volume];
+    if (!v.peak) return Vec3d(1);
+    const double c = cosine(scene_.lights[light], t);
+    Vec3d ratio;
+    for (int k = 0; k < 3; ++k) {
+        const bool known = k > 0 && albedo[k] == albedo[0] && y[k] == y[0];
+        ratio[k] = known ? ratio[0] : (*v.peak)(c, albedo[k] * y[k] / (1 - albedo[k] * v.forward));
+    }
+    return ratio;
 }
 
 void RayResult::clear(size_t lights)

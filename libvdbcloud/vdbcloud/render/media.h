@@ -3,6 +3,7 @@
 #include "vdbcloud/grid/brick_map.h"
 #include "vdbcloud/optics/cell_march.h"
 #include "vdbcloud/optics/phase_function.h"
+#include "vdbcloud/render/forward_peak.h"
 #include "vdbcloud/render/integrator.h"
 
 #include <deque>
@@ -26,6 +27,7 @@ struct PreparedVolume {
     std::vector<std::unique_ptr<BrickMap>> moments[3];
     Vec3d moment_scale{1, 1, 1};
     int degree = 1;         ///< of the last of them
+    std::unique_ptr<ForwardPeak> peak;  ///< of single scattering in a scaled medium with collided light
     std::vector<std::unique_ptr<BrickMap>> light_depth;  ///< -log T towards each light
 };
 
@@ -63,6 +65,9 @@ public:
     /// Irradiance times phase function of a light for one volume, its mean over [t0, t1]. The inverse square of a point
     /// light is integrated in closed form.
     Vec3d arriving(size_t light, size_t volume, double t0, double t1) const;
+    /// By what single scattering at t is multiplied for what the forward peak scatters again (forward_peak.h); y is the scaled
+    /// optical depth from the light by way of t to the eye.
+    Vec3d peak(size_t light, size_t volume, double t, const Vec3d& albedo, const Vec3d& y) const;
 
 private:
     const IndexRay& ray_of(size_t volume, size_t map) const { return rays_[first_[volume] + map]; }

@@ -71,7 +71,7 @@ struct ScatterFields {
 /// an image is formed there too. With f = delta_f, w0, sigma_t of the true medium, s towards the eye and p the true
 /// phase function (Nakajima & Tanaka 1988, TMS), everything attenuated by sigma_t' = (1 - w0 f) sigma_t:
 ///
-///     single scattering    w0 sigma_t p(cos) E T'
+///     single scattering    w0 sigma_t p(cos) E T', times what the forward peak scatters again (render/forward_peak.h)
 ///     multiple scattering  w0' sigma_t' / (4 pi) (phi + 3 g' s.F),   w0' sigma_t' = w0 (1 - f) sigma_t
 ///
 /// With closure.iterations > 0 sweeps go on from P1 to the transport equation (second_moment.h); scaling and moments are then of
