@@ -98,16 +98,30 @@ void plan(app::App& app, const sim::Scene& scene, int frames)
     sim::check(p, scene.sounding);
     const double h = std::min({p.lattice.h[0], p.lattice.h[1], p.lattice.h[2]});
     const double dt = p.dt > 0 ? p.dt : p.cfl * h / 15;  // 15 m/s along all axes together: a lively cumulus
-    const double steps = p.time_scheme == sim::TimeScheme::HugeStep ? frames : std::ceil(60 * scene.minutes / dt);
-    const double seconds = steps * double(p.lattice.cells()) / (6e6 * app.threads()), bytes = double(sim::memory_needed(p));
+    const bool frame_steps = p.time_scheme == sim::TimeScheme::HugeStep && p.dt == 0;
+    const double steps = frame_steps ? frames : std::ceil(60 * scene.minutes / dt);
+    // Cell-steps a second and core, as bench_cloudsim measures them.
+    const bool huge = p.time_scheme == sim::TimeScheme::HugeStep;
+    const double rate = huge ? (p.maccormack ? 0.15e6 : 0.4e6) : p.precision == sim::Precision::Double ? 4.5e6 : 8e6;
+    const double seconds = steps * double(p.lattice.cells()) / (rate * app.threads()), bytes = double(sim::memory_needed(p));
     nlohmann::json list;
     for (const sim::Effect& e : sim::effects(p)) {
         app.say((e.on ? "on   " : "off  ") + e.name + (e.on && !e.needs.empty() ? ": " + e.needs : ""));
         list[e.name] = e.on;
     }
+    for (const auto& [name, value] : sim::describe(p, scene.sounding)) {
+        if (app.verbose()) app.say(name + " = " + value);
+        app.report()["in_force"][name] = value;
+    }
+    const auto& [n, spacing, sides] = p.lattice;
+    const char* side_names[] = {"periodic", "walls", "open"};
     std::ostringstream text;
-    text << p.lattice.n[0] << " x " << p.lattice.n[1] << " x " << p.lattice.n[2] << " cells, " << frames << " frames, about "
-         << steps << " steps: " << std::lround(bytes / 1e6) << " MB, about " << std::lround(std::ceil(seconds)) << " s";
+    text << n[0] << " x " << n[1] << " x " << n[2] << " cells of " << spacing[0] << " x " << spacing[1] << " x " << spacing[2] << " m, z up, sides "
+         << side_names[int(sides[0])] << " in x and " << side_names[int(sides[1])] << " in y";
+    app.say(text.str());
+    text.str("");
+    text << 60 * scene.minutes << " s in " << frames << " frames, about " << steps << " steps: " << std::lround(bytes / 1e6)
+         << " MB of fields, about " << std::lround(std::ceil(seconds)) << " s on " << app.threads() << " threads";
     app.say(text.str());
     app.report()["estimate"] = {{"memory_bytes", bytes}, {"seconds", seconds}, {"steps", steps}};
     app.report()["effects"] = list;
@@ -157,8 +171,7 @@ void run(app::App& app, const app::Options& o)
     sim::FrameOptions frame;
     frame.y_up = o.y_up, frame.unpruned = o.unpruned;
     frame.effective_radius = o.effective_radius, frame.smoke_extinction = o.smoke_extinction;
-    std::istringstream names(o.grids);
-    for (std::string name; std::getline(names, name, ',');) frame.grids.push_back(name);
+    frame.grids = app::grid_names(o.grids);
     std::string parameters;
     for (const auto& [name, value] : sim::describe(scene.parameters, scene.sounding)) parameters += name + " = " + value + "\n";
 

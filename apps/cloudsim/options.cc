@@ -3,6 +3,7 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/sim/sounding.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <sstream>
@@ -26,6 +27,16 @@ public:
         });
         keep_.push_back(given);
         return app_.add_option(name, *given, help)->group(group_);
+    }
+    /// A length of time, or `never`.
+    void time(const char* name, std::function<double&(Parameters&)> member, const char* help)
+    {
+        auto given = std::make_shared<std::string>();
+        o_.overrides.push_back([given, member, name](Parameters& p) {
+            if (given->empty()) return;
+            member(p) = *given == "never" ? sim::never : seconds_of(name, *given);
+        });
+        app_.add_option(name, *given, help)->group(group_);
     }
     void flag(const std::string& name, std::function<bool&(Parameters&)> member, const char* help)
     {
@@ -71,13 +82,12 @@ void declare_effects(App& app, Options& o)
     effect.flag("anelastic", PARAMETER(anelastic), "density falls with height");
     effect.flag("dye", PARAMETER(dye), "a passive scalar, smoke");
     effect.flag("subgrid", PARAMETER(subgrid), "Smagorinsky mixing");
-    effect.number("--friction-time", PARAMETER(friction_time), "drag -V/t [s]")->check(positive);
+    effect.time("--friction-time", PARAMETER(friction_time), "drag -V/t, t a time as 600s or 10min; or never");
     effect.number("--viscosity", PARAMETER(viscosity), "of the air [m^2/s]")->check(nonnegative);
     effect.number("--diffusivity", PARAMETER(diffusivity), "of heat, water and dye [m^2/s]")->check(nonnegative);
     effect.number("--radiation", PARAMETER(radiation), "long-wave loss at cloud top [W/m^2]; 0: off")->check(nonnegative);
     effect.number("--sponge", PARAMETER(sponge), "damping under the lid [1/s]; 0: off")->check(nonnegative);
-    effect.number("--wind-relaxation", PARAMETER(wind_relaxation), "mean wind returns to the sounding's in this time [s]")
-        ->check(positive);
+    effect.time("--wind-relaxation", PARAMETER(wind_relaxation), "mean wind returns to the sounding's in this time; or never");
 }
 
 void declare_constants(App& app, Options& o)
@@ -100,7 +110,8 @@ void declare_constants(App& app, Options& o)
     constant.number("--smagorinsky", PARAMETER(smagorinsky), "coefficient of sub-grid mixing")->check(nonnegative);
     constant.number("--radiation-kappa", PARAMETER(radiation_kappa), "absorption by cloud [m^2/kg]")->check(nonnegative);
     constant.number("--sponge-depth", PARAMETER(sponge_depth), "fraction of the height")->check(within(1e-3, 1));
-    constant.number("--side-relaxation", PARAMETER(side_relaxation), "open sides return to the sounding in [s]")->check(positive);
+    constant.number("--side-relaxation", PARAMETER(side_relaxation), "open sides return to the sounding in [s] ...")->check(positive);
+    constant.number("--side-depth", PARAMETER(side_cells), "... within so many cells of them")->check(within(0, 1000));
 }
 
 void declare_forcing(App& app, Options& o)
@@ -112,7 +123,7 @@ void declare_forcing(App& app, Options& o)
     Overrides forcing(app, o, group);
     forcing.number("--heat-flux", PARAMETER(floor.heat), "of the whole floor [K m/s]");
     forcing.number("--moisture-flux", PARAMETER(floor.moisture), "of the whole floor [kg/kg m/s]")->check(nonnegative);
-    forcing.number("--flux-until", PARAMETER(floor.until), "all fluxes end then [s]")->check(nonnegative);
+    forcing.time("--flux-until", PARAMETER(floor.until), "all fluxes end then, as 15min; or never");
     app.add_option("--floor-map", o.floor_map, "an image or .vdb whose values multiply the uniform fluxes")->group(group);
     app.add_option("--patch", o.patches, "x,y,radius,heat,moisture[,dye]: a round patch of floor instead of the preset's, "
                                          "positions from the box's corner [m]; again for more")->group(group);
@@ -190,7 +201,10 @@ void resolve_box(const Options& o, Parameters& p)
         const auto n = list_of("--cells", o.cells, 1, 3);
         if (n.size() == 2) throw UsageError("--cells " + o.cells + ": expected N, or NX,NY,NZ");
         for (const size_t d : {0, 1, 2}) {
-            const double cells = n[n.size() == 1 ? 0 : d];
+            // One number is for the longest axis: the others keep their spacing's proportion.
+            const int longest = *std::max_element(before.n.begin(), before.n.end());
+            const double cells = n.size() == 3 ? n[d] : before.n[d] == longest || n[0] != std::floor(n[0])
+                ? n[0] : std::max(1.0, std::round(n[0] * before.n[d] / longest));
             if (cells != std::floor(cells) || cells < 1 || cells > 4096)
                 throw UsageError("--cells " + o.cells + ": expected whole numbers in 1..4096");
             p.lattice.n[d] = int(cells);
@@ -229,7 +243,8 @@ void declare(App& app, Options& o)
                                          "differences, saturation by height)");
     declare_output(app, o);
     const auto box = "Box";
-    app.add_option("--cells", o.cells, "N, or NX,NY,NZ with z up, of the preset's box; 1 for a slice")->group(box);
+    app.add_option("--cells", o.cells, "of the preset's box: N along its longest axis, or NX,NY,NZ with z up; 1 for a slice")
+        ->group(box);
     app.add_option("--spacing", o.spacing, "of cells, H or DX,DY,DZ [m]; the box is cells times spacing")->group(box);
     app.add_option("--sides", o.sides, "periodic, wall or open; for x,y")->group(box);
     declare_effects(app, o);
@@ -249,6 +264,19 @@ double seconds_of(const std::string& option, const std::string& text)
     if (!value || !(*value > 0) || scale == 0)
         throw UsageError(option + " " + text + ": expected a time above 0, as 10s, 2min or 1h");
     return *value * scale;
+}
+
+std::vector<std::string> grid_names(const std::string& text)
+{
+    const std::vector<std::string> known{"density", "temperature", "qt", "vel", "rain", "dye"};
+    std::vector<std::string> names;
+    std::istringstream words(text);
+    for (std::string name; std::getline(words, name, ',');) {
+        if (std::find(known.begin(), known.end(), name) == known.end())
+            throw UsageError("--grids " + text + ": expected density, temperature, qt, vel, rain or dye, between commas");
+        names.push_back(name);
+    }
+    return names;
 }
 
 sim::Scene resolve(const App& app, const Options& o)
@@ -291,6 +319,9 @@ sim::Scene resolve(const App& app, const Options& o)
         const auto shear = o.shear.empty() ? std::vector<double>{0, 0} : list_of("--shear", o.shear, 2, 2);
         sim::add_wind(s.sounding, w[0], w[1], shear[0], shear[1]);
     }
+    for (const std::string& name : grid_names(o.grids))
+        if (name == "rain" ? !p.rain : name == "dye" ? !p.dye : name == "qt" && !p.moisture)
+            throw UsageError("--grids " + o.grids + ": this run has no " + name);
     if (o.minutes) s.minutes = *o.minutes;
     if (!o.every.empty()) s.every = seconds_of("--every", o.every);
     return s;

@@ -237,6 +237,12 @@ TEST(Cloudsim, PlansWithoutDoing)
     EXPECT_NE(r.err.find("off  moisture"), std::string::npos) << r.err;
     EXPECT_NE(r.err.find("on   buoyancy"), std::string::npos);
     EXPECT_GT(nlohmann::json::parse(r.out)["estimate"]["memory_bytes"], 1000);
+    // Every value in force is told; one number of cells keeps the box's proportions; what a preset has can be taken back.
+    const RunResult paper = run({program("cloudsim"), "--preset", "paper", "--cells", "40", "--friction-time", "never", "-o",
+                                 scratch / "f.%d.vdb", "--dry-run", "--verbose"});
+    EXPECT_NE(paper.err.find("20 x 20 x 40 cells of 100 x 100 x 100 m"), std::string::npos) << paper.err;
+    EXPECT_NE(paper.err.find("friction_time = inf"), std::string::npos) << paper.err;
+    EXPECT_NE(paper.err.find("saturation = height"), std::string::npos);
 }
 
 TEST(Cloudsim, StrictEndsWithThreeWhenAnInvariantBreaks)
@@ -274,6 +280,9 @@ TEST(Cloudsim, RefusesInOneSentence)
     EXPECT_EQ(refused({"--every", "10 parsecs"}), 2);
     EXPECT_EQ(refused({"--patch", "1,2"}), 2);
     EXPECT_EQ(refused({"--friction-time", "0"}), 2);
+    EXPECT_EQ(refused({"--grids", "densty"}), 2);
+    EXPECT_EQ(refused({"--grids", "density,rain"}), 2);
+    EXPECT_EQ(refused({"--fix-budget", "on"}), 1);
     EXPECT_EQ(refused({"--sounding", scratch / "none.txt"}), 1);
     EXPECT_EQ(refused({"--init", scratch / "none.vdb"}), 1);
     EXPECT_EQ(run({program("cloudsim"), "-o", scratch / "f%x.vdb"}).status, 2);

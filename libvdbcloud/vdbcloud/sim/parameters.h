@@ -79,7 +79,7 @@ struct Parameters {
     double sponge_depth = 0.2;     ///< fraction of the height
     double wind_relaxation = never;  ///< horizontal mean wind returns to the environment's in this time [s]
     double side_relaxation = 60;   ///< open sides: return to the environment in this time [s] ...
-    int side_cells = 6;            ///< ... within so many cells of them
+    double side_cells = 6;         ///< ... within so many cells of them
 
     Constants constants;
     double q_surface = 0.02;    ///< A of q_s = A exp(-z/H) [kg/kg]
