@@ -35,48 +35,44 @@ double half_phase(AxisEnd end, int m, int n)
 }
 
 /// FFTW's two precisions under one name each.
-template<typename Real> struct Fftw;
-template<> struct Fftw<double> {
-    static fftw_plan r2c(const fftw_iodim* d, double* a)
-    {
-        fftw_iodim out[2] = {d[0], d[1]};
-        out[0].is = d[0].is, out[0].os = d[0].is / 2;
-        return fftw_plan_guru_dft_r2c(2, out, 0, nullptr, a, reinterpret_cast<fftw_complex*>(a), FFTW_ESTIMATE);
-    }
-    static fftw_plan c2r(const fftw_iodim* d, double* a)
-    {
-        fftw_iodim out[2] = {d[0], d[1]};
-        out[0].is = d[0].is / 2, out[0].os = d[0].is;
-        return fftw_plan_guru_dft_c2r(2, out, 0, nullptr, reinterpret_cast<fftw_complex*>(a), a, FFTW_ESTIMATE);
-    }
-    static fftw_plan r2r(const fftw_iodim* d, double* a, const fftw_r2r_kind* k)
-    {
-        return fftw_plan_guru_r2r(2, d, 0, nullptr, a, a, k, FFTW_ESTIMATE);
-    }
-    static void run_r2c(fftw_plan p, double* a) { fftw_execute_dft_r2c(p, a, reinterpret_cast<fftw_complex*>(a)); }
-    static void run_c2r(fftw_plan p, double* a) { fftw_execute_dft_c2r(p, reinterpret_cast<fftw_complex*>(a), a); }
-    static void run_r2r(fftw_plan p, double* a) { fftw_execute_r2r(p, a, a); }
+template<typename Real> struct Names;
+template<> struct Names<double> {
+    using Complex = fftw_complex;
+    static constexpr auto plan_r2c = fftw_plan_guru_dft_r2c, plan_c2r = fftw_plan_guru_dft_c2r;
+    static constexpr auto plan_r2r = fftw_plan_guru_r2r;
+    static constexpr auto execute_r2c = fftw_execute_dft_r2c, execute_c2r = fftw_execute_dft_c2r;
+    static constexpr auto execute_r2r = fftw_execute_r2r;
 };
-template<> struct Fftw<float> {
-    static fftwf_plan r2c(const fftw_iodim* d, float* a)
+template<> struct Names<float> {
+    using Complex = fftwf_complex;
+    static constexpr auto plan_r2c = fftwf_plan_guru_dft_r2c, plan_c2r = fftwf_plan_guru_dft_c2r;
+    static constexpr auto plan_r2r = fftwf_plan_guru_r2r;
+    static constexpr auto execute_r2c = fftwf_execute_dft_r2c, execute_c2r = fftwf_execute_dft_c2r;
+    static constexpr auto execute_r2r = fftwf_execute_r2r;
+};
+
+/// Plans and runs in place.
+template<typename Real> struct Fftw : Names<Real> {
+    using N = Names<Real>;
+    using Complex = typename N::Complex;
+
+    static auto r2c(const fftw_iodim* d, Real* a)
     {
-        fftw_iodim out[2] = {d[0], d[1]};
-        out[0].is = d[0].is, out[0].os = d[0].is / 2;
-        return fftwf_plan_guru_dft_r2c(2, out, 0, nullptr, a, reinterpret_cast<fftwf_complex*>(a), FFTW_ESTIMATE);
+        const fftw_iodim out[2] = {{d[0].n, d[0].is, d[0].is / 2}, d[1]};
+        return N::plan_r2c(2, out, 0, nullptr, a, reinterpret_cast<Complex*>(a), FFTW_ESTIMATE);
     }
-    static fftwf_plan c2r(const fftw_iodim* d, float* a)
+    static auto c2r(const fftw_iodim* d, Real* a)
     {
-        fftw_iodim out[2] = {d[0], d[1]};
-        out[0].is = d[0].is / 2, out[0].os = d[0].is;
-        return fftwf_plan_guru_dft_c2r(2, out, 0, nullptr, reinterpret_cast<fftwf_complex*>(a), a, FFTW_ESTIMATE);
+        const fftw_iodim out[2] = {{d[0].n, d[0].is / 2, d[0].is}, d[1]};
+        return N::plan_c2r(2, out, 0, nullptr, reinterpret_cast<Complex*>(a), a, FFTW_ESTIMATE);
     }
-    static fftwf_plan r2r(const fftw_iodim* d, float* a, const fftw_r2r_kind* k)
+    static auto r2r(const fftw_iodim* d, Real* a, const fftw_r2r_kind* k)
     {
-        return fftwf_plan_guru_r2r(2, d, 0, nullptr, a, a, k, FFTW_ESTIMATE);
+        return N::plan_r2r(2, d, 0, nullptr, a, a, k, FFTW_ESTIMATE);
     }
-    static void run_r2c(fftwf_plan p, float* a) { fftwf_execute_dft_r2c(p, a, reinterpret_cast<fftwf_complex*>(a)); }
-    static void run_c2r(fftwf_plan p, float* a) { fftwf_execute_dft_c2r(p, reinterpret_cast<fftwf_complex*>(a), a); }
-    static void run_r2r(fftwf_plan p, float* a) { fftwf_execute_r2r(p, a, a); }
+    template<typename P> static void run_r2c(P p, Real* a) { N::execute_r2c(p, a, reinterpret_cast<Complex*>(a)); }
+    template<typename P> static void run_c2r(P p, Real* a) { N::execute_c2r(p, reinterpret_cast<Complex*>(a), a); }
+    template<typename P> static void run_r2r(P p, Real* a) { N::execute_r2r(p, a, a); }
 };
 
 }  // namespace

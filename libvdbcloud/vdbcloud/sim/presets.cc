@@ -11,17 +11,23 @@ const std::vector<std::pair<std::string, std::string>>& sounding_tables();  // d
 
 namespace {
 
-Lattice box(int nx, int ny, int nz, double h, double dz)
+/// A box with periodic sides, its noise, a sponge under the lid, and how long it is worth watching.
+Scene begin(std::array<int, 3> cells, double h, double dz, const Noise& noise, double sponge, double depth, double minutes,
+            double every)
 {
-    return {{nx, ny, nz}, {h, h, dz}, {Side::Periodic, Side::Periodic}};
+    Scene s;
+    s.parameters.lattice = {cells, {h, h, dz}, {Side::Periodic, Side::Periodic}};
+    s.parameters.noise = noise;
+    s.parameters.sponge = sponge, s.parameters.sponge_depth = depth;
+    s.minutes = minutes, s.every = every;
+    return s;
 }
 
 /// A warm field among cooler ones feeds one cloud; moist bubbles start it within minutes and give it turrets.
 Scene cumulus()
 {
-    Scene s;
+    Scene s = begin({128, 128, 128}, 32, 30, {0.2, 1e-4, 800, 1}, 0.02, 0.15, 20, 10);
     Parameters& p = s.parameters;
-    p.lattice = box(128, 128, 128, 32, 30);
     p.floor.heat = 0.03, p.floor.moisture = 3e-5;
     p.floor.patches = {{{2050, 1950}, 1250, 0.14, 1.2e-4, 0}};
     p.bubbles = {{{1700, 2000, 400}, 600, 450, 0.7, 1.3e-3, 0},
@@ -29,64 +35,46 @@ Scene cumulus()
                  {{2150, 1500, 350}, 450, 350, 0.5, 1e-3, 0},
                  {{1350, 1650, 300}, 350, 300, 0.5, 1e-3, 0},
                  {{2750, 1800, 300}, 400, 300, 0.5, 9e-4, 0}};
-    p.noise = {0.2, 1e-4, 800, 1};
-    p.sponge = 0.02, p.sponge_depth = 0.15;
     return s;
 }
 
 Scene congestus()
 {
-    Scene s;
+    Scene s = begin({128, 128, 160}, 64, 60, {0.2, 1e-4, 1000, 1}, 0.02, 0.15, 30, 10);
     Parameters& p = s.parameters;
-    p.lattice = box(128, 128, 160, 64, 60);
     p.anelastic = p.rain = true;
     p.floor.heat = 0.04, p.floor.moisture = 5e-5;
     p.floor.patches = {{{3700, 4100}, 1400, 0.4, 3.5e-4, 0}, {{5000, 3700}, 900, 0.35, 3e-4, 0}};
     p.bubbles = {{{3700, 4050, 500}, 1200, 600, 0.9, 1.2e-3, 0},
                  {{4900, 3800, 450}, 900, 500, 0.7, 1e-3, 0},
                  {{4200, 5000, 400}, 800, 500, 0.6, 9e-4, 0}};
-    p.noise = {0.2, 1e-4, 1000, 1};
-    p.sponge = 0.02, p.sponge_depth = 0.15;
-    s.minutes = 30;
     return s;
 }
 
 Scene stratocumulus()
 {
-    Scene s;
+    Scene s = begin({128, 128, 96}, 25, 12.5, {0.1, 2.5e-5, 840, 1}, 0.02, 0.2, 60, 30);
     Parameters& p = s.parameters;
-    p.lattice = box(128, 128, 96, 25, 12.5);
     p.radiation = 70;
     p.floor.heat = 0.012, p.floor.moisture = 4e-5;
-    p.noise = {0.1, 2.5e-5, 840, 1};
-    p.sponge = 0.02, p.sponge_depth = 0.2;
-    s.minutes = 60, s.every = 30;
     return s;
 }
 
 Scene fog()
 {
-    Scene s;
+    Scene s = begin({128, 128, 64}, 8, 4, {0.1, 5e-5, 90, 1}, 0.02, 0.3, 30, 15);
     Parameters& p = s.parameters;
-    p.lattice = box(128, 128, 64, 8, 4);
     p.radiation = 40, p.radiation_kappa = 130;
     p.floor.heat = -0.003;
-    p.noise = {0.1, 5e-5, 90, 1};
-    p.sponge = 0.02, p.sponge_depth = 0.3;
-    s.minutes = 30, s.every = 15;
     return s;
 }
 
 Scene smoke()
 {
-    Scene s;
+    Scene s = begin({128, 64, 128}, 5, 5, {0.05, 0, 300, 1}, 0.05, 0.15, 5, 2);
     Parameters& p = s.parameters;
-    p.lattice = box(128, 64, 128, 5, 5);
     p.moisture = false, p.dye = true;
     p.floor.patches = {{{120, 160}, 18, 25, 0, 8}};
-    p.noise = {0.05, 0, 300, 1};
-    p.sponge = 0.05, p.sponge_depth = 0.15;
-    s.minutes = 5, s.every = 2;
     return s;
 }
 
@@ -94,9 +82,8 @@ Scene smoke()
 /// vapour and water. Upwind in space, as centred differences with forward steps are unstable.
 Scene paper()
 {
-    Scene s;
+    Scene s = begin({10, 10, 20}, 200, 200, {0.2, 6e-4, 1000, 1}, 0, 0.2, 20, 10);
     Parameters& p = s.parameters;
-    p.lattice = box(10, 10, 20, 200, 200);
     p.lattice.side = {Side::Wall, Side::Wall};
     p.moist = {SaturationBy::Height, true, false, false};
     p.constants.latent_heat = 2500 * p.constants.cp;
@@ -107,7 +94,6 @@ Scene paper()
     p.dt = 1;
     p.floor.patches = {{{900, 1050}, 900, 0.3, 3e-4, 0}};
     p.bubbles = {{{800, 950, 450}, 900, 600, 0.9, 1.4e-3, 0}, {{1300, 1200, 400}, 500, 500, 0.8, 1.1e-3, 0}};
-    p.noise = {0.2, 6e-4, 1000, 1};
     return s;
 }
 
