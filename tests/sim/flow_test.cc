@@ -206,6 +206,43 @@ TEST(Flow, EnergyOfAnInviscidFlowDoesNotGrow)
     }
 }
 
+/// Kinetic energy, and potential energy -g/theta0 theta z, means over the box [m^2/s^2].
+double energy(const Simulation& sim, double& kinetic)
+{
+    const Lattice& l = sim.parameters().lattice;
+    const auto theta = all(sim, Quantity::Theta);
+    double potential = 0;
+    for (size_t c = 0; c < theta.size(); ++c) {
+        const double z = (double(c / (size_t(l.n[0]) * size_t(l.n[1]))) + 0.5) * l.h[2];
+        potential -= 9.81 / 300 * (theta[c] - 300) * z / double(theta.size());
+    }
+    kinetic = sim.budget().kinetic;
+    return kinetic + potential;
+}
+
+TEST(Flow, KineticAndPotentialEnergyTogetherDoNotGrow)
+{
+    // A thermal in neutral air turns potential energy into motion; a wave in stable air turns it back and forth.
+    for (const bool stable : {false, true}) {
+        Parameters p = bare({48, 1, 48}, {3000, 3000, 3000});
+        p.buoyancy = true;
+        p.bubbles.push_back({{1500, 0, 900}, 700, 700, 1, 0, 0});
+        const double top = stable ? 309 : 300;
+        auto sim = Simulation::make(p, {"air", {0, 3000}, {300, top}, {0, 0}, {0, 0}, {0, 0}, 0});
+        sim->start();
+        double kinetic, most = 0;
+        const double start = energy(*sim, kinetic);
+        for (int i = 1; i <= 20; ++i) {
+            sim->advance_to(30 * i);
+            const double now = energy(*sim, kinetic);
+            most = std::max(most, kinetic);
+            EXPECT_LT(now - start, 1e-3 * most) << (stable ? "stable " : "neutral ") << 30 * i << " s";
+            EXPECT_GT(now - start, -0.3 * most);
+        }
+        EXPECT_GT(most, 1e-3);
+    }
+}
+
 TEST(Flow, AnAnelasticFlowConservesWeightedTheta)
 {
     Parameters p = bare({24, 1, 40}, {6000, 6000, 10000});

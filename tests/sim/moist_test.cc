@@ -274,14 +274,16 @@ TEST(MoistFlow, SaturatedAirAtRestStaysAtRest)
 
 TEST(MoistFlow, ASymmetricStartStaysSymmetric)
 {
-    auto sim = bubble(SaturationBy::Temperature, Precision::Double);
-    sim->advance_to(400);
-    const auto w = all(*sim, Quantity::W);
-    double odd = 0;
-    for (int k = 0; k < 40; ++k)
-        for (int i = 0; i < 40; ++i)
-            odd = std::max(odd, std::abs(w[size_t(k * 40 + i)] - w[size_t(k * 40 + 39 - i)]));
-    EXPECT_LT(odd, 1e-10 * largest(w));
+    for (const Precision precision : {Precision::Float, Precision::Double}) {
+        auto sim = bubble(SaturationBy::Temperature, precision);
+        sim->advance_to(400);
+        const auto w = all(*sim, Quantity::W);
+        double odd = 0;
+        for (int k = 0; k < 40; ++k)
+            for (int i = 0; i < 40; ++i)
+                odd = std::max(odd, std::abs(w[size_t(k * 40 + i)] - w[size_t(k * 40 + 39 - i)]));
+        EXPECT_LT(odd, (precision == Precision::Float ? 1e-4 : 1e-10) * largest(w));
+    }
 }
 
 /// Cloud in a wave of water that a uniform wind carries while it diffuses: q_t = mean + a exp(-kappa k^2 t) sin k(x - U t), an
