@@ -131,7 +131,8 @@ void solve(app::App& app, P1solveOptions& o)
         const P1Budget& b = report.channel[c].budget;
         if (b.negative > 0 && report.channel[c].solved_as == c)
             app.warnings()(std::to_string(b.negative) + " voxels have negative fluence, the least " + app::brief(b.smallest) +
-                           (o.scatter.delta ? "" : ": --delta on avoids most of them"));
+                           (!o.scatter.delta ? ": --delta on avoids most of them"
+                            : medium.g > 2.0 / 7 ? ": P1's own on the lit side of thin parts where g is above 2/7" : ""));
     }
     if (!report.converged && !o.allow_unconverged) {
         for (const ChannelReport& c : report.channel)

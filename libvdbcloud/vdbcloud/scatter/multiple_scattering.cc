@@ -243,7 +243,9 @@ private:
                 close(p1, sources[k], c, phi, report);
             } else {
                 finish(p1, sources[k], phi, report);
-                flux_[c] = in_world(cell_flux(p1, sources[k], phi));
+                auto flux = cell_flux(p1, sources[k], phi);
+                if (g_ != 0) report.flux_limited = limit_flux(p1, phi, flux);  // else the picture does not see it
+                flux_[c] = in_world(std::move(flux));
             }
             phi_[c].assign(phi.begin(), phi.end());
             for (const auto& [channel, scale] : group.solves[k].shared) share(c, channel, scale);

@@ -39,6 +39,7 @@ struct ChannelReport {
     double lines = -1;        ///< the same by lines across each sun; -1: not measured
     double beam_in = 0, beam_out = 0, emitted = 0;
     double reflected = 0, transmitted = 0;  ///< diffuse, on the sides that see the first sun and on the others
+    int64_t flux_limited = 0; ///< voxels whose flux was shortened for the picture (limit_flux)
     double reentry = -1;      ///< share of the diffuse outflow that would hit the medium again, and is lost; -1: not measured
 };
 
@@ -73,6 +74,8 @@ struct ScatterFields {
 ///
 ///     single scattering    w0 sigma_t p(cos) E T', times what the forward peak scatters again (render/forward_peak.h)
 ///     multiple scattering  w0' sigma_t' / (4 pi) (phi + 3 g' s.F),   w0' sigma_t' = w0 (1 - f) sigma_t
+///
+/// P1's flux is shortened to |F| <= phi / 3 where g is not 0 and it is longer (limit_flux).
 ///
 /// With closure.iterations > 0 sweeps go on from P1 to the transport equation (second_moment.h); scaling and moments are then of
 /// closure.degree, and the second line is the sum over l <= degree of g_l' Y_lm(s) M_lm.

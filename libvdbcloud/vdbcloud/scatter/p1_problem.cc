@@ -226,4 +226,20 @@ std::array<std::vector<float>, 3> cell_flux(const P1Operator& p1, const P1Source
     return flux;
 }
 
+int64_t limit_flux(const P1Operator& p1, const std::vector<double>& phi, std::array<std::vector<float>, 3>& flux)
+{
+    std::vector<int64_t> limited(p1.blocks().count(), 0);
+    each_active(p1.blocks(), [&](size_t slot) {
+        double square = 0;
+        for (int a = 0; a < 3; ++a) square += double(flux[a][slot]) * flux[a][slot];
+        const double longest = longest_flux * std::max(phi[slot], 0.0), length = std::sqrt(square);
+        if (length <= longest) return;
+        for (int a = 0; a < 3; ++a) flux[a][slot] = float(flux[a][slot] * (longest / length));
+        ++limited[slot / Blocks::size];
+    });
+    int64_t count = 0;
+    for (int64_t n : limited) count += n;
+    return count;
+}
+
 }  // namespace vdbcloud

@@ -199,6 +199,7 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
     stamp(*fields.phi, schema::phi);
     if (scaled_g == 0 || gradients.size() != basis.size()) return fields;
 
+    const auto fluence = fields.phi->getConstAccessor();
     std::vector<Vec3SGrid::ConstAccessor> slopes;
     for (const auto& grid : gradients) slopes.push_back(grid->getConstAccessor());
     const char* const names[] = {"flux_r", "flux_g", "flux_b"};
@@ -221,7 +222,8 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
                 }
                 sum += (q * irradiance * t) * travel.unit();
             }
-            v.setValue(Vec3f(sum));
+            const double longest = longest_flux * std::max(double(fluence.getValue(v.getCoord())[channel]), 0.0), length = sum.length();
+            v.setValue(Vec3f(length > longest ? sum * (longest / length) : sum));
         }
         stamp(*flux, names[channel]);
     }

@@ -29,7 +29,8 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
 bool has_series(const GridFile&, const FloatGrid& density, const Medium&, const std::vector<Light>&);
 
 /// phi and flux at medium.albedo from a file's series. `transmittance`: exp(-tau') towards each light in the scaled
-/// medium OF THAT ALBEDO, float or vec3s, for the beams' part of the flux, F = -D grad phi + w0' g' / (1 - w0' g') E T' s.
+/// medium OF THAT ALBEDO, float or vec3s, for the beams' part of the flux, F = -D grad phi + w0' g' / (1 - w0' g') E T' s, shortened
+/// as limit_flux() does.
 /// Throws InputError where the albedo is outside the table.
 ScatterFields relight(const GridFile&, const Medium& medium, const std::vector<Light>&,
                       const std::vector<GridBasePtr>& transmittance);

@@ -9,7 +9,7 @@ namespace vdbcloud {
 namespace {
 
 constexpr float strong = 0.4f;     // of the strongest link of either end: joins voxels
-constexpr double worst_pair = 12;  // condition number of a pair of sets that is still joined
+constexpr double worst_pair = 9;   // condition number of a pair of sets that is still joined
 constexpr double held = 1.0 / 3;   // extra of at least this part of the links needs no coarser level
 
 /// What is known of a set of unknowns.

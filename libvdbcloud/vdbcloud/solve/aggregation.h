@@ -24,10 +24,10 @@ Graph collapsed(const Stencil&, const VoxelGroups&);
 
 /// Groups of a graph's unknowns by three rounds of pairing, each with the free neighbour it goes best with. Two sets are joined if
 ///
-///     2 m_I m_J / (m_I + m_J)  <=  12 (c_IJ + e_I e_J / (e_I + e_J)),
+///     2 m_I m_J / (m_I + m_J)  <=  9 (c_IJ + e_I e_J / (e_I + e_J)),
 ///
 /// m the sum of the diagonal, c the links between them, e the sum of extra: on a pair of unknowns the left by the right without
-/// the 12 bounds the condition number of the two-level method (Napov & Notay 2012, An algebraic multigrid method with guaranteed
+/// the 9 bounds the condition number of the two-level method (Napov & Notay 2012, An algebraic multigrid method with guaranteed
 /// convergence rate, SIAM J. Sci. Comput. 34). What is weakly linked from both sides stays apart; a dense voxel, whose links are
 /// all weak to its neighbours, may follow one of them. `group` takes the group of each unknown, -1 of what extra holds.
 /// Returns the Galerkin operator.
