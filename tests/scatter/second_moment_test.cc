@@ -136,35 +136,73 @@ double billows(const Vec3i& p, int n)
     return value > 0 ? std::min(1.0, 6 * value) : 0;
 }
 
+/// Radiance that leaves a slab upwards (`up`) along a cosine, from isotropic sources at cell centres taken linear between them.
+double emergent(const Slab& slab, const Result& r, const Lit& lit, double tau, double mu, bool up)
+{
+    const int n = slab.count, steps = 8;
+    const double cell = tau / n;
+    double sum = 0, depth = 0;
+    for (int k = 0; k < n * steps; ++k) {
+        const double at = (k + 0.5) / steps - 0.5;  // cells from the first centre on the side that is looked at
+        const int lower = std::clamp(int(std::floor(at)), 0, n - 2);
+        const auto source = [&](int j) {
+            const int from_top = up ? j : n - 1 - j;
+            return lit.w0 / (4 * pi) * (slab.at(r.phi, from_top) + slab.at(r.uncollided, from_top));
+        };
+        const double q = source(lower) + (at - lower) * (source(lower + 1) - source(lower)), d = cell / steps / mu;
+        sum += q * std::exp(-depth) * -std::expm1(-d);
+        depth += d;
+    }
+    return sum;
+}
+
 TEST(SecondMoment, AgreesWithExactSlabs)
 {
-    double error[2];
+    // 2, 4 and 8 polar points a hemisphere. Bounds for R, T and emergent radiance; phi is the root mean square over depth: half-range
+    // Gauss makes it wave by twice that within half a mean free path of the faces. Thin slabs err more, as light grazes.
+    struct Bound {
+        int directions;
+        double thick, thin, phi_thick, phi_thin;
+    };
+    double error[3] = {0, 0, 0}, wave[3] = {0, 0, 0};
     for (double tau : {0.1, 1.0, 16.0, 64.0})
-        for (int directions : {32, 128}) {
-            if (directions == 128 && tau > 20 && !test::full_size()) continue;
-            const int n = tau > 20 ? 128 : 64;
+        for (const Bound& bound : {Bound{32, 0.025, 0.05, 0.018, 0.04}, {128, 0.002, 0.008, 0.0025, 0.006}, {256, 0.002, 0.002, 0.002, 0.002}}) {
+            if (bound.directions > 32 && tau > 20 && !test::full_size()) continue;
+            if (bound.directions == 256 && tau != 1 && !test::full_size()) continue;
+            const int n = tau > 20 ? 128 : 64, which = bound.directions == 32 ? 0 : bound.directions == 128 ? 1 : 2;
             Slab slab(tau, n);
             Lit lit;
             lit.w0 = 0.9999;
             lit.to_sun = Vec3d(0.8, 0.6, 0);
-            const Result r = solve(slab.cloud, lit, options(directions));
-            const test::SlabExact exact({tau, lit.w0, 0, 0.6, {}, 24});
-            const double most = directions == 32 ? (tau < 1 ? 0.05 : 0.025) : (tau < 1 ? 0.008 : 0.002);
+            const Result r = solve(slab.cloud, lit, options(bound.directions));
+            const test::SlabExact exact({tau, lit.w0, 0, 0.6, {0.3, 1.0}, 24});
+            const double most = tau < 1 ? bound.thin : bound.thick, cell = tau / n;
+            const double line = most + 0.2 * cell * cell;  // radiance: what a straight line between centres leaves
             const double reflected = r.budget.out[Blocks::YPlus] / slab.area(), transmitted = r.budget.out[Blocks::YMinus] / slab.area();
-            EXPECT_NEAR(reflected / exact.reflected(), 1, most) << tau << ' ' << directions;
-            EXPECT_NEAR(transmitted / exact.transmitted(), 1, most) << tau << ' ' << directions;
+            EXPECT_NEAR(reflected / exact.reflected(), 1, most) << tau << ' ' << bound.directions;
+            EXPECT_NEAR(transmitted / exact.transmitted(), 1, most) << tau << ' ' << bound.directions;
+            for (int k = 0; k < 2; ++k) {
+                const double mu = k ? 1.0 : 0.3;
+                EXPECT_NEAR(emergent(slab, r, lit, tau, mu, true) / exact.emergent_top(k), 1, line) << tau << ' ' << bound.directions << ' ' << mu;
+                EXPECT_NEAR(emergent(slab, r, lit, tau, mu, false) / exact.emergent_bottom(k), 1, line) << tau << ' ' << bound.directions << ' ' << mu;
+            }
             EXPECT_LT(r.budget.defect, 1e-6);
             EXPECT_TRUE(r.report.converged);
             EXPECT_LE(r.report.iterations, 7);
-            double worst = 0;  // fluence of everything, at every eighth of the slab; P1's own error is 6 to 16 %
-            for (int j = 0; j < n; j += n / 8) {
+            double square = 0;  // of the error of everything's fluence; P1's own is 6 to 16 %
+            for (int j = 0; j < n; j += n / 32) {
                 const double depth = tau * (j + 0.5) / n, phi = exact.at(depth).phi;
-                worst = std::max(worst, std::abs(slab.at(r.phi, j) - phi) / (phi + std::exp(-depth / 0.6)));
+                square += std::pow((slab.at(r.phi, j) - phi) / (phi + std::exp(-depth / 0.6)), 2) / 32;
             }
-            EXPECT_LT(worst, directions == 32 ? 0.045 : 0.0065) << tau;
-            if (tau == 1) error[directions == 128] = std::abs(reflected / exact.reflected() - 1);
+            EXPECT_LT(std::sqrt(square), tau < 1 ? bound.phi_thin : bound.phi_thick) << tau << ' ' << bound.directions;
+            if (tau == 1) {
+                error[which] = std::abs(reflected / exact.reflected() - 1);
+                wave[which] = std::sqrt(square);
+            }
         }
-    EXPECT_GT(std::log2(error[0] / error[1]), 2);  // 2 and 4 polar points a hemisphere: at least second order in them
+    EXPECT_GT(std::log2(error[0] / error[1]), 2);  // at least second order in polar points
+    EXPECT_GT(std::log2(wave[0] / wave[1]), 1.5);
+    EXPECT_GT(std::log2(wave[1] / wave[2]), 1.5);
 }
 
 TEST(SecondMoment, TransmitsRightAtAnyOpticalDepthOfAVoxel)
@@ -183,18 +221,21 @@ TEST(SecondMoment, TransmitsRightAtAnyOpticalDepthOfAVoxel)
 
 TEST(SecondMoment, ScattersForwardWithASuitableDegree)
 {
-    for (const auto& [g, degree, directions, tau] :
-         {std::tuple(0.5, 3, 64, 1.0), {0.5, 1, 32, 16.0}, {0.85, 7, 256, 1.0}, {0.85, 1, 32, 16.0}}) {
+    // Degree 3 suits where light is scattered often enough to forget; a slab of tau 1 at g = 0.85 takes 5. Of what passes, most is
+    // what delta scaling says is not scattered: T is the sum of both.
+    for (const auto& [g, degree, directions, tau] : {std::tuple(0.5, 3, 64, 1.0), {0.5, 1, 32, 16.0}, {0.85, 5, 144, 0.1}, {0.85, 5, 144, 1.0},
+                                                     {0.85, 7, 256, 1.0}, {0.85, 3, 64, 4.0}, {0.85, 1, 32, 16.0}, {0.85, 3, 64, 64.0}}) {
         Slab slab(tau, 64);
         Lit lit;
         lit.w0 = 0.999;
         lit.g = g;
         lit.to_sun = Vec3d(0.8, 0.6, 0);
         const Result r = solve(slab.cloud, lit, options(directions, 15, degree, 1e-3));
+        EXPECT_TRUE(r.report.converged);
         const test::SlabExact exact({tau, lit.w0, g, 0.6, {}, 24});
-        EXPECT_NEAR(r.budget.out[Blocks::YPlus] / slab.area() / exact.reflected(), 1, 0.03) << g << ' ' << degree;
+        EXPECT_NEAR(r.budget.out[Blocks::YPlus] / slab.area() / exact.reflected(), 1, 0.03) << g << ' ' << degree << ' ' << tau;
         EXPECT_NEAR((r.budget.out[Blocks::YMinus] / slab.area() + 0.6 * std::exp(-r.extinction * tau / 0.6)) /
-                        (exact.transmitted() + 0.6 * std::exp(-tau / 0.6)), 1, 0.03) << g << ' ' << degree;
+                        (exact.transmitted() + 0.6 * std::exp(-tau / 0.6)), 1, 0.03) << g << ' ' << degree << ' ' << tau;
     }
 }
 
