@@ -12,6 +12,8 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
+#include <functional>
 
 namespace vdbcloud {
 namespace {
@@ -131,7 +133,7 @@ protected:
     }
 
     /// The pictures of the three views.
-    std::array<Picture, 3> solved(double w0, double g, const Rung& rung) const
+    std::array<Picture, 3> solved(double w0, double g, const Rung& rung, const std::function<void()>& when_solved = {}) const
     {
         Medium medium;
         medium.sigma_t_per_density = Vec3d(kappa);
@@ -141,10 +143,11 @@ protected:
         options.closure.iterations = rung.iterations;
         options.closure.directions = rung.directions;
         options.closure.degree = rung.degree;
-        options.closure.change = 1e-4;
+        options.closure.change = 1e-6;  // the iterations asked for
         options.reentry_rays = options.line_rays = 0;
         ScatterReport report;
         const ScatterFields fields = scatter_p1(*grid, nullptr, nullptr, medium, {sun}, options, {}, report);
+        if (when_solved) when_solved();
         Scene scene;
         scene.lights = {sun};
         scene.volumes.resize(1);
@@ -261,6 +264,25 @@ TEST_F(MonteCarlo, PicturesComeNearerFromRungToRung)
             std::printf("; blocks %.2f %% (the reference's own interval %.2f %%)\n", 100 * error.value, 100 * error.deviation);
         }
         EXPECT_LT(before.value, 0.03) << of.g;
+    }
+}
+
+/// Accuracy against cost, for docs/performance.md: `make -C tests/bench ladder`.
+TEST_F(MonteCarlo, DISABLED_PrintsAccuracyAgainstCost)
+{
+    std::printf("| iterations | directions | degree |");
+    for (const Reference& of : references) std::printf(" albedo %g, g %g: above, side, below | blocks | seconds |", of.w0, of.g);
+    std::printf("\n|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+    for (const Rung& rung : {Rung{0, 32, 1}, {1, 32, 1}, {2, 32, 1}, {3, 32, 1}, {6, 32, 1}, {3, 64, 3}, {5, 64, 3}, {10, 64, 3}, {5, 144, 5}, {10, 144, 5}, {5, 256, 7}, {10, 256, 7}}) {
+        std::printf("| %d | %d | %d |", rung.iterations, rung.iterations ? rung.directions : 0, rung.degree);
+        for (const Reference& of : references) {
+            const std::clock_t start = std::clock();
+            double seconds = 0;
+            const auto pictures = solved(of.w0, of.g, rung, [&] { seconds = double(std::clock() - start) / CLOCKS_PER_SEC; });
+            for (size_t v = 0; v < 3; ++v) std::printf("%s%+.1f", v ? ", " : " ", 100 * (mean(pictures[v]).value / mean(of.view[v]).value - 1));
+            std::printf(" %% | %.1f %% | %.2f |", 100 * rms(pictures, of.view).value, seconds);
+        }
+        std::printf("\n");
     }
 }
 
