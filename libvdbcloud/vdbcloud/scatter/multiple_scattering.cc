@@ -281,7 +281,10 @@ private:
         options.polar = polar_axis();
         SecondMoment closure(fine, options);
         if (!o_.sky.dark()) closure.set_sky(sky_along(index_, o_.sky, c, closure.set().direction));
-        closure.start_with_flux(cell_flux(p1, p1_source, phi));
+        // A start that is negative in no direction saves three iterations: at g = 0.85 P1's flux where light enters takes long to be forgotten.
+        auto flux = cell_flux(p1, p1_source, phi);
+        limit_flux(p1, phi, flux);
+        closure.start_with_flux(flux);
         P1Source base(fine);
         report.lines = -1;
         add_beams(fine, {{&base, c}}, {}, [&](const Light& light, const BeamDepths& depths, double extinction) {
