@@ -19,7 +19,7 @@ void declare_closure(app::App& app, ScatterOptions& o)
         ->needs(iterations)->group(group);
     app.add_option("--degree", o.closure.degree, "of the expansion of scattered light and of the delta-M scaling: 1 to 7")
         ->check(app::within(1, 7))->needs(iterations)->group(group);
-    app.add_option("--change", o.closure.change, "stop when phi changes by less from sweep to sweep, relative")
+    app.add_option("--change", o.closure.change, "stop when a sweep changes the light it was given by less, relative")
         ->check(app::positive)->needs(iterations)->group(group);
     app.add_option("--keep-moments", o.keep_moments, "degree up to which moments are written; 1: phi and flux")
         ->check(app::within(1, 7))->needs(iterations)->group(group);

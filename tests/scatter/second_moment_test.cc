@@ -2,6 +2,8 @@
 #include "vdbcloud/scatter/second_moment.h"
 
 #include "vdbcloud/core/random.h"
+#include "vdbcloud/scatter/multiple_scattering.h"
+#include "fields.h"
 #include "support/slab_exact.h"
 #include "support/size.h"
 #include "support/voxel_field.h"
@@ -382,6 +384,36 @@ TEST(SecondMoment, CarriesLightFromCloudToCloud)
             exact += 1 / d.dot(d) / std::pow(n, 6);
         }
     EXPECT_NEAR(second_cube(gap, 0.08, 1.0) / exact, 1, 0.1);
+}
+
+TEST(SecondMoment, TakesTheAlbedoOfEachVoxelFromItsTint)
+{
+    // Through scatter_p1, at every degree's own scaling, whose beam differs from voxel to voxel: a tint of one value is that albedo. Densities are
+    // scaled before they are interpolated, so nothing but single precision lies between the two.
+    const auto grid = test::voxel_field(Vec3i(24), Vec3d(1.0 / 24), [](const Vec3i& p) { return billows(p, 24); });
+    const auto tint = test::constant_like(*grid, Vec3f(0.9f, 0.9f, 0.9f));
+    Medium medium;
+    medium.sigma_t_per_density = Vec3d(40);
+    medium.g = 0.8;
+    Light sun;
+    sun.to_light = Vec3d(0.3, 1, 0.2).unit();
+    for (int degree : {1, 3, 5}) {
+        ScatterOptions o;
+        o.closure = options(64, 15, degree, 1e-5);
+        o.reentry_rays = o.line_rays = 0;
+        ScatterReport tinted, plain;
+        medium.albedo = Vec3d(1);
+        scatter_p1(*grid, tint.get(), nullptr, medium, {sun}, o, {}, tinted);
+        medium.albedo = Vec3d(double(0.9f));
+        scatter_p1(*grid, nullptr, nullptr, medium, {sun}, o, {}, plain);
+        const ChannelReport &a = tinted.channel[0], &b = plain.channel[0];
+        EXPECT_TRUE(a.closure.converged);
+        EXPECT_NEAR(a.budget.absorbed / b.budget.absorbed, 1, 2e-4) << degree;
+        EXPECT_NEAR(a.reflected / b.reflected, 1, 2e-4) << degree;
+        EXPECT_NEAR(a.transmitted / b.transmitted, 1, 2e-4) << degree;
+        EXPECT_NEAR(a.budget.largest / b.budget.largest, 1, 1e-3) << degree;
+        EXPECT_LT(a.budget.defect, 1e-6);
+    }
 }
 
 TEST(SecondMoment, KeepsTheWhiteFurnaceInSaltAndPepper)
