@@ -83,16 +83,16 @@ private:
     std::vector<Variable<T>*> scalars();
     std::vector<Variable<T>*> velocities();
 
-    // terms.cc: one function an effect, called where it is on
+    // subgrid.cc, terms.cc: one function an effect, called where it is on
+    void add_subgrid();
+    void find_eddy_viscosity(int at);
     void add_terms();
     void add_floor_fluxes();
     void add_diffusion();
-    void add_subgrid();
     void add_radiation();
     void add_sponge();
     void add_wind_relaxation();
     void add_side_relaxation();
-    void find_eddy_viscosity(int at);
     void find_heating(int at);
     void find_mean_wind(int at);
 
