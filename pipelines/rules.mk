@@ -32,7 +32,7 @@ stage = mkdir -p $(@D); TIMEFORMAT=%R; { time $(LAUNCH) $(BIN)/$(1) $(FLAGS) 2>&
 lit := $(if $(wildcard scatter.toml),scatter,light)
 
 $(OUT)/%.light.vdb: $(OUT)/%.density.vdb light.toml $(call tool,illuminate)
-	@$(call stage,illuminate $< --config light.toml -o $@)
+	@$(call stage,illuminate $< --config light.toml $(light_flags) -o $@)
 
 $(OUT)/%.scatter.vdb: $(OUT)/%.light.vdb scatter.toml $(call tool,p1solve)
 	@$(call stage,p1solve $< --config scatter.toml -o $@)
