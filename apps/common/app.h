@@ -73,6 +73,8 @@ public:
     CLI::Option* add_vec3s(const std::string& names, std::vector<Vec3d>& values, const std::string& description);
     /// Three numbers "r,g,b", or one for all three channels.
     CLI::Option* add_rgb(const std::string& names, Vec3d& value, const std::string& description);
+    /// The same, given as often as wanted.
+    CLI::Option* add_rgbs(const std::string& names, std::vector<Vec3d>& values, const std::string& description);
 
     /// One of several words, each standing for a value.
     template<typename E>
@@ -191,6 +193,7 @@ private:
             ->check(CLI::Validator(check, ""));
     }
 
+    CLI::Option* vectors_option(const std::string& names, std::vector<Vec3d>& values, const std::string& description);
     CLI::Option* word_option(const std::string& names, const std::vector<std::string>& words,
                              const std::string& present, const std::function<void(const std::string&)>& chosen,
                              const std::string& description);

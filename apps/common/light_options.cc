@@ -34,8 +34,8 @@ void declare_lights(App& app, LightOptions& o)
     const char* group = "Lights";
     app.add_vec3s("--sun", o.suns, "direction TOWARDS a distant light, x,y,z; again for another")
         ->group(group);
-    app.add_vec3s("--sun-irradiance", o.irradiances,
-                  "r,g,b perpendicular to its beam; one for all suns, or one for each [1,1,1]")
+    app.add_rgbs("--sun-irradiance", o.irradiances,
+                  "one number or r,g,b, perpendicular to its beam; one for all suns, or one for each [1,1,1]")
         ->check(nonnegative)
         ->group(group);
     app.add_option("--sun-diameter", o.diameters,
@@ -43,8 +43,8 @@ void declare_lights(App& app, LightOptions& o)
         ->check(within(0, 180))
         ->group(group);
     app.add_vec3s("--lamp", o.lamps, "position of a point light, x,y,z; again for another")->group(group);
-    app.add_vec3s("--lamp-intensity", o.intensities,
-                  "r,g,b power per steradian; one for all lamps, or one for each [1,1,1]")
+    app.add_rgbs("--lamp-intensity", o.intensities,
+                  "one number or r,g,b, power per steradian; one for all lamps, or one for each [1,1,1]")
         ->check(nonnegative)
         ->group(group);
 }

@@ -133,7 +133,7 @@ CLI::Option* App::add_option(const std::string& names, Vec3d& value, const std::
         ->check(vector_of(false));
 }
 
-CLI::Option* App::add_option(const std::string& names, std::vector<Vec3d>& values, const std::string& description)
+CLI::Option* App::vectors_option(const std::string& names, std::vector<Vec3d>& values, const std::string& description)
 {
     const auto read = [&values](const CLI::results_t& words) {
         values.assign(words.size(), Vec3d(0, 0, 0));
@@ -145,9 +145,12 @@ CLI::Option* App::add_option(const std::string& names, std::vector<Vec3d>& value
     for (const Vec3d& v : values) present += (present.empty() ? "" : " ") + shortest(v);
     return CLI::App::add_option(names, CLI::callback_t(read), description)
         ->default_str(present)
-        ->type_name("X,Y,Z ...")
-        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-        ->check(vector_of(false));
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+CLI::Option* App::add_option(const std::string& names, std::vector<Vec3d>& values, const std::string& description)
+{
+    return vectors_option(names, values, description)->type_name("X,Y,Z ...")->check(vector_of(false));
 }
 
 CLI::Option* App::add_vec3(const std::string& names, Vec3d& value, const std::string& description)
@@ -168,6 +171,11 @@ CLI::Option* App::add_rgb(const std::string& names, Vec3d& value, const std::str
         ->default_str(grey ? shortest(value[0]) : shortest(value))
         ->type_name("R,G,B")
         ->check(vector_of(true));
+}
+
+CLI::Option* App::add_rgbs(const std::string& names, std::vector<Vec3d>& values, const std::string& description)
+{
+    return vectors_option(names, values, description)->type_name("R,G,B ...")->check(vector_of(true));
 }
 
 CLI::Option* App::add_flag(const std::string& names, bool& value, const std::string& description)

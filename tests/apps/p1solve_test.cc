@@ -90,6 +90,18 @@ TEST_F(P1Solve, SharesTheSolutionOfEqualChannelsAndSaysSo)
     EXPECT_LT(double(j["channels"]["r"]["residual"]), 1e-6);
 }
 
+TEST_F(P1Solve, TakesOneNumberForAllChannelsOfALight)
+{
+    const std::string input = slab(16);
+    const Words sun{"--extinction", "4", "--sun", "0,1,0", "--periodic", "xz", "--sun-irradiance"};
+    Words one = sun, three = sun;
+    one.push_back("2.5");
+    three.push_back("2.5,2.5,2.5");
+    const double a = solve(input, one)["channels"]["g"]["phi"]["largest"], b = solve(input, three)["channels"]["g"]["phi"]["largest"];
+    EXPECT_EQ(a, b);
+    EXPECT_GT(a, 2.5);
+}
+
 TEST_F(P1Solve, TellsWhatTwoSlabsLoseToEachOtherWhateverTheGap)
 {
     // Between slabs without end all that leaves an inner side would enter the other slab. In equal slabs that glow alike that is half of all.
