@@ -36,7 +36,7 @@ int group_block(const Stencil& a, size_t block, uint16_t* of)
         float linked = 0;
         most[i] = 0;
         for (int axis = 0; axis < 3; ++axis)
-            for (const float c : {a.face[axis][slot], a.face[axis][blocks.neighbour(slot, 2 * axis)]}) {
+            for (const float c : {a.face[axis][slot], a.face[axis][beside(blocks, slot, 2 * axis)]}) {
                 most[i] = std::max(most[i], c);
                 linked += c;
             }
@@ -120,7 +120,7 @@ Graph collapsed(const Stencil& a, const VoxelGroups& groups)
                 if (row == VoxelGroups::none) continue;
                 extra[row] += a.extra[slot];
                 for (int face = 0; face < 6; ++face) {
-                    const size_t to = blocks.neighbour(slot, face);
+                    const size_t to = beside(blocks, slot, face);
                     const float c = a.face[face / 2][face % 2 ? slot : to];
                     if (!(c > 0)) continue;
                     const int32_t column = groups(to);

@@ -103,7 +103,7 @@ std::vector<float> inverse_diagonal(const Stencil& a)
         for (size_t slot = first * 512; slot < last * 512; ++slot) {
             double diagonal = a.extra[slot];
             for (int axis = 0; axis < 3; ++axis)
-                diagonal += double(a.face[axis][slot]) + a.face[axis][blocks.neighbour(slot, 2 * axis)];
+                diagonal += double(a.face[axis][slot]) + a.face[axis][beside(blocks, slot, 2 * axis)];
             if (diagonal > 0) inverse[slot] = float(1 / diagonal);
         }
     });

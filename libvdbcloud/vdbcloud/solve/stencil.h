@@ -23,6 +23,15 @@ struct Stencil {
     size_t bytes() const;
 };
 
+/// blocks.neighbour(slot, face), without a call within a block.
+inline size_t beside(const Blocks& blocks, size_t slot, int face)
+{
+    constexpr int shift[3] = {6, 3, 0};
+    const int axis = face / 2, at = int(slot >> shift[axis]) & 7;
+    if (at == (face % 2 ? 7 : 0)) return blocks.neighbour(slot, face);
+    return face % 2 ? slot + (size_t(1) << shift[axis]) : slot - (size_t(1) << shift[axis]);
+}
+
 /// y = A x in double precision; returns x . y. Threads by TBB; the value does not depend on their number.
 double apply(const Stencil&, const std::vector<double>& x, std::vector<double>& y);
 double apply(const Stencil&, const std::vector<float>& x, std::vector<double>& y);
