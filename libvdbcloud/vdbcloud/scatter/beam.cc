@@ -1,9 +1,6 @@
 #include "vdbcloud/scatter/beam.h"
 
-#include "vdbcloud/core/error.h"
-#include "vdbcloud/optics/optical_depth.h"
 #include "vdbcloud/scatter/free_flux.h"
-#include "vdbcloud/sweep/light_lattice.h"
 
 #include <tbb/parallel_for.h>
 
@@ -14,8 +11,6 @@
 namespace vdbcloud {
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 Vec3d unit_vector(int axis, double length)
 {
@@ -34,55 +29,6 @@ void each_active(const Blocks& blocks, const F& f)
 }
 
 Vec3d as_double(const Vec3i& v) { return Vec3d(v.x(), v.y(), v.z()); }
-
-/// Depths at voxel + offset for all voxels of the blocks that `wanted` names (all if it is empty); 0 in the others.
-std::vector<float> lattice_depths(const VoxelIndex& index, const BrickMap& density, const Light& light, const Vec3d& offset,
-                                  int rays_per_voxel, const std::vector<char>& wanted, const Progress& progress)
-{
-    const Blocks& blocks = index.blocks();
-    VoxelBlocks targets;
-    for (size_t b = 0; b < blocks.count(); ++b)
-        if (wanted.empty() || wanted[b]) targets.block.push_back(blocks.at(b));
-    targets.value.assign(targets.block.size() * 512, 0.0f);
-    lattice_depth(density, light.to_light.unit(), {rays_per_voxel, offset}, targets, progress);
-    if (wanted.empty()) {
-        targets.value.resize(blocks.slots(), 0.0f);
-        return std::move(targets.value);
-    }
-    std::vector<float> all(blocks.slots(), 0.0f);
-    size_t from = 0;
-    for (size_t b = 0; b < blocks.count(); ++b)
-        if (wanted[b]) {
-            std::copy_n(targets.value.begin() + ptrdiff_t(from), 512, all.begin() + ptrdiff_t(b * 512));
-            from += 512;
-        }
-    return all;
-}
-
-/// Depth from one point of block coordinates to a point light.
-float lamp_depth(const VoxelIndex& index, const BrickMap& density, const Light& light, const Vec3d& voxel)
-{
-    const Vec3d x = index.world(voxel), to = light.position - x;
-    const double r = to.length();
-    return r > 0 ? float(density_depth(density, {x, to / r}, 0, r)) : 0.0f;
-}
-
-/// Where an exposed face is asked, relative to its centre [voxels]: half a voxel out of the cell along the beam, which
-/// travels along `travel` [unit, index space]; at most one voxel.
-Vec3d beyond_face(const Vec3d& travel, int axis, int up)
-{
-    const double along = travel[axis] * (up ? 1 : -1);  // > 0 where the beam leaves
-    if (along == 0) return Vec3d(0, 0, 0);
-    return travel * std::copysign(std::min(0.5 / std::abs(along), 1.0), along);
-}
-
-/// Direction of travel of the light at a point, in index space.
-Vec3d index_travel(const VoxelIndex& index, const Vec3d& world_travel)
-{
-    Vec3d d;
-    for (int a = 0; a < 3; ++a) d[a] = world_travel.dot(index.axis(a)) / index.spacing()[a];
-    return d.unit();
-}
 
 /// Signed solid angle under which a triangle is seen from the origin (Van Oosterom & Strackee 1983).
 double solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c)
@@ -110,73 +56,6 @@ void add_lamp_inside(const P1Operator& p1, const Light& light, const std::vector
     }
 }
 
-/// Sums density x length from a point towards the light through voxels of constant density, wrapping periodic axes.
-class PeriodicMarch {
-public:
-    PeriodicMarch(const VoxelIndex& of, const std::vector<float>& values, const Light& light)
-        : index_(of), density_(values)
-    {
-        const Vec3d to = light.to_light.unit();
-        lo_ = Vec3i(std::numeric_limits<int>::max());
-        hi_ = Vec3i(std::numeric_limits<int>::min());
-        for (size_t b = 0; b < of.blocks().count(); ++b)
-            for (int a = 0; a < 3; ++a) {
-                lo_[a] = std::min(lo_[a], of.blocks().at(b)[a] * 8);
-                hi_[a] = std::max(hi_[a], of.blocks().at(b)[a] * 8 + 7);
-            }
-        bool leaves = false;
-        for (int a = 0; a < 3; ++a) {
-            step_[a] = to.dot(of.axis(a)) / of.spacing()[a];
-            if (std::abs(step_[a]) < 1e-12) step_[a] = 0;
-            leaves = leaves || (of.blocks().period()[a] == 0 && step_[a] != 0);
-        }
-        if (light.kind != LightKind::Directional || !leaves)
-            throw InputError("light '" + light.name + "': in a periodic medium expected a directional light that is not "
-                             "parallel to every axis that ends");
-    }
-
-    /// Depth from a point (block coordinates) to infinity.
-    double operator()(const Vec3d& from) const
-    {
-        int cell[3];
-        double next[3];
-        for (int a = 0; a < 3; ++a) {
-            const double p = from[a] + 0.5;
-            const bool on_face = std::abs(p - std::round(p)) < 1e-9;
-            cell[a] = int(on_face ? std::round(p) : std::floor(p));
-            if (on_face && step_[a] < 0) --cell[a];
-            next[a] = step_[a] > 0 ? (cell[a] + 1 - p) / step_[a] : step_[a] < 0 ? (cell[a] - p) / step_[a] : infinity;
-        }
-        double t = 0, depth = 0;
-        while (inside(cell)) {
-            const int a = next[0] <= next[1] ? (next[0] <= next[2] ? 0 : 2) : (next[1] <= next[2] ? 1 : 2);
-            depth += density_[index_.blocks().slot(Vec3i(cell[0], cell[1], cell[2]))] * (next[a] - t);
-            t = next[a];
-            cell[a] += step_[a] > 0 ? 1 : -1;
-            next[a] += 1 / std::abs(step_[a]);
-        }
-        return depth;
-    }
-
-    const Vec3i& lo() const { return lo_; }
-    const Vec3i& hi() const { return hi_; }
-    const Vec3d& step() const { return step_; }
-
-private:
-    bool inside(const int* cell) const
-    {
-        for (int a = 0; a < 3; ++a)
-            if (index_.blocks().period()[a] == 0 &&
-                ((step_[a] >= 0 && cell[a] > hi_[a]) || (step_[a] <= 0 && cell[a] < lo_[a])))
-                return false;
-        return true;
-    }
-    const VoxelIndex& index_;
-    const std::vector<float>& density_;
-    Vec3d step_;
-    Vec3i lo_, hi_;
-};
-
 }  // namespace
 
 FreeFlux::FreeFlux(const P1Operator& p1, const Light& light) : index_(p1.index()), light_(light)
@@ -197,144 +76,6 @@ double FreeFlux::operator()(size_t slot, int axis, int up) const
     const double angle = solid_angle(corner[0], corner[1], corner[2]) + solid_angle(corner[0], corner[2], corner[3]);
     const double side = (corner[0] + corner[2]).dot(index_.axis(axis));  // where the light comes from decides the sign
     return std::copysign(std::abs(angle), side) / unit_;
-}
-
-BeamDepths beam_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed, const BrickMap& density,
-                       const Light& light, int rays_per_voxel, const Progress& progress)
-{
-    const Blocks& blocks = index.blocks();
-    BeamDepths depths;
-    depths.light = light;
-    depths.exposed.resize(exposed.size());
-    if (light.kind == LightKind::Point) {
-        for (int a = 0; a < 3; ++a) {
-            depths.lower[a].assign(blocks.slots(), 0.0f);
-            each_active(blocks, [&](size_t slot) {
-                depths.lower[a][slot] =
-                    lamp_depth(index, density, light, as_double(blocks.voxel(slot)) + unit_vector(a, -0.5));
-            });
-        }
-        tbb::parallel_for(size_t(0), exposed.size(), [&](size_t k) {
-            for (int face = 0; face < 6; ++face) {
-                if (!(exposed[k].faces >> face & 1)) continue;
-                const Vec3d centre =
-                    as_double(blocks.voxel(exposed[k].slot)) + unit_vector(face / 2, face % 2 ? 0.5 : -0.5);
-                const Vec3d away = index.world(centre) - light.position;
-                const Vec3d shift = away.length() > 0 ? beyond_face(index_travel(index, away), face / 2, face % 2) : Vec3d(0.0);
-                depths.exposed[k][face] = lamp_depth(index, density, light, centre + shift);
-            }
-        });
-        return depths;
-    }
-    int done = 0;
-    const auto part = [&] {
-        const double before = done++;
-        return progress ? Progress([&progress, before](double f) { return progress((before + f) / 9); }) : Progress();
-    };
-    const Vec3d travel = index_travel(index, -light.to_light.unit());
-    for (int a = 0; a < 3; ++a) {
-        depths.lower[a] = lattice_depths(index, density, light, unit_vector(a, -0.5), rays_per_voxel, {}, part());
-        for (int up = 0; up < 2; ++up) {
-            const int face = 2 * a + up;
-            std::vector<char> wanted(blocks.count(), 0);
-            bool any = false;
-            for (const ExposedVoxel& voxel : exposed)
-                if (voxel.faces >> face & 1) {
-                    wanted[voxel.slot / 512] = 1;
-                    any = true;
-                }
-            if (!any || travel[a] == 0) continue;
-            const Vec3d offset = unit_vector(a, up ? 0.5 : -0.5) + beyond_face(travel, a, up);
-            const auto beyond = lattice_depths(index, density, light, offset, rays_per_voxel, wanted, part());
-            for (size_t k = 0; k < exposed.size(); ++k)
-                if (exposed[k].faces >> face & 1) depths.exposed[k][face] = beyond[exposed[k].slot];
-        }
-    }
-    return depths;
-}
-
-BeamDepths periodic_beam_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed,
-                                const std::vector<float>& density, const Light& light)
-{
-    const PeriodicMarch march(index, density, light);
-    BeamDepths depths;
-    depths.light = light;
-    const Blocks& blocks = index.blocks();
-    for (int a = 0; a < 3; ++a) {
-        depths.lower[a].assign(blocks.slots(), 0.0f);
-        each_active(blocks, [&](size_t slot) {
-            depths.lower[a][slot] = float(march(as_double(blocks.voxel(slot)) + unit_vector(a, -0.5)));
-        });
-    }
-    depths.exposed.resize(exposed.size());
-    tbb::parallel_for(size_t(0), exposed.size(), [&](size_t k) {
-        const Vec3d centre = as_double(blocks.voxel(exposed[k].slot));
-        for (int face = 0; face < 6; ++face)
-            depths.exposed[k][face] =
-                exposed[k].faces >> face & 1 ? float(march(centre + unit_vector(face / 2, face % 2 ? 0.5 : -0.5))) : 0.0f;
-    });
-    return depths;
-}
-
-LineDepths line_depths(const VoxelIndex& index, const BrickMap& density, const Light& light)
-{
-    LineDepths lines;
-    const Vec3d z = light.to_light.unit();
-    const Vec3d x = (std::abs(z[0]) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).cross(z).unit(), y = z.cross(x);
-    const double spacing = std::cbrt(index.spacing()[0] * index.spacing()[1] * index.spacing()[2]);
-    lines.area = spacing * spacing;
-    double lo[3], hi[3];
-    std::fill(lo, lo + 3, infinity);
-    std::fill(hi, hi + 3, -infinity);
-    for (size_t b = 0; b < index.blocks().count(); ++b)
-        for (int k = 0; k < 8; ++k) {
-            const Vec3d corner(k & 1 ? 8.5 : -1.5, k & 2 ? 8.5 : -1.5, k & 4 ? 8.5 : -1.5);
-            const Vec3d p = index.world(8.0 * as_double(index.blocks().at(b)) + corner);
-            const double along[3] = {p.dot(x), p.dot(y), p.dot(z)};
-            for (int a = 0; a < 3; ++a) {
-                lo[a] = std::min(lo[a], along[a]);
-                hi[a] = std::max(hi[a], along[a]);
-            }
-        }
-    if (!(hi[0] > lo[0])) return lines;
-    const size_t nx = size_t((hi[0] - lo[0]) / spacing) + 1, ny = size_t((hi[1] - lo[1]) / spacing) + 1;
-    lines.depth.assign(nx * ny, 0.0);
-    tbb::parallel_for(size_t(0), nx, [&](size_t i) {
-        for (size_t j = 0; j < ny; ++j) {
-            const Vec3d from = x * (lo[0] + spacing * (double(i) + 0.5)) + y * (lo[1] + spacing * (double(j) + 0.5)) + z * lo[2];
-            lines.depth[i * ny + j] = density_depth(density, {from, z}, 0, infinity);
-        }
-    });
-    return lines;
-}
-
-LineDepths periodic_line_depths(const VoxelIndex& index, const std::vector<float>& density, const Light& light)
-{
-    const PeriodicMarch march(index, density, light);
-    LineDepths lines;
-    // Lines start on the side of the box away from the light, across an axis that ends, one in each voxel of that side.
-    int across = 0;
-    for (int a = 0; a < 3; ++a)
-        if (index.blocks().period()[a] == 0 && march.step()[a] != 0) across = a;
-    const int b = (across + 1) % 3, c = (across + 2) % 3;
-    const Vec3d h = index.spacing();
-    lines.area = h[b] * h[c] * std::abs(light.to_light.unit().dot(index.axis(across)));
-    Vec3d from;
-    from[across] = march.step()[across] > 0 ? march.lo()[across] - 0.5 : march.hi()[across] + 0.5;
-    for (int i = march.lo()[b]; i <= march.hi()[b]; ++i)
-        for (int j = march.lo()[c]; j <= march.hi()[c]; ++j) {
-            from[b] = i + 0.21;  // off the cells' edges
-            from[c] = j - 0.17;
-            lines.depth.push_back(march(from));
-        }
-    return lines;
-}
-
-double lost_power(const LineDepths& lines, double extinction)
-{
-    double lost = 0;
-    for (double depth : lines.depth) lost -= std::expm1(-extinction * depth);
-    return lost * lines.area;
 }
 
 void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
