@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -116,6 +118,19 @@ TEST(Ordinates, RoundCountsUpToWhatThereIsAndToWhatTheDegreeNeeds)
     EXPECT_EQ(count(32, 3), 64u);
     EXPECT_EQ(count(64, 3), 64u);
     EXPECT_EQ(count(64, 7), 256u);
+    for (int asked : {8, 32, 64, 128, 256, 512}) {  // layers: the same counts and degrees, more polar points where that leaves 8 azimuths
+        const Ordinates cloud = ordinates(OrdinateKind::Product, asked, 1), layer = ordinates(OrdinateKind::Product, asked, 1, 1, true);
+        EXPECT_EQ(cloud.count(), layer.count());
+        EXPECT_EQ(cloud.degree, layer.degree);
+        const auto heights = [](const Ordinates& set) {
+            std::set<double> mu;
+            for (const Vec3d& s : set.direction) mu.insert(s[1]);
+            return mu.size();
+        };
+        EXPECT_EQ(heights(layer), asked == 128 || asked == 512 ? 2 * heights(cloud) : heights(cloud)) << asked;
+        EXPECT_LT(worst_moment(layer, layer.degree), 1e-12) << asked;
+        EXPECT_EQ(symmetries(layer), 16) << asked;
+    }
     EXPECT_EQ(ordinates(OrdinateKind::LevelSymmetric, 32, 1).count(), 48u);
     EXPECT_EQ(ordinates(OrdinateKind::LevelSymmetric, 8, 3).count(), 48u);
     EXPECT_THROW(ordinates(OrdinateKind::LevelSymmetric, 80, 7), InputError);

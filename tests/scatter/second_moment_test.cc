@@ -50,6 +50,7 @@ struct Result {
 Result solve(const Cloud& c, const Lit& lit, ClosureOptions options)
 {
     options.solve.tolerance = 1e-8;
+    options.layered = c.index.blocks().period()[0] && c.index.blocks().period()[2];
     const bool periodic = c.index.blocks().period() != Vec3i(0, 0, 0);
     const P1Operator coarse(c.index, c.density, c.exposed, {lit.sigma, lit.w0, nullptr, lit.g, true, 1});
     const auto open = closure_exposed(coarse);
@@ -162,18 +163,16 @@ double emergent(const Slab& slab, const Result& r, const Lit& lit, double tau, d
 
 TEST(SecondMoment, AgreesWithExactSlabs)
 {
-    // 2, 4 and 8 polar points a hemisphere. Bounds for R, T and emergent radiance; phi is the root mean square over depth: half-range
-    // Gauss makes it wave by twice that within half a mean free path of the faces. Thin slabs err more, as light grazes.
+    // 2 and 8 polar points a hemisphere. Thin slabs err more, as light grazes.
     struct Bound {
         int directions;
-        double thick, thin, phi_thick, phi_thin;
+        double thick, thin;
     };
-    double error[3] = {0, 0, 0}, wave[3] = {0, 0, 0};
+    double error[2] = {0, 0}, wave[2] = {0, 0};
     for (double tau : {0.1, 1.0, 16.0, 64.0})
-        for (const Bound& bound : {Bound{32, 0.025, 0.05, 0.018, 0.04}, {128, 0.002, 0.008, 0.0025, 0.006}, {256, 0.002, 0.002, 0.002, 0.002}}) {
+        for (const Bound& bound : {Bound{32, 0.025, 0.05}, {128, 0.002, 0.002}}) {
             if (bound.directions > 32 && tau > 20 && !test::full_size()) continue;
-            if (bound.directions == 256 && tau != 1 && !test::full_size()) continue;
-            const int n = tau > 20 ? 128 : 64, which = bound.directions == 32 ? 0 : bound.directions == 128 ? 1 : 2;
+            const int n = tau > 20 ? 128 : 64, which = bound.directions == 128;
             Slab slab(tau, n);
             Lit lit;
             lit.w0 = 0.9999;
@@ -193,20 +192,22 @@ TEST(SecondMoment, AgreesWithExactSlabs)
             EXPECT_LT(r.budget.defect, 1e-6);
             EXPECT_TRUE(r.report.converged);
             EXPECT_LE(r.report.iterations, 7);
-            double square = 0;  // of the error of everything's fluence; P1's own is 6 to 16 %
+            double square = 0, worst = 0;  // of the error of everything's fluence; P1's own is 6 to 16 %
             for (int j = 0; j < n; j += n / 32) {
                 const double depth = tau * (j + 0.5) / n, phi = exact.at(depth).phi;
-                square += std::pow((slab.at(r.phi, j) - phi) / (phi + std::exp(-depth / 0.6)), 2) / 32;
+                const double off = (slab.at(r.phi, j) - phi) / (phi + std::exp(-depth / 0.6));
+                square += off * off / 32;
+                worst = std::max(worst, std::abs(off));
             }
-            EXPECT_LT(std::sqrt(square), tau < 1 ? bound.phi_thin : bound.phi_thick) << tau << ' ' << bound.directions;
+            EXPECT_LT(worst, most + 0.05 * cell * cell) << tau << ' ' << bound.directions;  // at every depth: second order in the voxel
             if (tau == 1) {
                 error[which] = std::abs(reflected / exact.reflected() - 1);
                 wave[which] = std::sqrt(square);
             }
         }
-    EXPECT_GT(std::log2(error[0] / error[1]), 2);  // at least second order in polar points
-    EXPECT_GT(std::log2(wave[0] / wave[1]), 1.5);
-    EXPECT_GT(std::log2(wave[1] / wave[2]), 1.5);
+    // Two doublings of the polar points: at least second order.
+    EXPECT_GT(std::log2(error[0] / error[1]), 4);
+    EXPECT_GT(std::log2(wave[0] / wave[1]), 4);
 }
 
 TEST(SecondMoment, TransmitsRightAtAnyOpticalDepthOfAVoxel)

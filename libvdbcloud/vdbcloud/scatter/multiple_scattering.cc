@@ -279,6 +279,7 @@ private:
         ClosureOptions options = o_.closure;
         options.solve = o_.solve;
         options.polar = polar_axis();
+        options.layered = o_.periodic[0] + o_.periodic[1] + o_.periodic[2] == 2;
         SecondMoment closure(fine, options);
         if (!o_.sky.dark()) closure.set_sky(sky_along(index_, o_.sky, c, closure.set().direction));
         // A start that is negative in no direction saves three iterations: at g = 0.85 P1's flux where light enters takes long to be forgotten.

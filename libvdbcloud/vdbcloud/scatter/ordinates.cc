@@ -19,13 +19,14 @@ struct ProductSize {
     int degree() const { return std::min(polar, azimuths / 2) - 1; }
 };
 
-/// All product sets, by count; of two equal ones the one that carries more comes first.
-std::vector<ProductSize> product_sizes()
+/// All product sets, by count; of two equal ones the one that carries more comes first. A set of p points times 4 p azimuths has
+/// the count and the degree of one of 2 p times 2 p, which layers take where that leaves eight azimuths.
+std::vector<ProductSize> product_sizes(bool layered)
 {
     std::vector<ProductSize> sizes;
     for (int p = 1; p <= most_polar; ++p)
         for (int a : {2 * p, 4 * p})
-            if (a % 4 == 0) sizes.push_back({p, a});
+            if (a % 4 == 0) sizes.push_back(layered && a == 4 * p && p >= 4 ? ProductSize{2 * p, 2 * p} : ProductSize{p, a});
     std::stable_sort(sizes.begin(), sizes.end(),
                      [](const ProductSize& a, const ProductSize& b) { return a.count() < b.count(); });
     return sizes;
@@ -185,13 +186,13 @@ OrdinateKind ordinate_kind(const std::string& text)
     throw InputError("quadrature '" + printable(text) + "': expected product or level-symmetric");
 }
 
-Ordinates ordinates(OrdinateKind kind, int count, int degree, int polar)
+Ordinates ordinates(OrdinateKind kind, int count, int degree, int polar, bool layered)
 {
     if (count < 1) throw InputError(std::to_string(count) + " directions: expected at least 1");
     if (degree < 0 || degree > 7) throw InputError("degree " + std::to_string(degree) + ": expected 0 to 7");
     if (polar < 0 || polar > 2) throw InputError("polar axis " + std::to_string(polar) + ": expected 0, 1 or 2");
     if (kind == OrdinateKind::Product) {
-        const auto sizes = product_sizes();
+        const auto sizes = product_sizes(layered);
         for (const ProductSize& size : sizes)
             if (size.count() >= count && size.degree() >= degree) return product_set(size, polar);
         throw InputError(std::to_string(count) + " directions: expected at most " + std::to_string(sizes.back().count()));

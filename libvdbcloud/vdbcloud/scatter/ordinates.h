@@ -32,14 +32,15 @@ struct Ordinates {
 /// the axes; A = 2 P or 4 P, a multiple of 4, so 8, 16, 32, 64, 72, 128, 144, 200, 256, 288, ... directions. It carries degree
 /// min(P, A/2) - 1 and is invariant under 16 of the cube's symmetries. A half-range rule knows that radiance at a boundary is
 /// two functions, one for each side: in slabs it errs a third of what a full-range rule of the same count does.
-/// `polar` is the index axis that mu is measured from.
+/// `polar` is the index axis that mu is measured from. For a medium that is `layered` across it, where radiance changes far more with mu
+/// than with azimuth, 4 P azimuths become 2 P with twice the polar points (from 128 directions on): the same count and degree.
 ///
 /// Level-symmetric: S_N sets with N(N+2) directions, N = 2 to 12; they carry degree 1, 2, 3, 4, 5, 5.
 ///
 /// Throws InputError if count < 1, if degree is not 0..7, if `polar` is no axis, or if no set is large enough (Product ends at
 /// 8192 directions), saying what there is.
 /// Source: Carlson & Lathrop 1968 (level-symmetric sets); Sykes 1951 (half-range Gauss).
-Ordinates ordinates(OrdinateKind kind, int count, int degree, int polar = 1);
+Ordinates ordinates(OrdinateKind kind, int count, int degree, int polar = 1, bool layered = false);
 
 /// Nodes on (-1, 1) and weights (their sum is 2) of the n-point Gauss-Legendre rule, n >= 1.
 void gauss_legendre(int n, std::vector<double>& node, std::vector<double>& weight);

@@ -63,7 +63,7 @@ SecondMoment::SecondMoment(const P1Operator& p1, const ClosureOptions& options) 
 {
     if (o_.degree < 1 || o_.degree > 7) throw InputError("degree " + std::to_string(o_.degree) + ": expected 1 to 7");
     const int carried = std::max(o_.degree, 2);  // t needs moments of degree 2, but exactly only those of what P1 calls isotropic
-    ordinates_ = ordinates(o_.kind, o_.directions, o_.degree, o_.polar);
+    ordinates_ = ordinates(o_.kind, o_.directions, o_.degree, o_.polar, o_.layered);
     const double g = p1.medium().g, f = p1.medium().delta && g > 0 ? std::pow(g, o_.degree + 1) : 0.0;
     for (double moment : phase_moments(o_.degree, g)) phase_.push_back((moment - f) / (1 - f));
     terms_ = g == 0 ? 1 : harmonic_count(o_.degree);

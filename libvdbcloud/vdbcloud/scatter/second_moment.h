@@ -11,6 +11,7 @@ struct ClosureOptions {
     int directions = 32;  ///< at least (ordinates.h)
     OrdinateKind kind = OrdinateKind::Product;
     int polar = 1;        ///< index axis that the product set's polar cosine is measured from
+    bool layered = false; ///< the medium is a layer across that axis, without end along the others (ordinates.h)
     int degree = 1;       ///< of the scattering source's expansion and of the delta-M scaling, 1..7
     double change = 1e-3; ///< stop when an iteration changes collided light by less (ClosureReport::change)
     SolveOptions solve;
