@@ -136,6 +136,10 @@ void solve(app::App& app, P1solveOptions& o)
     }
     if (!report.converged && !o.allow_unconverged) {
         for (const ChannelReport& c : report.channel)
+            if (c.solve.converged && !c.limiter.converged)
+                throw ConvergenceError("the flux limiter changes phi by " + app::brief(c.limiter.change) + " after " +
+                                       std::to_string(c.limiter.iterations) + " solves: expected below " + app::brief(o.scatter.limiter_change));
+        for (const ChannelReport& c : report.channel)
             if (!c.solve.converged)
                 throw ConvergenceError("residual " + app::brief(c.solve.residual) + " and error estimate " + app::brief(c.solve.error) +
                                        " after " + std::to_string(c.solve.iterations) + " iterations: expected both below " +

@@ -36,6 +36,9 @@ void read_periodic(P1solveOptions& o)
 void read_closure(app::App& app, P1solveOptions& o)
 {
     ClosureOptions& c = o.scatter.closure;
+    if (o.scatter.limiter && c.iterations > 0) throw UsageError("--iterations with --limiter: expected one of them, both are closures of P1");
+    if (o.scatter.limiter && o.series.order > 0) throw UsageError("--series with --limiter: expected one of them, the series needs linear equations");
+    if (o.scatter.limiter && o.scatter.solver != P1Solver::Multigrid) throw UsageError("--limiter with --solver relaxation: expected multigrid");
     if (c.iterations == 0) return;
     if (o.series.order > 0) throw UsageError("--iterations and --series: expected one of them, the series expands P1");
     if (o.scatter.solver != P1Solver::Multigrid) throw UsageError("--iterations with --solver relaxation: expected multigrid");
@@ -68,6 +71,9 @@ void declare(app::App& app, P1solveOptions& o)
     app.add_choice<P1Solver>("--solver", o.scatter.solver,
                              {{"multigrid", P1Solver::Multigrid}, {"relaxation", P1Solver::Relaxation}},
                              "multigrid: conjugate gradients with a multigrid cycle; relaxation: the paper's, for comparison")->group(method);
+    app.add_choice<bool>("--limiter", o.scatter.limiter, {{"none", false}, {"levermore-pomraning", true}},
+                         "levermore-pomraning: no flux above the fluence, also where the medium is thin; not linear, so lights no longer add up")
+        ->group(method);
     app.add_option("--relaxation", o.scatter.relaxation, "over-relaxation factor of --solver relaxation")
         ->check(app::within(0.1, 1.999))->group(method);
 

@@ -35,6 +35,9 @@ nlohmann::json described(const ChannelReport& c)
     }
     if (c.reentry >= 0) r["budget"]["share_that_would_enter_again_and_is_lost"] = c.reentry;
     if (c.closure.iterations > 0) r["sweeps"] = described(c.closure);
+    if (c.limiter.iterations > 0)
+        r["limiter"] = {{"iterations", c.limiter.iterations}, {"change", c.limiter.change}, {"converged", c.limiter.converged},
+                        {"least_factor", c.limiter.least}};
     r["phi"] = {{"smallest", b.smallest}, {"largest", b.largest}, {"negative_voxels", b.negative}};
     r["flux_limited_voxels"] = c.flux_limited;
     return r;

@@ -24,6 +24,16 @@ for run in "0 0 1" "0.85 0 1" "0.85 2 1" "0.85 2 3"; do
     awk -v t="$dark" 'BEGIN {exit !(t != "" && t < 0.1)}' || { echo "furnace.sh: the medium is thin (T >= $dark): nothing is tested" >&2; exit 1; }
 done
 
+# The flux limiter has nothing to do where light is the same everywhere, and does not go with what is linear or closes P1 itself.
+p1solve clumps.vdb --albedo 1 --g 0.85 --sky 1 --tolerance 1e-7 --limiter levermore-pomraning -q --json limited.json -o limited.vdb
+awk -F: '/"(smallest|largest)"/ {gsub(/[ ,]/, "", $2); if ($2 < 12.5651 || $2 > 12.5677) bad = 1; ++n} END {exit bad || n < 2}' limited.json ||
+    { echo "furnace.sh: --limiter leaves the furnace: $(grep -E 'smallest|largest' limited.json | xargs)" >&2; exit 1; }
+for other in "--iterations 2" "--series 3" "--solver relaxation"; do
+    status=0
+    p1solve clumps.vdb --limiter levermore-pomraning $other -q -o x.vdb 2> said || status=$?
+    [ "$status" = 2 ] && [ "$(wc -l < said)" = 1 ] || { echo "furnace.sh: --limiter $other: status $status, $(cat said)" >&2; exit 1; }
+done
+
 # A picture for viewing shows the sky that lit the medium without being told: against it the medium is not to be seen either.
 render lit.vdb --resolution 64 -q -o furnace.exr --png furnace.png
 range=$(oiiotool furnace.png --ch R,G,B --printstats | sed -n 's/.*Stats \(Min\|Max\): *\([0-9]*\).*/\2/p' | xargs)

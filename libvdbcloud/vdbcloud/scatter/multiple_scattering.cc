@@ -26,6 +26,17 @@ struct Group {
     std::vector<Solve> solves;
 };
 
+/// ||a - b|| / ||a||, sums in a fixed order.
+double relative_change(const std::vector<double>& a, const std::vector<double>& b)
+{
+    double difference = 0, size = 0;
+    for (size_t n = 0; n < a.size(); ++n) {
+        difference += (a[n] - b[n]) * (a[n] - b[n]);
+        size += a[n] * a[n];
+    }
+    return size > 0 ? std::sqrt(difference / size) : 0.0;
+}
+
 class Scattering {
 public:
     Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission, const Medium& medium,
@@ -220,11 +231,7 @@ private:
         for (size_t k = 0; k < sources.size(); ++k) lit.emplace_back(&sources[k], group.solves[k].channel);
         const auto part = [&](double f) { return !progress || progress((done + f) / count); };
         add_beams(p1, lit, [&](double f) { return part(0.3 * f); });
-        for (size_t k = 0; k < sources.size(); ++k) {
-            const int c = group.solves[k].channel;
-            if (!o_.sky.dark()) add_sky(p1, sky_on_faces(index_, o_.sky, c), sources[k]);
-            if (emission(c)) add_emission(p1, *emission(c), 1, sources[k]);
-        }
+        for (size_t k = 0; k < sources.size(); ++k) add_sky_and_glow(p1, group.solves[k].channel, sources[k]);
         std::optional<Multigrid> multigrid;
         if (o_.solver == P1Solver::Multigrid) {
             multigrid.emplace(p1.stencil());
@@ -241,15 +248,58 @@ private:
                                      : relax_p1(p1, o_.relaxation, sources[k], phi, solve);
             if (o_.closure.iterations > 0) {
                 close(p1, sources[k], c, phi, report);
+            } else if (o_.limiter) {
+                limit(p1, sources[k], c, phi, report);
             } else {
-                finish(p1, sources[k], phi, report);
-                auto flux = cell_flux(p1, sources[k], phi);
-                if (g_ != 0) report.flux_limited = limit_flux(p1, phi, flux);  // else the picture does not see it
-                flux_[c] = in_world(std::move(flux));
+                keep_p1(p1, sources[k], c, phi, report);
             }
             phi_[c].assign(phi.begin(), phi.end());
             for (const auto& [channel, scale] : group.solves[k].shared) share(c, channel, scale);
             ++report_.solves;
+        }
+    }
+
+    void add_sky_and_glow(const P1Operator& p1, int c, P1Source& source) const
+    {
+        if (!o_.sky.dark()) add_sky(p1, sky_on_faces(index_, o_.sky, c), source);
+        if (emission(c)) add_emission(p1, *emission(c), 1, source);
+    }
+
+    void keep_p1(const P1Operator& p1, const P1Source& source, int c, const std::vector<double>& phi, ChannelReport& report)
+    {
+        finish(p1, source, phi, report);
+        auto flux = cell_flux(p1, source, phi);
+        if (g_ != 0) report.flux_limited = limit_flux(p1, phi, flux);  // else the picture does not see it
+        flux_[c] = in_world(std::move(flux));
+    }
+
+    /// From P1 to flux-limited diffusion, for one channel, by solving with the factors that the last solution asks for.
+    void limit(const P1Operator& p1, const P1Source& p1_source, int c, std::vector<double>& phi, ChannelReport& report)
+    {
+        FluxLimiter limiter(index_.blocks());
+        P1Medium medium = p1.medium();
+        medium.limiter = &limiter.factor();
+        auto flux = cell_flux(p1, p1_source, phi);
+        LimiterReport& done = report.limiter;
+        for (;;) {
+            limiter.update(phi, flux);
+            const P1Operator limited(index_, density_, exposed_, medium);
+            P1Source source(limited);
+            report.lines = -1;
+            add_beams(limited, {{&source, c}}, {});
+            add_sky_and_glow(limited, c, source);
+            Multigrid multigrid(limited.stencil());
+            const std::vector<double> before = phi;
+            report.solve = solve_p1(limited, multigrid, source, phi, o_.solve);
+            done.change = relative_change(phi, before);
+            done.converged = done.change < o_.limiter_change;
+            if (++done.iterations < o_.limiter_iterations && !done.converged && report.solve.converged) {
+                flux = cell_flux(limited, source, phi);
+                continue;
+            }
+            done.least = limiter.least();
+            report_.converged = report_.converged && done.converged;
+            return keep_p1(limited, source, c, phi, report);
         }
     }
 
@@ -302,11 +352,8 @@ private:
             }
             closure.start_with(light, early, strength);
         });
-        if (!o_.sky.dark()) add_sky(fine, sky_on_faces(index_, o_.sky, c), base);
-        if (emission(c)) {
-            add_emission(fine, *emission(c), 1, base);
-            closure.add_emission(*emission(c), 1);
-        }
+        add_sky_and_glow(fine, c, base);
+        if (emission(c)) closure.add_emission(*emission(c), 1);
         Multigrid multigrid(fine.stencil());
         note_bytes(fine, 3, multigrid.bytes() + closure.bytes() + 20 * index_.blocks().slots());
         P1Source source(fine);

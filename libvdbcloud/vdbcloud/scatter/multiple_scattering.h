@@ -1,6 +1,7 @@
 #pragma once
 // Multiple scattering by P1: from a density and its lights to phi and flux, all three channels.
 #include "vdbcloud/optics/medium.h"
+#include "vdbcloud/scatter/flux_limiter.h"
 #include "vdbcloud/scatter/p1_problem.h"
 #include "vdbcloud/scatter/second_moment.h"
 #include "vdbcloud/scatter/sky_inflow.h"
@@ -22,6 +23,9 @@ struct ScatterOptions {
     P1Solver solver = P1Solver::Multigrid;
     double relaxation = 1.9;    ///< factor of successive over-relaxation
     SolveOptions solve;
+    bool limiter = false;       ///< Levermore & Pomraning's (flux_limiter.h): solutions of two lights no longer add up
+    double limiter_change = 1e-4;  ///< its iteration ends when phi changes by less
+    int limiter_iterations = 100;
     int reentry_rays = 20000;   ///< for the estimate of light that would enter again; 0: none
     ClosureOptions closure;     ///< sweeps that close P1; its solve and polar (here a world axis) are set from these options
     int keep_moments = 7;       ///< degree up to which moments become grids, at least 1: phi and flux
@@ -35,6 +39,7 @@ struct ChannelReport {
     SolveResult solve;
     P1Budget budget;
     ClosureReport closure;
+    LimiterReport limiter;
     double deposited = 0;     ///< power that the beams lost in the medium, by faces
     double lines = -1;        ///< the same by lines across each sun; -1: not measured
     double beam_in = 0, beam_out = 0, emitted = 0;

@@ -83,7 +83,8 @@ DeltaScaling P1Operator::scaling(size_t slot) const
 double P1Operator::sigma_tr(size_t slot) const
 {
     const double albedo = medium_.tint ? std::clamp(medium_.albedo * (*medium_.tint)[slot], 0.0, 1.0) : medium_.albedo;
-    return std::max(sigma_t(slot) * (1 - albedo * medium_.g), thinnest / hbar_);
+    const double limited = medium_.limiter ? (*medium_.limiter)[slot] : 1.0;
+    return std::max(sigma_t(slot) * (1 - albedo * medium_.g) / limited, thinnest / hbar_);
 }
 
 double P1Operator::sigma_a(size_t slot) const

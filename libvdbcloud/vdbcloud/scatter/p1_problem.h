@@ -17,6 +17,7 @@ struct P1Medium {
     double g = 0;                         ///< mean cosine
     bool delta = true;                    ///< delta-M scaling (harmonics.h)
     int degree = 1;                       ///< of the scaling; 1 is delta-Eddington, the one that P1 alone is good with
+    const std::vector<float>* limiter = nullptr;  ///< factor of D for each slot (flux_limiter.h); null: 1 everywhere
 };
 
 /// The matrix. With sigma_tr = sigma_t (1 - w0 g), D = 1/(3 sigma_tr), cells the active voxels with constant coefficients,

@@ -1,0 +1,39 @@
+#include "vdbcloud/scatter/flux_limiter.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbcloud {
+
+double levermore_pomraning(double r)
+{
+    if (r < 1e-2) return 1 - r * r / 15;  // the next term is 2 r^4 / 315
+    return 3 * (1 / std::tanh(r) - 1 / r) / r;
+}
+
+FluxLimiter::FluxLimiter(const Blocks& blocks) : blocks_(blocks), factor_(blocks.slots(), 1.0f) {}
+
+void FluxLimiter::update(const std::vector<double>& phi, const std::array<std::vector<float>, 3>& flux)
+{
+    tbb::parallel_for(size_t(0), blocks_.count(), [&](size_t b) {
+        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
+            if (!blocks_.active(slot) || !(phi[slot] > 0)) continue;
+            double square = 0;
+            for (const auto& component : flux) square += double(component[slot]) * component[slot];
+            const double r = 3 * std::sqrt(square) / (factor_[slot] * phi[slot]);
+            factor_[slot] = float(std::sqrt(factor_[slot] * std::max(levermore_pomraning(r), 1e-6)));
+        }
+    });
+}
+
+double FluxLimiter::least() const
+{
+    float least = 1;
+    for (size_t slot = 0; slot < blocks_.count() * 512; ++slot)
+        if (blocks_.active(slot)) least = std::min(least, factor_[slot]);
+    return least;
+}
+
+}  // namespace vdbcloud
