@@ -14,11 +14,9 @@ echo "|--:|--:|--:|--:|--:|--:|"
 for size in $sizes; do
     "$bin/fractalgen" --seed 7 --size "$size" -q -o d.vdb
     "$bin/p1solve" d.vdb --extinction 14.3 --sun 0.3,1,0.2 --albedo 0.9999 --g 0 --reentry-rays 0 -q --json j.json -o o.vdb 2> said
-    python3 - "$size" <<'PY'
-import json, sys
-j = json.load(open("j.json"))
-voxels, cpu = j["counts"]["active_voxels"], j["cpu_seconds"]
-print("| %s^3 | %d | %d | %.0f B | %.2f | %.0f |" % (sys.argv[1], voxels, j["channels"]["r"]["iterations"],
-      j["memory"]["bytes_per_active_voxel"], cpu, 1e9 * cpu / voxels))
-PY
+    # A key at the depth of the report itself or of its sections: two or four blanks before it.
+    number() { sed -n "s/^ \{$1\}\"$2\": \([0-9.e+-]*\),\{0,1\}\$/\1/p" j.json | head -n 1; }
+    awk -v n="$size" -v voxels="$(number 4 active_voxels)" -v its="$(number 6 iterations)" -v bytes="$(number 4 bytes_per_active_voxel)" \
+        -v cpu="$(number 2 cpu_seconds)" \
+        'BEGIN {printf "| %d^3 | %d | %d | %.0f B | %.2f | %.0f |\n", n, voxels, its, bytes, cpu, 1e9 * cpu / voxels}'
 done
