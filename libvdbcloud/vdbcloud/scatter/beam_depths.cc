@@ -2,6 +2,7 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/optics/optical_depth.h"
+#include "vdbcloud/scatter/active_slots.h"
 #include "vdbcloud/sweep/light_lattice.h"
 
 #include <tbb/parallel_for.h>
@@ -21,15 +22,6 @@ Vec3d unit_vector(int axis, double length)
     Vec3d v(0, 0, 0);
     v[axis] = length;
     return v;
-}
-
-template<typename F>
-void each_active(const Blocks& blocks, const F& f)
-{
-    tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
-        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot)
-            if (blocks.active(slot)) f(slot);
-    });
 }
 
 Vec3d as_double(const Vec3i& v) { return Vec3d(v.x(), v.y(), v.z()); }

@@ -1,6 +1,6 @@
 #include "vdbcloud/scatter/flux_limiter.h"
 
-#include <tbb/parallel_for.h>
+#include "vdbcloud/scatter/active_slots.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,14 +17,12 @@ FluxLimiter::FluxLimiter(const Blocks& blocks) : blocks_(blocks), factor_(blocks
 
 void FluxLimiter::update(const std::vector<double>& phi, const std::array<std::vector<float>, 3>& flux)
 {
-    tbb::parallel_for(size_t(0), blocks_.count(), [&](size_t b) {
-        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
-            if (!blocks_.active(slot) || !(phi[slot] > 0)) continue;
-            double square = 0;
-            for (const auto& component : flux) square += double(component[slot]) * component[slot];
-            const double r = 3 * std::sqrt(square) / (factor_[slot] * phi[slot]);
-            factor_[slot] = float(std::sqrt(factor_[slot] * std::max(levermore_pomraning(r), 1e-6)));
-        }
+    each_active(blocks_, [&](size_t slot) {
+        if (!(phi[slot] > 0)) return;
+        double square = 0;
+        for (const auto& component : flux) square += double(component[slot]) * component[slot];
+        const double r = 3 * std::sqrt(square) / (factor_[slot] * phi[slot]);
+        factor_[slot] = float(std::sqrt(factor_[slot] * std::max(levermore_pomraning(r), 1e-6)));
     });
 }
 

@@ -6,6 +6,7 @@
 #include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/scatter/beam.h"
+#include "vdbcloud/scatter/channel_groups.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,15 +17,6 @@
 namespace vdbcloud {
 
 namespace {
-
-/// Channels with one matrix, and within them those with one solution.
-struct Group {
-    struct Solve {
-        int channel;  ///< whose light it is solved for
-        std::vector<std::pair<int, double>> shared;  ///< channels that are a multiple of it, itself with 1
-    };
-    std::vector<Solve> solves;
-};
 
 /// ||a - b|| / ||a||, sums in a fixed order.
 double relative_change(const std::vector<double>& a, const std::vector<double>& b)
@@ -62,10 +54,10 @@ public:
     {
         ScatterFields fields;
         if (index_.blocks().count() == 0) return fields;
-        const auto groups = group_channels();
+        const auto all = groups();
         int done = 0, count = 0;
-        for (const Group& group : groups) count += int(group.solves.size());
-        for (const Group& group : groups) solve_group(group, done, count, progress);
+        for (const ChannelGroup& group : all) count += int(group.solves.size());
+        for (const ChannelGroup& group : all) solve_group(group, done, count, progress);
 
         fields.phi = index_.to_grid({phi_[source_of(0)].data(), phi_[source_of(1)].data(), phi_[source_of(2)].data()},
                                     schema::phi, scales());
@@ -107,55 +99,20 @@ private:
                 t = std::max(0.0f, medium_.albedo[c] > 0 ? std::min(t, float(1 / medium_.albedo[c])) : t);
     }
 
-    /// Strengths of everything that shines, in one channel.
-    std::vector<double> strengths(int c) const
+    /// What the channels are solved with, to be compared.
+    std::vector<ChannelGroup> groups() const
     {
-        std::vector<double> s;
-        for (const Light& light : lights_) s.push_back(light.irradiance[c]);
-        for (const Vec3d& of : {o_.sky.zenith, o_.sky.horizon, o_.sky.ground}) s.push_back(of[c]);
-        s.push_back(emission_[0].empty() ? 0.0 : 1.0);
-        return s;
-    }
-
-    bool same_matrix(int a, int b) const
-    {
-        return medium_.sigma_t_per_density[a] == medium_.sigma_t_per_density[b] &&
-               medium_.albedo[a] == medium_.albedo[b] && tint(a) == tint(b);
-    }
-
-    /// x with strengths(b) = x strengths(a), if there is one (and emission is the same in both).
-    std::optional<double> multiple(int a, int b) const
-    {
-        const auto sa = strengths(a), sb = strengths(b);
-        if (emission(a) != emission(b)) return std::nullopt;
-        double x = -1;
-        for (size_t k = 0; k < sa.size(); ++k)
-            if (sa[k] != 0) x = sb[k] / sa[k];
-        if (x < 0) return std::nullopt;
-        for (size_t k = 0; k < sa.size(); ++k)
-            if (std::abs(sb[k] - x * sa[k]) > 1e-14 * std::abs(sb[k])) return std::nullopt;
-        return x;
-    }
-
-    std::vector<Group> group_channels() const
-    {
-        std::vector<Group> groups;
+        std::array<ChannelInput, 3> input;
         for (int c = 0; c < 3; ++c) {
-            auto group = std::find_if(groups.begin(), groups.end(),
-                                      [&](const Group& g) { return same_matrix(g.solves[0].channel, c); });
-            if (group == groups.end()) {
-                groups.push_back({{{c, {{c, 1.0}}}}});
-                continue;
-            }
-            bool shared = false;
-            for (auto& solve : group->solves)
-                if (const auto x = multiple(solve.channel, c); x && !shared) {
-                    solve.shared.emplace_back(c, *x);
-                    shared = true;
-                }
-            if (!shared) group->solves.push_back({c, {{c, 1.0}}});
+            ChannelInput& of = input[size_t(c)];
+            of.matrix = {medium_.sigma_t_per_density[c], medium_.albedo[c]};
+            of.tint = tint(c);
+            of.emission = emission(c);
+            for (const Light& light : lights_) of.light.push_back(light.irradiance[c]);
+            for (const Vec3d& sky : {o_.sky.zenith, o_.sky.horizon, o_.sky.ground}) of.light.push_back(sky[c]);
+            of.light.push_back(of.emission ? 1.0 : 0.0);
         }
-        return groups;
+        return group_channels(input);
     }
 
     /// The trilinear medium of a channel: the density, or with a tint under scaling the density times (1 - w0 f).
@@ -221,7 +178,7 @@ private:
         report_.bytes = std::max(report_.bytes, now);
     }
 
-    void solve_group(const Group& group, int& done, int count, const Progress& progress)
+    void solve_group(const ChannelGroup& group, int& done, int count, const Progress& progress)
     {
         const int first = group.solves[0].channel;
         const P1Operator p1(index_, density_, exposed_,

@@ -1,6 +1,7 @@
 #include "vdbcloud/scatter/p1_problem.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/scatter/active_slots.h"
 #include "vdbcloud/solve/relaxation.h"
 
 #include <tbb/parallel_for.h>
@@ -13,15 +14,6 @@ namespace vdbcloud {
 namespace {
 
 constexpr double thinnest = 1 / 3e8;  // of sigma_tr hbar: D / hbar stays below 1e8
-
-template<typename F>
-void each_active(const Blocks& blocks, const F& f)
-{
-    tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
-        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot)
-            if (blocks.active(slot)) f(slot);
-    });
-}
 
 /// Sum over active slots, in a fixed order.
 template<typename F>

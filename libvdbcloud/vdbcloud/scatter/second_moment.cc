@@ -1,9 +1,8 @@
 #include "vdbcloud/scatter/second_moment.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/scatter/active_slots.h"
 #include "vdbcloud/scatter/mixing.h"
-
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <chrono>
@@ -15,15 +14,6 @@ namespace vdbcloud {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-
-template<typename F>
-void each_active(const Blocks& blocks, const F& f)
-{
-    tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
-        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot)
-            if (blocks.active(slot)) f(slot);
-    });
-}
 
 /// Contraction as the mean of the last steps, as mixing does not make them alike, and what is left after the last one.
 void estimate_error(ClosureReport& report)

@@ -1,9 +1,8 @@
 #include "vdbcloud/scatter/series.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/scatter/active_slots.h"
 #include "vdbcloud/scatter/free_flux.h"
-
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,15 +10,6 @@
 namespace vdbcloud {
 
 namespace {
-
-template<typename F>
-void each_active(const Blocks& blocks, const F& f)
-{
-    tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
-        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot)
-            if (blocks.active(slot)) f(slot);
-    });
-}
 
 /// Computes I_0, I_1, ... in turn, keeping of each what the next one needs.
 class Orders {

@@ -1,0 +1,19 @@
+#pragma once
+// The loop over the voxels of a medium. Private to scatter/.
+#include "vdbcloud/grid/blocks.h"
+
+#include <tbb/parallel_for.h>
+
+namespace vdbcloud {
+
+/// Calls f(slot) for each active slot, blocks in parallel: f writes to its own slot alone.
+template<typename F>
+void each_active(const Blocks& blocks, const F& f)
+{
+    tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
+        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot)
+            if (blocks.active(slot)) f(slot);
+    });
+}
+
+}  // namespace vdbcloud

@@ -1,0 +1,50 @@
+#include "vdbcloud/scatter/channel_groups.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace vdbcloud {
+
+namespace {
+
+/// x with b's light = x times a's, if there is one.
+std::optional<double> multiple(const ChannelInput& a, const ChannelInput& b)
+{
+    if (a.emission != b.emission) return std::nullopt;
+    double x = -1;
+    for (size_t k = 0; k < a.light.size(); ++k)
+        if (a.light[k] != 0) x = b.light[k] / a.light[k];
+    if (x < 0) return std::nullopt;
+    for (size_t k = 0; k < a.light.size(); ++k)
+        if (std::abs(b.light[k] - x * a.light[k]) > 1e-14 * std::abs(b.light[k])) return std::nullopt;
+    return x;
+}
+
+}  // namespace
+
+std::vector<ChannelGroup> group_channels(const std::array<ChannelInput, 3>& input)
+{
+    std::vector<ChannelGroup> groups;
+    for (int c = 0; c < 3; ++c) {
+        const ChannelInput& own = input[size_t(c)];
+        const auto group = std::find_if(groups.begin(), groups.end(), [&](const ChannelGroup& g) {
+            const ChannelInput& first = input[size_t(g.solves[0].channel)];
+            return first.matrix == own.matrix && first.tint == own.tint;
+        });
+        if (group == groups.end()) {
+            groups.push_back({{{c, {{c, 1.0}}}}});
+            continue;
+        }
+        bool shared = false;
+        for (auto& solve : group->solves)
+            if (const auto x = multiple(input[size_t(solve.channel)], own); x && !shared) {
+                solve.shared.emplace_back(c, *x);
+                shared = true;
+            }
+        if (!shared) group->solves.push_back({c, {{c, 1.0}}});
+    }
+    return groups;
+}
+
+}  // namespace vdbcloud
