@@ -50,7 +50,8 @@ std::vector<double> from_image(const std::string& path, const sim::Lattice& l)
             const int y = std::min(spec.height - 1, int((1 - (j + 0.5) / l.n[1]) * spec.height));
             double sum = 0;
             for (int c = 0; c < colours; ++c)
-                sum += double(pixels[(size_t(y) * size_t(spec.width) + size_t(x)) * size_t(spec.nchannels) + size_t(c)]);
+                sum +=
+                    double(pixels[(size_t(y) * size_t(spec.width) + size_t(x)) * size_t(spec.nchannels) + size_t(c)]);
             map.push_back(sum / colours);
         }
     return map;

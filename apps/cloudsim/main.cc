@@ -41,21 +41,41 @@ std::string frame_path(const std::string& pattern, int number)
 
 nlohmann::json as_json(const sim::Budget& b, int frame)
 {
-    return {{"frame", frame}, {"time", b.time}, {"steps", b.steps}, {"retries", b.retries}, {"dt", b.dt}, {"cfl", b.courant},
-            {"w_max", b.w_max}, {"speed_max", b.speed_max}, {"cloud_base", b.cloud_base}, {"cloud_top", b.cloud_top},
-            {"cloud_max", b.cloud_max}, {"cloud_mean", b.cloud_mean}, {"water_mean", b.water_mean},
-            {"water_drift", b.water_drift}, {"water_min", b.water_min}, {"water_max", b.water_max},
-            {"theta_mean", b.theta_mean}, {"theta_drift", b.theta_drift}, {"theta_min", b.theta_min},
-            {"theta_max", b.theta_max}, {"divergence", b.divergence}, {"new_extrema", b.new_extrema},
-            {"water_corrected", b.water_corrected}, {"rain_fallen", b.rain_fallen}, {"kinetic", b.kinetic}, {"fault", b.fault}};
+    return {{"frame", frame},
+            {"time", b.time},
+            {"steps", b.steps},
+            {"retries", b.retries},
+            {"dt", b.dt},
+            {"cfl", b.courant},
+            {"w_max", b.w_max},
+            {"speed_max", b.speed_max},
+            {"cloud_base", b.cloud_base},
+            {"cloud_top", b.cloud_top},
+            {"cloud_max", b.cloud_max},
+            {"cloud_mean", b.cloud_mean},
+            {"water_mean", b.water_mean},
+            {"water_drift", b.water_drift},
+            {"water_min", b.water_min},
+            {"water_max", b.water_max},
+            {"theta_mean", b.theta_mean},
+            {"theta_drift", b.theta_drift},
+            {"theta_min", b.theta_min},
+            {"theta_max", b.theta_max},
+            {"divergence", b.divergence},
+            {"new_extrema", b.new_extrema},
+            {"water_corrected", b.water_corrected},
+            {"rain_fallen", b.rain_fallen},
+            {"kinetic", b.kinetic},
+            {"fault", b.fault}};
 }
 
 std::string as_line(const sim::Budget& b, int frame)
 {
     char text[256], cloud[64] = "no cloud";
     if (b.cloud_base >= 0) std::snprintf(cloud, sizeof cloud, "cloud %.0f..%.0f m", b.cloud_base, b.cloud_top);
-    std::snprintf(text, sizeof text, "frame %d  %.1f s  dt %.3g s  cfl %.2f  w %.2f m/s  %s  water %+.1e  heat %+.1e  div %.1e",
-                  frame, b.time, b.dt, b.courant, b.w_max, cloud, b.water_drift, b.theta_drift, b.divergence);
+    std::snprintf(text, sizeof text,
+                  "frame %d  %.1f s  dt %.3g s  cfl %.2f  w %.2f m/s  %s  water %+.1e  heat %+.1e  div %.1e", frame,
+                  b.time, b.dt, b.courant, b.w_max, cloud, b.water_drift, b.theta_drift, b.divergence);
     return text;
 }
 
@@ -103,7 +123,8 @@ void plan(app::App& app, const sim::Scene& scene, int frames)
     // Cell-steps a second and core, as bench_cloudsim measures them.
     const bool huge = p.time_scheme == sim::TimeScheme::HugeStep;
     const double rate = huge ? (p.maccormack ? 0.15e6 : 0.4e6) : p.precision == sim::Precision::Double ? 4.5e6 : 8e6;
-    const double seconds = steps * double(p.lattice.cells()) / (rate * app.threads()), bytes = double(sim::memory_needed(p));
+    const double seconds = steps * double(p.lattice.cells()) / (rate * app.threads()),
+                 bytes = double(sim::memory_needed(p));
     nlohmann::json list;
     for (const sim::Effect& e : sim::effects(p)) {
         app.say((e.on ? "on   " : "off  ") + e.name + (e.on && !e.needs.empty() ? ": " + e.needs : ""));
@@ -116,12 +137,14 @@ void plan(app::App& app, const sim::Scene& scene, int frames)
     const auto& [n, spacing, sides] = p.lattice;
     const char* side_names[] = {"periodic", "walls", "open"};
     std::ostringstream text;
-    text << n[0] << " x " << n[1] << " x " << n[2] << " cells of " << spacing[0] << " x " << spacing[1] << " x " << spacing[2] << " m, z up, sides "
-         << side_names[int(sides[0])] << " in x and " << side_names[int(sides[1])] << " in y";
+    text << n[0] << " x " << n[1] << " x " << n[2] << " cells of " << spacing[0] << " x " << spacing[1] << " x "
+         << spacing[2] << " m, z up, sides " << side_names[int(sides[0])] << " in x and " << side_names[int(sides[1])]
+         << " in y";
     app.say(text.str());
     text.str("");
-    text << 60 * scene.minutes << " s in " << frames << " frames, about " << steps << " steps: " << std::lround(bytes / 1e6)
-         << " MB of fields, about " << std::lround(std::ceil(seconds)) << " s on " << app.threads() << " threads";
+    text << 60 * scene.minutes << " s in " << frames << " frames, about " << steps
+         << " steps: " << std::lround(bytes / 1e6) << " MB of fields, about " << std::lround(std::ceil(seconds))
+         << " s on " << app.threads() << " threads";
     app.say(text.str());
     app.report()["estimate"] = {{"memory_bytes", bytes}, {"seconds", seconds}, {"steps", steps}};
     app.report()["effects"] = list;
@@ -164,8 +187,10 @@ void run(app::App& app, const app::Options& o)
     auto sim = sim::Simulation::make(scene.parameters, scene.sounding);
     int first = -1;
     const bool resumed = !o.resume.empty() && std::filesystem::exists(o.resume);
-    if (resumed) first = sim::read_checkpoint(o.resume, *sim, scene.sounding);
-    else initialise(app, o, *sim);
+    if (resumed)
+        first = sim::read_checkpoint(o.resume, *sim, scene.sounding);
+    else
+        initialise(app, o, *sim);
     Log log(o.log, first);
 
     sim::FrameOptions frame;
@@ -173,7 +198,8 @@ void run(app::App& app, const app::Options& o)
     frame.effective_radius = o.effective_radius, frame.smoke_extinction = o.smoke_extinction;
     frame.grids = app::grid_names(o.grids);
     std::string parameters;
-    for (const auto& [name, value] : sim::describe(scene.parameters, scene.sounding)) parameters += name + " = " + value + "\n";
+    for (const auto& [name, value] : sim::describe(scene.parameters, scene.sounding))
+        parameters += name + " = " + value + "\n";
 
     auto progress = app.progress("simulate");
     const auto watched = [&](double at) { return !progress || progress(at); };
@@ -198,8 +224,10 @@ void run(app::App& app, const app::Options& o)
         if (!o.checkpoint.empty() && (n % o.checkpoint_every == 0 || n == frames))
             sim::write_checkpoint(o.checkpoint, *sim, scene.sounding, n);
     }
-    app.report()["counts"] = {{"cells", scene.parameters.lattice.cells()}, {"frames", frames + 1},
-                              {"steps", sim->budget().steps}, {"field_bytes", sim->bytes()}};
+    app.report()["counts"] = {{"cells", scene.parameters.lattice.cells()},
+                              {"frames", frames + 1},
+                              {"steps", sim->budget().steps},
+                              {"field_bytes", sim->bytes()}};
 }
 
 }  // namespace

@@ -44,7 +44,9 @@ public:
         o_.overrides.push_back([given, member](Parameters& p) {
             if (!given->empty()) member(p) = *given == "on";
         });
-        app_.add_choice<std::string>("--" + name, *given, {{"on", "on"}, {"off", "off"}}, help)->default_str("")->group(group_);
+        app_.add_choice<std::string>("--" + name, *given, {{"on", "on"}, {"off", "off"}}, help)
+            ->default_str("")
+            ->group(group_);
     }
     template<typename E>
     void choice(const char* name, std::function<E&(Parameters&)> member,
@@ -67,12 +69,13 @@ private:
     std::vector<std::shared_ptr<std::optional<double>>> keep_;
 };
 
-#define PARAMETER(path) [](Parameters & p) -> decltype(auto) { return (p.path); }
+#define PARAMETER(path) [](Parameters& p) -> decltype(auto) { return (p.path); }
 
 void declare_effects(App& app, Options& o)
 {
     Overrides effect(app, o, "Effects, each on or off; what is off costs nothing");
-    effect.flag("momentum", PARAMETER(momentum), "off: the sounding's wind blows for ever, without pressure; walls have none");
+    effect.flag("momentum", PARAMETER(momentum),
+                "off: the sounding's wind blows for ever, without pressure; walls have none");
     effect.flag("buoyancy", PARAMETER(buoyancy), "warm air rises");
     effect.flag("moisture", PARAMETER(moisture), "water, cloud, saturation");
     effect.flag("latent-heat", PARAMETER(moist.latent_heat), "condensation warms");
@@ -85,21 +88,26 @@ void declare_effects(App& app, Options& o)
     effect.time("--friction-time", PARAMETER(friction_time), "drag -V/t, t a time as 600s or 10min; or never");
     effect.number("--viscosity", PARAMETER(viscosity), "of the air [m^2/s]")->check(nonnegative);
     effect.number("--diffusivity", PARAMETER(diffusivity), "of heat, water and dye [m^2/s]")->check(nonnegative);
-    effect.number("--radiation", PARAMETER(radiation), "long-wave loss at cloud top [W/m^2]; 0: off")->check(nonnegative);
+    effect.number("--radiation", PARAMETER(radiation), "long-wave loss at cloud top [W/m^2]; 0: off")
+        ->check(nonnegative);
     effect.number("--sponge", PARAMETER(sponge), "damping under the lid [1/s]; 0: off")->check(nonnegative);
-    effect.time("--wind-relaxation", PARAMETER(wind_relaxation), "mean wind returns to the sounding's in this time; or never");
+    effect.time("--wind-relaxation", PARAMETER(wind_relaxation),
+                "mean wind returns to the sounding's in this time; or never");
 }
 
 void declare_constants(App& app, Options& o)
 {
     Overrides constant(app, o, "Constants");
-    constant.choice<sim::SaturationBy>("--saturation", PARAMETER(moist.by),
+    constant.choice<sim::SaturationBy>(
+        "--saturation", PARAMETER(moist.by),
         {{"height", sim::SaturationBy::Height}, {"temperature", sim::SaturationBy::Temperature}},
         "A exp(-z/H) as in the paper, or by temperature and pressure");
     constant.number("--q-surface", PARAMETER(q_surface), "A [kg/kg]")->check(positive);
-    constant.number("--q-scale-height", PARAMETER(q_scale_height), "H [m]; 0: height of the box / ln 10")->check(nonnegative);
+    constant.number("--q-scale-height", PARAMETER(q_scale_height), "H [m]; 0: height of the box / ln 10")
+        ->check(nonnegative);
     constant.number("--gravity", PARAMETER(constants.g), "[m/s^2]")->check(nonnegative);
-    constant.number("--theta0", PARAMETER(constants.theta0), "potential temperature of the base state [K]")->check(positive);
+    constant.number("--theta0", PARAMETER(constants.theta0), "potential temperature of the base state [K]")
+        ->check(positive);
     constant.number("--latent-heat-of", PARAMETER(constants.latent_heat), "condensation, L [J/kg]")->check(nonnegative);
     constant.number("--cp", PARAMETER(constants.cp), "[J/(kg K)]")->check(positive);
     constant.number("--r-dry", PARAMETER(constants.r_dry), "gas constant of dry air [J/(kg K)]")->check(positive);
@@ -108,27 +116,35 @@ void declare_constants(App& app, Options& o)
         ->check(positive);
     constant.number("--rho0", PARAMETER(constants.rho0), "density of air at the floor [kg/m^3]")->check(positive);
     constant.number("--smagorinsky", PARAMETER(smagorinsky), "coefficient of sub-grid mixing")->check(nonnegative);
-    constant.number("--radiation-kappa", PARAMETER(radiation_kappa), "absorption by cloud [m^2/kg]")->check(nonnegative);
+    constant.number("--radiation-kappa", PARAMETER(radiation_kappa), "absorption by cloud [m^2/kg]")
+        ->check(nonnegative);
     constant.number("--sponge-depth", PARAMETER(sponge_depth), "fraction of the height")->check(within(1e-3, 1));
-    constant.number("--side-relaxation", PARAMETER(side_relaxation), "open sides return to the sounding in [s] ...")->check(positive);
+    constant.number("--side-relaxation", PARAMETER(side_relaxation), "open sides return to the sounding in [s] ...")
+        ->check(positive);
     constant.number("--side-depth", PARAMETER(side_cells), "... within so many cells of them")->check(within(0, 1000));
 }
 
 void declare_forcing(App& app, Options& o)
 {
     const auto group = "Air and forcing";
-    app.add_option("--sounding", o.sounding, "a table (see data/soundings), or the name of one; else the preset's")->group(group);
+    app.add_option("--sounding", o.sounding, "a table (see data/soundings), or the name of one; else the preset's")
+        ->group(group);
     app.add_option("--wind", o.wind, "U,V added to the sounding [m/s]")->group(group);
     app.add_option("--shear", o.shear, "its change with height, U,V [1/s]")->group(group);
     Overrides forcing(app, o, group);
     forcing.number("--heat-flux", PARAMETER(floor.heat), "of the whole floor [K m/s]");
     forcing.number("--moisture-flux", PARAMETER(floor.moisture), "of the whole floor [kg/kg m/s]")->check(nonnegative);
     forcing.time("--flux-until", PARAMETER(floor.until), "all fluxes end then, as 15min; or never");
-    app.add_option("--floor-map", o.floor_map, "an image or .vdb whose values multiply the uniform fluxes")->group(group);
-    app.add_option("--patch", o.patches, "x,y,radius,heat,moisture[,dye]: a round patch of floor instead of the preset's, "
-                                         "positions from the box's corner [m]; again for more")->group(group);
-    app.add_option("--bubble", o.bubbles, "x,y,z,radius,height,kelvin,water[,dye]: a round place in the first air instead of "
-                                          "the preset's; again for more")->group(group);
+    app.add_option("--floor-map", o.floor_map, "an image or .vdb whose values multiply the uniform fluxes")
+        ->group(group);
+    app.add_option("--patch", o.patches,
+                   "x,y,radius,heat,moisture[,dye]: a round patch of floor instead of the preset's, "
+                   "positions from the box's corner [m]; again for more")
+        ->group(group);
+    app.add_option("--bubble", o.bubbles,
+                   "x,y,z,radius,height,kelvin,water[,dye]: a round place in the first air instead of "
+                   "the preset's; again for more")
+        ->group(group);
     app.add_flag("--no-forcing", o.no_forcing, "neither patches, bubbles nor fluxes of the preset")->group(group);
     forcing.number("--noise", PARAMETER(noise.theta), "amplitude of noise on the temperature [K]")->check(nonnegative);
     forcing.number("--noise-water", PARAMETER(noise.water), "on the water [kg/kg]")->check(nonnegative);
@@ -141,28 +157,40 @@ void declare_forcing(App& app, Options& o)
 void declare_numerics(App& app, Options& o)
 {
     const auto group = "Accuracy";
-    app.add_choice<sim::Accuracy>("--accuracy", o.accuracy, {{"fast", sim::Accuracy::Fast},
-        {"default", sim::Accuracy::Default}, {"accurate", sim::Accuracy::Accurate}}, "a choice of the following")->group(group);
+    app.add_choice<sim::Accuracy>(
+           "--accuracy", o.accuracy,
+           {{"fast", sim::Accuracy::Fast}, {"default", sim::Accuracy::Default}, {"accurate", sim::Accuracy::Accurate}},
+           "a choice of the following")
+        ->group(group);
     Overrides numeric(app, o, group);
     numeric.choice<sim::Precision>("--precision", PARAMETER(precision),
-        {{"float", sim::Precision::Float}, {"double", sim::Precision::Double}}, "of the fields");
-    numeric.choice<sim::TimeScheme>("--time-scheme", PARAMETER(time_scheme),
-        {{"euler", sim::TimeScheme::Euler}, {"rk2", sim::TimeScheme::Rk2}, {"rk3", sim::TimeScheme::Rk3}}, "order 1, 2, 3");
+                                   {{"float", sim::Precision::Float}, {"double", sim::Precision::Double}},
+                                   "of the fields");
+    numeric.choice<sim::TimeScheme>(
+        "--time-scheme", PARAMETER(time_scheme),
+        {{"euler", sim::TimeScheme::Euler}, {"rk2", sim::TimeScheme::Rk2}, {"rk3", sim::TimeScheme::Rk3}},
+        "order 1, 2, 3");
     numeric.choice<sim::ScalarScheme>("--scalars", PARAMETER(scalar_scheme),
-        {{"upwind", sim::ScalarScheme::Upwind}, {"koren", sim::ScalarScheme::Koren},
-         {"limited5", sim::ScalarScheme::Limited5}, {"plain5", sim::ScalarScheme::Plain5}},
-        "transport of heat and water: order 1, 3 and 5 without new extrema, 5 with them");
-    numeric.choice<sim::MomentumScheme>("--momentum-scheme", PARAMETER(momentum_scheme),
+                                      {{"upwind", sim::ScalarScheme::Upwind},
+                                       {"koren", sim::ScalarScheme::Koren},
+                                       {"limited5", sim::ScalarScheme::Limited5},
+                                       {"plain5", sim::ScalarScheme::Plain5}},
+                                      "transport of heat and water: order 1, 3 and 5 without new extrema, 5 with them");
+    numeric.choice<sim::MomentumScheme>(
+        "--momentum-scheme", PARAMETER(momentum_scheme),
         {{"upwind", sim::MomentumScheme::Upwind}, {"upwind5", sim::MomentumScheme::Upwind5}}, "order 1 or 5");
     numeric.number("--cfl", PARAMETER(cfl), "steps so that dt (|u|/dx + |v|/dy + |w|/dz) stays below this")
         ->check(within(1e-3, 0.75));
     numeric.number("--dt", PARAMETER(dt), "time step [s], split where it is above a limit; 0: as the limits allow")
         ->check(nonnegative);
     numeric.number("--dt-max", PARAMETER(dt_max), "never longer [s]")->check(positive);
-    app.add_flag("--huge-dt", o.huge_dt, "semi-Lagrangian steps of --dt, or a frame, whatever their length: stable, but "
-                                         "nothing is conserved")->group(group);
+    app.add_flag("--huge-dt", o.huge_dt,
+                 "semi-Lagrangian steps of --dt, or a frame, whatever their length: stable, but "
+                 "nothing is conserved")
+        ->group(group);
     numeric.flag("maccormack", PARAMETER(maccormack), "--huge-dt of second order in space, for twice the time");
-    numeric.flag("fix-budget", PARAMETER(fix_budget), "--huge-dt gives what it loses of heat and water back to all cells");
+    numeric.flag("fix-budget", PARAMETER(fix_budget),
+                 "--huge-dt gives what it loses of heat and water back to all cells");
 }
 
 void declare_output(App& app, Options& o)
@@ -171,17 +199,28 @@ void declare_output(App& app, Options& o)
     app.add_option("--minutes", o.minutes, "of simulated time; else the preset's")->check(nonnegative)->group(group);
     app.add_option("--every", o.every, "time between frames, as 10s or 0.5min; else the preset's")->group(group);
     app.add_choice<bool>("--up", o.y_up, {{"y", true}, {"z", false}}, "axis that points up in the files")->group(group);
-    app.add_option("--grids", o.grids, "which to write, of density,temperature,qt,vel,rain,dye; else all there are")->group(group);
-    app.add_flag("--unpruned", o.unpruned, "every voxel of every grid active, also where there is no cloud")->group(group);
-    app.add_option("--effective-radius", o.effective_radius, "of droplets, for the extinction [m]")->check(positive)->group(group);
-    app.add_option("--smoke-extinction", o.smoke_extinction, "sigma_t at dye 1, without moisture [1/m]")->check(positive)->group(group);
+    app.add_option("--grids", o.grids, "which to write, of density,temperature,qt,vel,rain,dye; else all there are")
+        ->group(group);
+    app.add_flag("--unpruned", o.unpruned, "every voxel of every grid active, also where there is no cloud")
+        ->group(group);
+    app.add_option("--effective-radius", o.effective_radius, "of droplets, for the extinction [m]")
+        ->check(positive)
+        ->group(group);
+    app.add_option("--smoke-extinction", o.smoke_extinction, "sigma_t at dye 1, without moisture [1/m]")
+        ->check(positive)
+        ->group(group);
     app.add_option("--first-frame", o.first_frame, "its number")->check(nonnegative)->group(group);
-    app.add_option("--log", o.log, "a JSON line a frame into FILE, or - for standard output")->configurable(false)->group(group);
+    app.add_option("--log", o.log, "a JSON line a frame into FILE, or - for standard output")
+        ->configurable(false)
+        ->group(group);
     app.add_option("--checkpoint", o.checkpoint, "keep the whole state in FILE")->configurable(false)->group(group);
     app.add_option("--checkpoint-every", o.checkpoint_every, "frames between checkpoints")
-        ->check(positive)->configurable(false)->group(group);
+        ->check(positive)
+        ->configurable(false)
+        ->group(group);
     app.add_option("--resume", o.resume, "go on from the checkpoint in FILE; start anew if there is none")
-        ->configurable(false)->group(group);
+        ->configurable(false)
+        ->group(group);
     app.add_flag("--strict", o.strict, "end with status 3 when a budget leaves its tolerance")->group(group);
 }
 
@@ -203,8 +242,10 @@ void resolve_box(const Options& o, Parameters& p)
         for (const size_t d : {0, 1, 2}) {
             // One number is for the longest axis: the others keep their spacing's proportion.
             const int longest = *std::max_element(before.n.begin(), before.n.end());
-            const double cells = n.size() == 3 ? n[d] : before.n[d] == longest || n[0] != std::floor(n[0])
-                ? n[0] : std::max(1.0, std::round(n[0] * before.n[d] / longest));
+            const double cells = n.size() == 3 ? n[d]
+                                 : before.n[d] == longest || n[0] != std::floor(n[0])
+                                     ? n[0]
+                                     : std::max(1.0, std::round(n[0] * before.n[d] / longest));
             if (cells != std::floor(cells) || cells < 1 || cells > 4096)
                 throw UsageError("--cells " + o.cells + ": expected whole numbers in 1..4096");
             p.lattice.n[d] = int(cells);
@@ -219,12 +260,17 @@ void resolve_box(const Options& o, Parameters& p)
     }
     if (!o.sides.empty()) {
         const size_t comma = o.sides.find(',');
-        const std::string words[2] = {o.sides.substr(0, comma), comma == std::string::npos ? o.sides : o.sides.substr(comma + 1)};
+        const std::string words[2] = {o.sides.substr(0, comma),
+                                      comma == std::string::npos ? o.sides : o.sides.substr(comma + 1)};
         for (const size_t d : {0, 1}) {
-            if (words[d] == "periodic") p.lattice.side[d] = sim::Side::Periodic;
-            else if (words[d] == "wall") p.lattice.side[d] = sim::Side::Wall;
-            else if (words[d] == "open") p.lattice.side[d] = sim::Side::Open;
-            else throw UsageError("--sides " + o.sides + ": expected periodic, wall or open, once or for x,y");
+            if (words[d] == "periodic")
+                p.lattice.side[d] = sim::Side::Periodic;
+            else if (words[d] == "wall")
+                p.lattice.side[d] = sim::Side::Wall;
+            else if (words[d] == "open")
+                p.lattice.side[d] = sim::Side::Open;
+            else
+                throw UsageError("--sides " + o.sides + ": expected periodic, wall or open, once or for x,y");
         }
     }
     for (const int d : {0, 1, 2})
@@ -237,13 +283,16 @@ void resolve_box(const Options& o, Parameters& p)
 void declare(App& app, Options& o)
 {
     app.writes_grids();
-    app.add_option("-o,--output", o.output, "numbered frames, as out/cloud.%04d.vdb; or one file, or -, for the last alone")
+    app.add_option("-o,--output", o.output,
+                   "numbered frames, as out/cloud.%04d.vdb; or one file, or -, for the last alone")
         ->required();
-    app.add_option("--preset", o.preset, "cumulus, congestus, stratocumulus, fog, smoke, or paper (10 x 10 x 20 cells, forward "
-                                         "differences, saturation by height)");
+    app.add_option("--preset", o.preset,
+                   "cumulus, congestus, stratocumulus, fog, smoke, or paper (10 x 10 x 20 cells, forward "
+                   "differences, saturation by height)");
     declare_output(app, o);
     const auto box = "Box";
-    app.add_option("--cells", o.cells, "of the preset's box: N along its longest axis, or NX,NY,NZ with z up; 1 for a slice")
+    app.add_option("--cells", o.cells,
+                   "of the preset's box: N along its longest axis, or NX,NY,NZ with z up; 1 for a slice")
         ->group(box);
     app.add_option("--spacing", o.spacing, "of cells, H or DX,DY,DZ [m]; the box is cells times spacing")->group(box);
     app.add_option("--sides", o.sides, "periodic, wall or open; for x,y")->group(box);
@@ -273,7 +322,8 @@ std::vector<std::string> grid_names(const std::string& text)
     std::istringstream words(text);
     for (std::string name; std::getline(words, name, ',');) {
         if (std::find(known.begin(), known.end(), name) == known.end())
-            throw UsageError("--grids " + text + ": expected density, temperature, qt, vel, rain or dye, between commas");
+            throw UsageError("--grids " + text +
+                             ": expected density, temperature, qt, vel, rain or dye, between commas");
         names.push_back(name);
     }
     return names;

@@ -38,8 +38,8 @@ double seconds_of(const std::string& option, const std::string& text);
 /// Names of grids between commas, each one that a frame may have. Throws UsageError.
 std::vector<std::string> grid_names(const std::string& text);
 
-/// Factors of the floor's fluxes from an image (mean of its channels) or the lowest voxels of the first float grid of a .vdb,
-/// one a cell of the floor. An image spans the floor, its first row at the far end of y.
+/// Factors of the floor's fluxes from an image (mean of its channels) or the lowest voxels of the first float grid of a
+/// .vdb, one a cell of the floor. An image spans the floor, its first row at the far end of y.
 std::vector<double> read_floor_map(App&, const std::string& path, const sim::Lattice&, bool y_up);
 
 }  // namespace vdbcloud::app

@@ -38,7 +38,8 @@ void check_target(const std::string& path, bool no_clobber)
     if (path.empty()) throw IoError("'': expected a file name to write to");
     std::error_code none;
     if (fs::is_directory(path, none)) throw IoError(one_line(path) + ": expected a file to write to, this is a folder");
-    if (no_clobber && fs::exists(path, none)) throw IoError(one_line(path) + ": is there already, and --no-clobber was given");
+    if (no_clobber && fs::exists(path, none))
+        throw IoError(one_line(path) + ": is there already, and --no-clobber was given");
     const fs::path folder = fs::path(path).parent_path();
     if (!folder.empty() && !fs::is_directory(folder, none))
         throw IoError(one_line(path) + ": there is no folder " + one_line(folder.string()));
@@ -53,7 +54,6 @@ App::App(const std::string& name, const std::string& summary)
     allow_config_extras(CLI::config_extras_mode::error);
     config_formatter(shared_->toml = std::make_shared<Toml>(*this));
     formatter(std::make_shared<Help>());
-
 }
 
 App::~App() = default;
@@ -74,15 +74,19 @@ void App::declare_shared()
         in(reading, add_flag("--trust-input", s.trust_input, "read without the guard process against damaged files"))
             ->configurable(false);
         in(reading, add_option("--max-input", s.max_input, "refuse larger inputs [GiB]"))
-            ->check(positive)->configurable(false);
+            ->check(positive)
+            ->configurable(false);
     }
     if (s.may_clobber)
         in(writing, add_flag("--no-clobber", s.no_clobber, "never replace a file that is there"))->configurable(false);
     if (s.writes) {
-        in(writing, add_choice<Compression>("--compression", s.compression, {{"blosc", Compression::Blosc},
-                    {"zip", Compression::Zip}, {"none", Compression::None}}, "of the grids written"));
+        in(writing, add_choice<Compression>(
+                        "--compression", s.compression,
+                        {{"blosc", Compression::Blosc}, {"zip", Compression::Zip}, {"none", Compression::None}},
+                        "of the grids written"));
         in(writing, add_flag("--half", s.half, "write density, Cd and moments as 16-bit floats"));
-        in(writing, add_option("--keep", s.keep, "grids to pass on that were not used here: all, none, or names a,b,c"));
+        in(writing,
+           add_option("--keep", s.keep, "grids to pass on that were not used here: all, none, or names a,b,c"));
     }
     if (s.stops)
         in(common, add_option("--time-limit", s.time_limit, "stop refining then and write what there is [s]; 0: never"))
@@ -94,19 +98,24 @@ void App::declare_common()
 {
     Shared& s = *shared_;
     const auto machine = [](CLI::Option* option) { return option->configurable(false)->group(common); };
-    machine(add_option("--threads", s.threads, "how many to use; 0: all this process is allowed"))->check(within(0, 4096));
+    machine(add_option("--threads", s.threads, "how many to use; 0: all this process is allowed"))
+        ->check(within(0, 4096));
     machine(add_choice<int>("--progress", s.progress_choice, {{"auto", 0}, {"always", 1}, {"never", 2}, {"machine", 3}},
                             "a bar on a terminal; lines; nothing; a JSON line a second"));
     machine(add_flag("-q,--quiet", s.quiet, "only warnings and errors on standard error"));
     machine(CLI::App::add_flag("-v,--verbose", s.verbosity, "say more on standard error"));
     machine(add_flag("--werror", s.werror, "the first warning ends the run with status 1"));
-    machine(add_option("--json", s.json, "write a report of the run to FILE, or - for standard output"))->type_name("FILE");
+    machine(add_option("--json", s.json, "write a report of the run to FILE, or - for standard output"))
+        ->type_name("FILE");
     machine(add_flag("--dry-run", s.dry_run, "look at the input and estimate, compute and write nothing"));
     machine(add_flag("-f,--force", s.force, "write binary data to a terminal, too"));
-    machine(set_config("--config", "", "read options from FILE, lines key = value; the command line wins"))->type_name("FILE");
+    machine(set_config("--config", "", "read options from FILE, lines key = value; the command line wins"))
+        ->type_name("FILE");
     machine(add_flag("--print-config", s.print_config, "print all options as a --config file, and exit"));
     const std::string name = get_name();
-    set_version_flag("--version", [name] { return version_text(name); }, "print versions and codecs, and exit")->group(common);
+    set_version_flag(
+        "--version", [name] { return version_text(name); }, "print versions and codecs, and exit")
+        ->group(common);
     set_help_flag("-h,--help", "print this and exit")->group(common);
     set_help_all_flag("--help-all", "the same with files, exit status and signals, and exit")->group(common);
     CLI::App::add_option("--completion", s.completion)->configurable(false)->group("");
@@ -118,10 +127,7 @@ bool App::no_clobber() const { return shared_->no_clobber; }
 nlohmann::json& App::report() { return shared_->report; }
 void App::uses(const std::string& grid_name) { shared_->used.insert(grid_name); }
 
-int App::threads() const
-{
-    return shared_->threads > 0 ? shared_->threads : allowed_threads();
-}
+int App::threads() const { return shared_->threads > 0 ? shared_->threads : allowed_threads(); }
 
 double App::seconds_left() const
 {
@@ -261,8 +267,10 @@ int App::run(int argc, char** argv, const std::function<void()>& body)
     if (!s.json.empty() && (ran || outcome.status != ok)) {
         const Outcome reported =
             attempt([&] { write_report(s.json, finished_report(outcome.status, outcome.message)); });
-        if (outcome.status == ok) outcome = reported;
-        else if (reported.status != ok) outcome.message += "; and " + reported.message;
+        if (outcome.status == ok)
+            outcome = reported;
+        else if (reported.status != ok)
+            outcome.message += "; and " + reported.message;
     }
     report_if_ended("", "");
     if (outcome.status == 128 + SIGINT) end_by(SIGINT);

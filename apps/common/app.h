@@ -4,7 +4,7 @@
 #include "options.h"
 
 #include "vdbcloud/core/progress.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/grid_file.h"
 
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
@@ -98,7 +98,8 @@ public:
     /// thrown as one sentence "name: message" on stderr. Returns the exit status. The only `try` of the program.
     int run(int argc, char** argv, const std::function<void()>& body);
 
-    /// A bar on a terminal, a line each 10 % with --progress always, a JSON line each second with machine, else nothing.
+    /// A bar on a terminal, a line each 10 % with --progress always, a JSON line each second with machine, else
+    /// nothing.
     Progress progress(const std::string& label);
 
     /// Warnings: one line on stderr, and into the report. With --werror the first one ends the run (InputError).
@@ -133,8 +134,8 @@ public:
     double seconds_left() const;
 
     /// True if the user gave `option` ("--sun") on the command line, or in the --config file another value than its
-    /// default: a file that --print-config wrote does not make given what was not. An option whose default has a meaning
-    /// that no value expresses has none: ->default_str("").
+    /// default: a file that --print-config wrote does not make given what was not. An option whose default has a
+    /// meaning that no value expresses has none: ->default_str("").
     bool given(const std::string& option) const;
 
     /// Throws UsageError if `path` is "-" and standard output is a terminal without --force; IoError if `path` is a
@@ -182,7 +183,8 @@ private:
         const auto check = [](const std::string& text) -> std::string {
             T read = 0;
             const char* const said[] = {"", "expected a whole number", "expected a smaller whole number"};
-            const char* const natural[] = {"", "expected a whole number, 0 or above", "expected a smaller whole number"};
+            const char* const natural[] = {"", "expected a whole number, 0 or above",
+                                           "expected a smaller whole number"};
             const int fault = read_whole(text, read);
             return fault ? "'" + text + "': " + (std::is_unsigned_v<T> ? natural : said)[fault] : std::string();
         };

@@ -22,7 +22,13 @@ std::vector<Entry> entries(const CLI::App& app)
     std::vector<Entry> all;
     for (const CLI::Option* option : app.get_options()) {
         if (option->get_group().empty() || !option->nonpositional()) continue;
-        Entry e{option->get_lnames(), option->get_snames(), option->get_description(), option->get_type_name(), "", false, false};
+        Entry e{option->get_lnames(),
+                option->get_snames(),
+                option->get_description(),
+                option->get_type_name(),
+                "",
+                false,
+                false};
         e.value = option->get_items_expected_max() > 0;
         e.kind = e.kind.substr(0, e.kind.find(':'));
         if (e.kind.find('|') != std::string::npos) {
@@ -53,10 +59,16 @@ std::string bash(const std::string& tool, const std::vector<Entry>& all)
         if (!e.value || e.file) continue;
         cases += "        " + pattern + ") COMPREPLY=($(compgen -W \"" + e.words + "\" -- \"$cur\")); return;;\n";
     }
-    return "_" + tool + "()\n{\n    local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD-1]}\n"
-           "    case $prev in\n" + cases + "    esac\n"
-           "    if [[ $cur == -?* ]]; then COMPREPLY=($(compgen -W \"" + names.substr(1) + "\" -- \"$cur\"))\n"
-           "    else COMPREPLY=($(compgen -f -- \"$cur\")); fi\n}\ncomplete -o filenames -F _" + tool + " " + tool + "\n";
+    return "_" + tool +
+           "()\n{\n    local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD-1]}\n"
+           "    case $prev in\n" +
+           cases +
+           "    esac\n"
+           "    if [[ $cur == -?* ]]; then COMPREPLY=($(compgen -W \"" +
+           names.substr(1) +
+           "\" -- \"$cur\"))\n"
+           "    else COMPREPLY=($(compgen -f -- \"$cur\")); fi\n}\ncomplete -o filenames -F _" +
+           tool + " " + tool + "\n";
 }
 
 std::string zsh(const std::string& tool, const std::vector<Entry>& all)
@@ -64,7 +76,9 @@ std::string zsh(const std::string& tool, const std::vector<Entry>& all)
     std::string out = "#compdef " + tool + "\n_arguments -S \\\n";
     const auto line = [&](const std::string& name, const Entry& e) {
         out += "    '*" + name + "[" + without(e.description, "[]'\\") + "]";
-        if (e.value) out += ":" + without(e.kind, ":'|") + ":" + (e.words.empty() ? e.file ? "_files" : " " : "(" + e.words + ")");
+        if (e.value)
+            out +=
+                ":" + without(e.kind, ":'|") + ":" + (e.words.empty() ? e.file ? "_files" : " " : "(" + e.words + ")");
         out += "' \\\n";
     };
     for (const Entry& e : all) {

@@ -113,8 +113,10 @@ public:
             }
             skip(true);
             if (done()) refuse("a list has no end");
-            if (peek() == ',') next();
-            else if (peek() != ']') refuse("expected , or ] in a list");
+            if (peek() == ',')
+                next();
+            else if (peek() != ']')
+                refuse("expected , or ] in a list");
         }
         next();
         return words;
@@ -136,8 +138,10 @@ private:
             if (done() || peek() == '\n') refuse("a string has no closing quote");
             const char c = next();
             if (c == quote) return out;
-            if (c == '\\' && quote == '"') escape(out);
-            else out += c;
+            if (c == '\\' && quote == '"')
+                escape(out);
+            else
+                out += c;
         }
     }
 
@@ -197,7 +201,8 @@ CLI::ConfigItem read_item(Reader& in, const CLI::App& app)
     if (flag && (item.inputs.size() != 1 || (item.inputs[0] != "true" && item.inputs[0] != "false")))
         in.refuse("'" + item.name + "': expected true or false");
     in.skip(false);
-    if (!in.done() && in.peek() != '\n') in.refuse("expected the end of the line after the value of '" + item.name + "'");
+    if (!in.done() && in.peek() != '\n')
+        in.refuse("expected the end of the line after the value of '" + item.name + "'");
     return item;
 }
 

@@ -10,8 +10,8 @@
 namespace vdbcloud::app {
 
 /// Reads and writes lines `key = value`, where a key is the name of an option and a value is a number, true, false,
-/// "text" with TOML's escapes, 'text' as it stands, or a [list] of these over any number of lines; `#` begins a comment.
-/// A list of numbers for an option of one word is the word "1,2,3". Tables ([name]) are not used.
+/// "text" with TOML's escapes, 'text' as it stands, or a [list] of these over any number of lines; `#` begins a
+/// comment. A list of numbers for an option of one word is the word "1,2,3". Tables ([name]) are not used.
 ///
 /// Reading throws UsageError "FILE: line N: ...": for what is not TOML, for a key that is no option or belongs on the
 /// command line, and for a key that is there twice.

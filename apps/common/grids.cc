@@ -32,8 +32,11 @@ nlohmann::json described(const GridFile& file)
 {
     nlohmann::json all = nlohmann::json::array();
     for (const GridStatistics& g : file_statistics(file)) {
-        nlohmann::json one = {{"name", g.label}, {"type", g.value_type}, {"class", g.grid_class},
-                              {"active_voxels", g.active_voxels}, {"active_tiles", g.active_tiles},
+        nlohmann::json one = {{"name", g.label},
+                              {"type", g.value_type},
+                              {"class", g.grid_class},
+                              {"active_voxels", g.active_voxels},
+                              {"active_tiles", g.active_tiles},
                               {"memory_bytes", g.memory_bytes},
                               {"voxel_size", {g.voxel_size[0], g.voxel_size[1], g.voxel_size[2]}}};
         if (g.active_voxels > 0) {
@@ -55,7 +58,8 @@ bool ours(const std::string& name)
     const std::vector<std::string> densities = schema::aliases(schema::density);
     return std::count(densities.begin(), densities.end(), name) > 0 ||
            name.rfind(schema::transmittance_prefix, 0) == 0 || name == schema::phi ||
-           name.rfind(schema::flux_prefix, 0) == 0 || name.rfind(schema::moment_prefix, 0) == 0 || name == schema::solid;
+           name.rfind(schema::flux_prefix, 0) == 0 || name.rfind(schema::moment_prefix, 0) == 0 ||
+           name == schema::solid;
 }
 
 }  // namespace
@@ -74,8 +78,11 @@ GridFile App::read(const std::string& path)
     GridFile file = read_grid_file(path, options, &cost);
     for (const GridBasePtr& grid : file.grids) s.inherited_grids.insert(grid->getName());
     if (!get_text(*file.metadata, schema::history, "").empty()) s.traced_inputs.insert(path);
-    nlohmann::json input = {{"path", path}, {"bytes", cost.bytes}, {"digest", cost.digest},
-                            {"guard_seconds", cost.guard_seconds}, {"read_seconds", cost.read_seconds}};
+    nlohmann::json input = {{"path", path},
+                            {"bytes", cost.bytes},
+                            {"digest", cost.digest},
+                            {"guard_seconds", cost.guard_seconds},
+                            {"read_seconds", cost.read_seconds}};
     if (!s.json.empty()) input["grids"] = described(file);
     report()["inputs"].push_back(input);
     return file;

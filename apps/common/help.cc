@@ -101,8 +101,10 @@ std::string Help::make_help(const CLI::App* app, std::string, CLI::AppFormatMode
         std::string rows;
         for (const CLI::Option* option : app->get_options(shown)) {
             if (option->get_group() != group || !option->nonpositional()) continue;
-            if (group != common || all) rows += row(*option, false);
-            else listed += (listed.empty() ? "" : " ") + ("--" + option->get_lnames().front());
+            if (group != common || all)
+                rows += row(*option, false);
+            else
+                listed += (listed.empty() ? "" : " ") + ("--" + option->get_lnames().front());
         }
         if (!rows.empty()) body += "\n" + group + ":\n" + rows;
     }

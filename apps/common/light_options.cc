@@ -20,9 +20,8 @@ template<typename T>
 void check_count(const char* option, const std::vector<T>& values, const char* light_option, size_t lights)
 {
     if (values.empty() || values.size() == lights || (values.size() == 1 && lights > 0)) return;
-    throw UsageError(std::string(option) + " is given " + std::to_string(values.size()) + " times, " +
-                     light_option + " " + std::to_string(lights) +
-                     " times: expected one for all or one for each");
+    throw UsageError(std::string(option) + " is given " + std::to_string(values.size()) + " times, " + light_option +
+                     " " + std::to_string(lights) + " times: expected one for all or one for each");
 }
 
 std::string numbered(const char* name, size_t k) { return k == 0 ? name : name + std::to_string(k + 1); }
@@ -32,19 +31,17 @@ std::string numbered(const char* name, size_t k) { return k == 0 ? name : name +
 void declare_lights(App& app, LightOptions& o)
 {
     const char* group = "Lights";
-    app.add_vec3s("--sun", o.suns, "direction TOWARDS a distant light, x,y,z; again for another")
-        ->group(group);
+    app.add_vec3s("--sun", o.suns, "direction TOWARDS a distant light, x,y,z; again for another")->group(group);
     app.add_rgbs("--sun-irradiance", o.irradiances,
-                  "one number or r,g,b, perpendicular to its beam; one for all suns, or one for each [1,1,1]")
+                 "one number or r,g,b, perpendicular to its beam; one for all suns, or one for each [1,1,1]")
         ->check(nonnegative)
         ->group(group);
-    app.add_option("--sun-diameter", o.diameters,
-                   "angular diameter [degrees]; one for all suns, or one for each [0]")
+    app.add_option("--sun-diameter", o.diameters, "angular diameter [degrees]; one for all suns, or one for each [0]")
         ->check(within(0, 180))
         ->group(group);
     app.add_vec3s("--lamp", o.lamps, "position of a point light, x,y,z; again for another")->group(group);
     app.add_rgbs("--lamp-intensity", o.intensities,
-                  "one number or r,g,b, power per steradian; one for all lamps, or one for each [1,1,1]")
+                 "one number or r,g,b, power per steradian; one for all lamps, or one for each [1,1,1]")
         ->check(nonnegative)
         ->group(group);
 }
@@ -89,14 +86,13 @@ bool same_place(const Light& a, const Light& b)
 {
     if (a.kind != b.kind) return false;
     if (a.kind == LightKind::Point) return (a.position - b.position).length() <= 1e-9 * a.position.length();
-    return (a.to_light - b.to_light).length() <= 1e-9 &&
-           std::abs(a.angular_diameter - b.angular_diameter) <= 1e-9;
+    return (a.to_light - b.to_light).length() <= 1e-9 && std::abs(a.angular_diameter - b.angular_diameter) <= 1e-9;
 }
 
 std::string described(const Light& light)
 {
-    return light.name + (light.kind == LightKind::Point ? " at " + brief(light.position)
-                                                         : " towards " + brief(light.to_light));
+    return light.name +
+           (light.kind == LightKind::Point ? " at " + brief(light.position) : " towards " + brief(light.to_light));
 }
 
 }  // namespace vdbcloud::app

@@ -9,11 +9,11 @@
 namespace vdbcloud::app {
 
 struct LightOptions {
-    std::vector<Vec3d> suns;           ///< directions TOWARDS them
-    std::vector<Vec3d> irradiances;    ///< of each, or one for all
-    std::vector<double> diameters;     ///< of each, or one for all [degrees]
-    std::vector<Vec3d> lamps;          ///< positions
-    std::vector<Vec3d> intensities;    ///< of each, or one for all
+    std::vector<Vec3d> suns;         ///< directions TOWARDS them
+    std::vector<Vec3d> irradiances;  ///< of each, or one for all
+    std::vector<double> diameters;   ///< of each, or one for all [degrees]
+    std::vector<Vec3d> lamps;        ///< positions
+    std::vector<Vec3d> intensities;  ///< of each, or one for all
 };
 
 /// --sun --sun-irradiance --sun-diameter --lamp --lamp-intensity, each as often as wanted.

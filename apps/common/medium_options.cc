@@ -13,10 +13,7 @@ bool is_zero(const Vec3d& v) { return v[0] == 0 && v[1] == 0 && v[2] == 0; }
 
 /// The same to rounding: what went through text, or was computed in another order, is no contradiction.
 bool close(double a, double b) { return std::abs(a - b) <= 1e-9 * std::max(std::abs(a), std::abs(b)); }
-bool close(const Vec3d& a, const Vec3d& b)
-{
-    return close(a[0], b[0]) && close(a[1], b[1]) && close(a[2], b[2]);
-}
+bool close(const Vec3d& a, const Vec3d& b) { return close(a[0], b[0]) && close(a[1], b[1]) && close(a[2], b[2]); }
 
 [[noreturn]] void contradict(const std::string& what, const char* key, const std::string& theirs,
                              const std::string& ours)
@@ -32,9 +29,8 @@ void declare_medium(App& app, MediumOptions& o)
     const char* group = "Medium";
     // No default is shown or printed for what a file may give: a printed configuration must not overrule the
     // file.
-    app.add_rgb(
-           "--extinction", o.extinction,
-           "sigma_t at density 1 [1/world unit], one number or r,g,b; without it the file's, else automatic")
+    app.add_rgb("--extinction", o.extinction,
+                "sigma_t at density 1 [1/world unit], one number or r,g,b; without it the file's, else automatic")
         ->check(nonnegative)
         ->default_str("")
         ->group(group);
@@ -44,13 +40,16 @@ void declare_medium(App& app, MediumOptions& o)
         ->default_str("")
         ->group(group);
     app.add_option("--g", o.rest.g, "mean cosine of Henyey-Greenstein; without it the file's, else 0")
-        ->check(within(-0.999999, 0.999999))->default_str("")->group(group);
+        ->check(within(-0.999999, 0.999999))
+        ->default_str("")
+        ->group(group);
     app.add_choice<PhaseKind>("--phase", o.rest.phase,
                               {{name(PhaseKind::Isotropic), PhaseKind::Isotropic},
                                {name(PhaseKind::Rayleigh), PhaseKind::Rayleigh},
                                {name(PhaseKind::HenyeyGreenstein), PhaseKind::HenyeyGreenstein}},
                               "phase function; without it the file's, else henyey-greenstein")
-        ->default_str("")->group(group);
+        ->default_str("")
+        ->group(group);
 }
 
 Medium chosen_medium(App& app, const MediumOptions& o, FloatGrid& density)
@@ -60,8 +59,8 @@ Medium chosen_medium(App& app, const MediumOptions& o, FloatGrid& density)
     if (app.given("--phase")) medium.phase = o.rest.phase;
     if (app.given("--g")) {
         if (app.given("--phase") && o.rest.phase != PhaseKind::HenyeyGreenstein && o.rest.g != 0)
-            throw UsageError(std::string("--g ") + shortest(o.rest.g) + ": the phase function " +
-                             name(o.rest.phase) + " has none");
+            throw UsageError(std::string("--g ") + shortest(o.rest.g) + ": the phase function " + name(o.rest.phase) +
+                             " has none");
         if (!app.given("--phase")) medium.phase = PhaseKind::HenyeyGreenstein;
         medium.g = o.rest.g;
     }

@@ -16,8 +16,10 @@ std::vector<std::string> split(const std::string& text, char at)
 {
     std::vector<std::string> parts(1);
     for (char c : text)
-        if (c == at) parts.emplace_back();
-        else parts.back() += c;
+        if (c == at)
+            parts.emplace_back();
+        else
+            parts.back() += c;
     return parts;
 }
 
@@ -50,9 +52,12 @@ bool read_vector(const std::string& text, Vec3d& out)
     const auto values = numbers(text);
     if (!values) return false;
     const std::vector<double>& v = *values;
-    if (v.size() == 1) out = Vec3d(v[0], v[0], v[0]);
-    else if (v.size() == 3) out = Vec3d(v[0], v[1], v[2]);
-    else return false;
+    if (v.size() == 1)
+        out = Vec3d(v[0], v[0], v[0]);
+    else if (v.size() == 3)
+        out = Vec3d(v[0], v[1], v[2]);
+    else
+        return false;
     return true;
 }
 
@@ -237,8 +242,10 @@ std::vector<Setting> settings(const CLI::App& app)
         Setting one{option, option->get_single_name(), {}, Setting::One, false};
         const bool several = option->get_items_expected_max() > 1 ||
                              option->get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll;
-        if (option->get_items_expected_max() == 0) one.kind = Setting::Flag;
-        else if (several) one.kind = Setting::Many;
+        if (option->get_items_expected_max() == 0)
+            one.kind = Setting::Flag;
+        else if (several)
+            one.kind = Setting::Many;
         one.words = option->count() > 0 ? option->reduced_results() : default_words(one);
         one.numeric = one.kind != Setting::Flag && !is_text(*option);
         for (const std::string& word : one.words) one.numeric = one.numeric && numbers(word);

@@ -46,19 +46,34 @@ std::string brief(double x);
 std::string brief(const Vec3d&);  ///< "x,y,z", or one number where they are equal
 
 namespace traits {
-template<typename T> struct Element { using type = T; };
-template<typename T> struct Element<std::vector<T>> { using type = T; };
-template<typename T> struct Element<std::optional<T>> { using type = T; };
-template<typename T, size_t n> struct Element<std::array<T, n>> { using type = T; };
+template<typename T>
+struct Element {
+    using type = T;
+};
+template<typename T>
+struct Element<std::vector<T>> {
+    using type = T;
+};
+template<typename T>
+struct Element<std::optional<T>> {
+    using type = T;
+};
+template<typename T, size_t n>
+struct Element<std::array<T, n>> {
+    using type = T;
+};
 
 template<typename T>
 inline constexpr bool holds_numbers =
     std::is_arithmetic_v<typename Element<T>::type> && !std::is_same_v<typename Element<T>::type, bool>;
-template<typename T> inline constexpr bool is_whole = std::is_integral_v<T> && !std::is_same_v<T, bool>;
 template<typename T>
-inline constexpr bool holds_unsigned = holds_numbers<T> && std::is_unsigned_v<typename Element<T>::type>;
-template<typename T> inline constexpr bool is_vector = false;
-template<typename T> inline constexpr bool is_vector<std::vector<T>> = true;
+inline constexpr bool is_whole = std::is_integral_v<T> && !std::is_same_v<T, bool>;
+template<typename T>
+inline constexpr bool holds_unsigned = holds_numbers<T>&& std::is_unsigned_v<typename Element<T>::type>;
+template<typename T>
+inline constexpr bool is_vector = false;
+template<typename T>
+inline constexpr bool is_vector<std::vector<T>> = true;
 }  // namespace traits
 
 /// An option as the user sees it: its name without dashes and its value in words, given or default.
@@ -67,7 +82,7 @@ struct Setting {
     std::string name;
     std::vector<std::string> words;  ///< none: not given, and no default
     enum Kind { Flag, One, Many } kind;
-    bool numeric;   ///< words are numbers, or lists of numbers
+    bool numeric;  ///< words are numbers, or lists of numbers
 };
 
 /// Every option that describes the result (not --threads, --json and the like), in the order of declaration.

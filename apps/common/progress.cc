@@ -120,8 +120,10 @@ std::string one_line(const std::string& text, size_t most)
     std::string out = text.substr(0, most);
     for (char& c : out) {
         const auto byte = static_cast<unsigned char>(c);
-        if (c == '\n') c = ' ';
-        else if (byte < 0x20 || byte == 0x7f) c = '?';
+        if (c == '\n')
+            c = ' ';
+        else if (byte < 0x20 || byte == 0x7f)
+            c = '?';
     }
     return text.size() > most ? out + "..." : out;
 }

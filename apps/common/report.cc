@@ -31,9 +31,11 @@ nlohmann::json value_of(const std::string& word, bool numeric)
     if (word.find(',') != std::string::npos) return *numbers(word);
     int64_t whole = 0;
     const char* end = word.data() + word.size();
-    if (const auto read = std::from_chars(word.data(), end, whole); read.ec == std::errc() && read.ptr == end) return whole;
+    if (const auto read = std::from_chars(word.data(), end, whole); read.ec == std::errc() && read.ptr == end)
+        return whole;
     uint64_t large = 0;  // seeds use all 64 bits
-    if (const auto read = std::from_chars(word.data(), end, large); read.ec == std::errc() && read.ptr == end) return large;
+    if (const auto read = std::from_chars(word.data(), end, large); read.ec == std::errc() && read.ptr == end)
+        return large;
     return *number(word);
 }
 
@@ -50,7 +52,8 @@ double cpu_seconds() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
 
 App::Phase::Phase(App& app, const std::string& name)
     : app_(app), name_(name), wall_(wall_seconds()), cpu_(cpu_seconds())
-{}
+{
+}
 
 App::Phase::~Phase()
 {

@@ -24,7 +24,8 @@ GridBasePtr scaled_light_grid(App& app, const FloatGrid& density, const Vec3SGri
             v.setValue(float(*v * (1 - forward * w0)));
         }
         scaled.sigma_t_per_density = Vec3d(medium.sigma_t_per_density[c]);
-        const auto one = openvdb::gridPtrCast<FloatGrid>(transmittance_grid(*scaled_density, scaled, light, options, app.progress("light")));
+        const auto one = openvdb::gridPtrCast<FloatGrid>(
+            transmittance_grid(*scaled_density, scaled, light, options, app.progress("light")));
         if (!all) {
             all = Vec3SGrid::create(Vec3f(1.0f));
             all->setTree(std::make_shared<openvdb::Vec3STree>(one->tree(), Vec3f(1.0f), openvdb::TopologyCopy()));

@@ -113,7 +113,8 @@ void report_if_ended(const std::string& path, const std::string& text)
     const size_t name = text.find("SIGNAL"), status = text.find("\"STATUS\"");
     if (path.empty() || name == std::string::npos || status == std::string::npos || status < name) return;
     struct stat target = {};
-    if (::lstat(path.c_str(), &target) == 0 && !S_ISREG(target.st_mode)) return;  // never renamed over a device or a link
+    if (::lstat(path.c_str(), &target) == 0 && !S_ISREG(target.st_mode))
+        return;  // never renamed over a device or a link
     const size_t slash = path.rfind('/');
     const size_t base = slash == std::string::npos ? 0 : slash + 1;
     words.path = path;

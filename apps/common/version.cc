@@ -13,7 +13,8 @@ std::string version_text(const std::string& tool)
     if (openvdb::io::Archive::hasZLibCompression()) codecs += ", zip";
     if (openvdb::io::Archive::hasBloscCompression()) codecs += ", blosc";
     return tool + " (vdbcloud) " + project_version() + "\nOpenVDB " OPENVDB_LIBRARY_VERSION_STRING ", file format " +
-           std::to_string(openvdb::OPENVDB_FILE_VERSION) + "\ncodecs: " + codecs + "\ncompiler: " VDBCLOUD_COMPILER "\n";
+           std::to_string(openvdb::OPENVDB_FILE_VERSION) + "\ncodecs: " + codecs +
+           "\ncompiler: " VDBCLOUD_COMPILER "\n";
 }
 
 }  // namespace vdbcloud::app

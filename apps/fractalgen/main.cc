@@ -23,10 +23,7 @@ using app::Region;
 namespace {
 
 /// How far beyond the envelope noise carries the cloud [fraction of the longest side].
-double reach(const app::Options& o)
-{
-    return 3 * (o.shape.warp + (o.shape.coverage ? 0 : o.shape.roughness));
-}
+double reach(const app::Options& o) { return 3 * (o.shape.warp + (o.shape.coverage ? 0 : o.shape.roughness)); }
 
 double longest(const Box& box) { return std::max({box.sides()[0], box.sides()[1], box.sides()[2]}); }
 
@@ -100,12 +97,10 @@ void estimate(app::App& app, const app::Options& o, const app::Domain& domain)
 FloatGridPtr make_mountain(app::App& app, const app::Options& o, const app::Domain& domain)
 {
     const auto phase = app.phase("mountain");
-    return mountain_grid(mountain_heights(domain.box, domain.size, o.spectrum, o.relief),
-                         o.relief.half_width);
+    return mountain_grid(mountain_heights(domain.box, domain.size, o.spectrum, o.relief), o.relief.half_width);
 }
 
-FloatGridPtr make_cloud(app::App& app, const app::Options& o, const app::Domain& domain,
-                        const FloatGrid* mask)
+FloatGridPtr make_cloud(app::App& app, const app::Options& o, const app::Domain& domain, const FloatGrid* mask)
 {
     CloudBlocks cloud;
     {
@@ -117,8 +112,7 @@ FloatGridPtr make_cloud(app::App& app, const app::Options& o, const app::Domain&
     const auto phase = app.phase("grid");
     auto density = cloud_grid(cloud);
     write_flags(app, o, *density);
-    if (density->empty())
-        app.warnings()("the density is empty: nothing of the envelope is above the threshold");
+    if (density->empty()) app.warnings()("the density is empty: nothing of the envelope is above the threshold");
     return density;
 }
 
@@ -130,8 +124,7 @@ void run(app::App& app, app::Options& o)
     o.cumulus.up = o.shape.up = o.relief.up = o.up;
     if (o.mountain && !o.envelope_from.empty())
         throw UsageError("--envelope-from shapes clouds, --mountain makes none");
-    if (o.input == "-" && o.envelope_from == "-")
-        throw UsageError("the input and --envelope-from cannot both be -");
+    if (o.input == "-" && o.envelope_from == "-") throw UsageError("the input and --envelope-from cannot both be -");
 
     GridFile file;
     file.metadata = std::make_shared<MetaMap>();
@@ -151,8 +144,7 @@ void run(app::App& app, app::Options& o)
 
 int main(int argc, char** argv)
 {
-    app::App app("fractalgen",
-                 "A fractal cloud: noise with a power-law spectrum on an envelope, as a density grid.");
+    app::App app("fractalgen", "A fractal cloud: noise with a power-law spectrum on an envelope, as a density grid.");
     app::Options o;
     app::declare(app, o);
     return app.run(argc, argv, [&] { run(app, o); });

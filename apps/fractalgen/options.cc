@@ -19,17 +19,17 @@ void declare_noise(App& app, Options& o)
         ->group(group);
     app.add_option("--outer", o.outer,
                    "wave number below which the spectrum is flat [per longest side]; else 4, a mountain's 0")
-        ->check(nonnegative)->group(group);
-    app.add_option("--low-cut", o.spectrum.low_cut,
-                   "leave out waves below this wave number [per longest side]")
+        ->check(nonnegative)
+        ->group(group);
+    app.add_option("--low-cut", o.spectrum.low_cut, "leave out waves below this wave number [per longest side]")
         ->check(within(0, 256))
         ->group(group);
-    app.add_option("--high-cut", o.spectrum.high_cut,
-                   "leave out waves above this wave number [per longest side]")
+    app.add_option("--high-cut", o.spectrum.high_cut, "leave out waves above this wave number [per longest side]")
         ->check(positive)
         ->group(group);
     app.add_vec3("--stretch", o.spectrum.stretch, "how many times longer features are along x,y,z")
-        ->check(within(0.01, 100))->group(group);
+        ->check(within(0.01, 100))
+        ->group(group);
 }
 
 void declare_shape(App& app, Options& o)
@@ -49,39 +49,43 @@ void declare_shape(App& app, Options& o)
     app.add_option("--envelope-grid", o.mask_grid, "which grid of that file: NAME or NAME[k]")->group(group);
     app.add_option("--towers", o.cumulus.towers, "towers of a cumulus")->check(within(1, 64))->group(group);
     app.add_option("--height", o.cumulus.height, "of a cumulus, over the broader side of its footprint")
-        ->check(positive)->group(group);
+        ->check(positive)
+        ->group(group);
     app.add_option("--generations", o.cumulus.generations, "of bulges upon bulges of a cumulus")
-        ->check(within(1, 4))->group(group);
-    app.add_option("--coverage", o.shape.coverage,
-                   "fraction of the envelope to fill, by a threshold of the noise")
+        ->check(within(1, 4))
+        ->group(group);
+    app.add_option("--coverage", o.shape.coverage, "fraction of the envelope to fill, by a threshold of the noise")
         ->check(within(0, 1))
         ->group(group);
     app.add_option("--edge", o.shape.edge, "width of the edge, from no density to 1")
-        ->check(within(0, 1))->group(group);
+        ->check(within(0, 1))
+        ->group(group);
     app.add_option("--roughness", o.shape.roughness, "how far noise moves the surface")
-        ->check(within(0, 10))->group(group);
+        ->check(within(0, 10))
+        ->group(group);
     app.add_option("--warp", o.shape.warp, "how far noise displaces the envelope: wisps")
-        ->check(within(0, 1))->group(group);
+        ->check(within(0, 1))
+        ->group(group);
     app.add_option("--billow", o.shape.billow, "0: plain noise, 1: round outwards and creased inwards")
-        ->check(within(0, 1))->group(group);
+        ->check(within(0, 1))
+        ->group(group);
 }
 
 void declare_mountain(App& app, Options& o)
 {
     const auto group = "Mountain";
-    app.add_flag("--mountain", o.mountain, "a mountain as a level set named 'solid', instead of a cloud")
-        ->group(group);
+    app.add_flag("--mountain", o.mountain, "a mountain as a level set named 'solid', instead of a cloud")->group(group);
     app.add_option("--relief", o.relief.relief,
                    "from its lowest to its highest point, over the longest horizontal side")
         ->check(positive)
         ->group(group);
-    app.add_option("--ridges", o.relief.ridges, "0: rolling land, 1: sharp ridges")
+    app.add_option("--ridges", o.relief.ridges, "0: rolling land, 1: sharp ridges")->check(within(0, 1))->group(group);
+    app.add_option("--peak", o.relief.peak, "0: as high at the edges as in the middle, 1: one mountain")
         ->check(within(0, 1))
         ->group(group);
-    app.add_option("--peak", o.relief.peak, "0: as high at the edges as in the middle, 1: one mountain")
-        ->check(within(0, 1))->group(group);
     app.add_option("--band", o.relief.half_width, "half the width of the level set's narrow band [voxels]")
-        ->check(within(1.5, 16))->group(group);
+        ->check(within(1.5, 16))
+        ->group(group);
 }
 
 }  // namespace
@@ -90,18 +94,15 @@ void declare(App& app, Options& o)
 {
     app.reads_grids();
     app.writes_grids();
-    app.add_option("input", o.input,
-                   "a .vdb to add the grid to, or - for standard input; without it a new file");
+    app.add_option("input", o.input, "a .vdb to add the grid to, or - for standard input; without it a new file");
     app.add_option("-o,--output", o.output, "output .vdb, or - for standard output")->required();
     declare_noise(app, o);
     declare_shape(app, o);
 
     const auto space = "Space";
-    app.add_option("--size", o.size, "voxels along the longest side, or NX,NY,NZ; at most 512 each")
-        ->group(space);
-    app.add_option(
-           "--bounds", o.bounds,
-           "x0,y0,z0,x1,y1,z1 in world units; else two units broad, 1.25 high, standing on the origin")
+    app.add_option("--size", o.size, "voxels along the longest side, or NX,NY,NZ; at most 512 each")->group(space);
+    app.add_option("--bounds", o.bounds,
+                   "x0,y0,z0,x1,y1,z1 in world units; else two units broad, 1.25 high, standing on the origin")
         ->group(space);
     app.add_choice<int>("--up", o.up, {{"y", 1}, {"z", 2}}, "axis that points up")->group(space);
 
@@ -113,9 +114,13 @@ void declare(App& app, Options& o)
         ->default_str("")
         ->group(medium);
     app.add_rgb("--albedo", o.medium.albedo, "share of extinguished light that is scattered")
-        ->check(within(0, 1))->default_str("")->group(medium);
+        ->check(within(0, 1))
+        ->default_str("")
+        ->group(medium);
     app.add_option("--g", o.medium.g, "mean cosine of Henyey-Greenstein")
-        ->check(within(-0.999999, 0.999999))->default_str("")->group(medium);
+        ->check(within(-0.999999, 0.999999))
+        ->default_str("")
+        ->group(medium);
 }
 
 Box default_bounds(const Options& o)
@@ -131,16 +136,13 @@ namespace {
 Box bounds_of(const Options& o)
 {
     const auto n = numbers(o.bounds);
-    if (!n || n->size() != 6)
-        throw UsageError("--bounds " + o.bounds + ": expected six numbers x0,y0,z0,x1,y1,z1");
+    if (!n || n->size() != 6) throw UsageError("--bounds " + o.bounds + ": expected six numbers x0,y0,z0,x1,y1,z1");
     const Box box{{(*n)[0], (*n)[1], (*n)[2]}, {(*n)[3], (*n)[4], (*n)[5]}};
     const Vec3d sides = box.sides();
-    const double least = std::min({sides[0], sides[1], sides[2]}),
-                 most = std::max({sides[0], sides[1], sides[2]});
+    const double least = std::min({sides[0], sides[1], sides[2]}), most = std::max({sides[0], sides[1], sides[2]});
     if (!(least > 0)) throw UsageError("--bounds " + o.bounds + ": expected x0 < x1, y0 < y1, z0 < z1");
     if (!(most <= 1e6 && least >= 1e-6 && most <= 1e4 * least))
-        throw UsageError("--bounds " + o.bounds +
-                         ": expected sides in 1e-6..1e6, at most 1e4 times each other");
+        throw UsageError("--bounds " + o.bounds + ": expected sides in 1e-6..1e6, at most 1e4 times each other");
     return box;
 }
 

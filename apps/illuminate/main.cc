@@ -30,7 +30,8 @@ struct Options {
 void declare(app::App& app, Options& o)
 {
     app.add_option("input", o.input, ".vdb with a density, '-' for standard input")->required();
-    app.add_option("-o,--output", o.output, ".vdb to write: all of the input and the transmittance grids; '-' for standard output")
+    app.add_option("-o,--output", o.output,
+                   ".vdb to write: all of the input and the transmittance grids; '-' for standard output")
         ->required();
     app.add_option("--density", o.density, "the density grid's name, or NAME[k]; without it by common names");
     app.reads_grids();
@@ -39,17 +40,24 @@ void declare(app::App& app, Options& o)
     app::declare_lights(app, o.lights);
 
     const auto accuracy = "Accuracy";
-    app.add_choice<Fidelity>("--fidelity", o.accuracy.fidelity, {{"lattice", Fidelity::Lattice}, {"exact", Fidelity::Exact}},
-                             "lattice: rays carried along the light, time proportional to the voxels; exact: a ray for each voxel")
+    app.add_choice<Fidelity>(
+           "--fidelity", o.accuracy.fidelity, {{"lattice", Fidelity::Lattice}, {"exact", Fidelity::Exact}},
+           "lattice: rays carried along the light, time proportional to the voxels; exact: a ray for each voxel")
         ->group(accuracy);
-    app.add_option("--rays-per-voxel", o.accuracy.rays_per_voxel, "of the lattice, along each axis: its error falls as the square")
-        ->check(app::within(1, 8))->group(accuracy);
+    app.add_option("--rays-per-voxel", o.accuracy.rays_per_voxel,
+                   "of the lattice, along each axis: its error falls as the square")
+        ->check(app::within(1, 8))
+        ->group(accuracy);
     app.add_option("--refine", o.accuracy.refine, "light-grid points a voxel of density, along each axis")
-        ->check(app::within(1, 8))->group(accuracy);
+        ->check(app::within(1, 8))
+        ->group(accuracy);
     app.add_option("--disc-samples", o.accuracy.disc_samples, "directions over the disc of a sun that has a diameter")
-        ->check(app::within(1, 1024))->group(accuracy);
-    app.add_option("--error-samples", o.accuracy.error_samples, "voxels at which the lattice is compared with exact rays, for --json")
-        ->check(app::within(0, 1000000))->group(accuracy);
+        ->check(app::within(1, 1024))
+        ->group(accuracy);
+    app.add_option("--error-samples", o.accuracy.error_samples,
+                   "voxels at which the lattice is compared with exact rays, for --json")
+        ->check(app::within(0, 1000000))
+        ->group(accuracy);
 }
 
 Vec3d up_of(const GridFile& file)
@@ -65,7 +73,8 @@ struct Task {
 
 /// What is asked for replaces lights of the same name in the file; those that the file has besides are kept, and done
 /// again if density or extinction are no longer what they were computed with.
-std::vector<Task> tasks_of(app::App& app, const Options& o, const GridFile& file, const FloatGrid& density, const Medium& medium)
+std::vector<Task> tasks_of(app::App& app, const Options& o, const GridFile& file, const FloatGrid& density,
+                           const Medium& medium)
 {
     std::vector<Task> tasks;
     const auto asked = app::lights_asked(o.lights);
@@ -113,7 +122,8 @@ void illuminate(app::App& app, const Options& o)
         if (task.done) continue;
         const auto phase = app.phase(transmittance_name(task.light));
         TransmittanceReport found;
-        put_grid(file, transmittance_grid(*density, medium, task.light, o.accuracy, app.progress(task.light.name), &found));
+        put_grid(file,
+                 transmittance_grid(*density, medium, task.light, o.accuracy, app.progress(task.light.name), &found));
         auto& report = app.report();
         report["counts"][task.light.name + "_voxels"] = found.voxels;
         if (found.compared > 0)

@@ -6,8 +6,8 @@
 //
 //   p1solve light.vdb --g 0.85 --iterations 5 --directions 64 --degree 3 -o lit.vdb    on to the transport equation, by sweeps
 //
-// Kajiya & Von Herzen 1984, section 4 (high albedo). Writes phi (fluence) and flux of the collided light beside all that
-// the input holds; the uncollided light is the transmittance grids', and render adds both.
+// Kajiya & Von Herzen 1984, section 4 (high albedo). Writes phi (fluence) and flux of the collided light beside all
+// that the input holds; the uncollided light is the transmittance grids', and render adds both.
 #include "options.h"
 #include "report.h"
 #include "scaled_light.h"
@@ -37,13 +37,15 @@ Vec3SGridPtr vectors(app::App& app, const GridFile& file, const GridBasePtr& gri
 {
     if (!grid || grid->empty()) return nullptr;
     if (auto found = openvdb::gridPtrCast<Vec3SGrid>(grid)) return found;
-    app.warnings()(file.path + ": grid '" + printable(grid->getName()) + "' is " + grid->valueType() + ", expected vec3s; passed over");
+    app.warnings()(file.path + ": grid '" + printable(grid->getName()) + "' is " + grid->valueType() +
+                   ", expected vec3s; passed over");
     return nullptr;
 }
 
-/// The lights asked for, else the file's, else a sun if nothing shines. What the file has no transmittance for gets one, as
-/// render needs it.
-std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, GridFile& file, const FloatGrid& density, const Medium& medium)
+/// The lights asked for, else the file's, else a sun if nothing shines. What the file has no transmittance for gets
+/// one, as render needs it.
+std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, GridFile& file, const FloatGrid& density,
+                              const Medium& medium)
 {
     auto lights = app::lights_asked(o.lights);
     if (lights.empty()) lights = lights_of(file);
@@ -59,7 +61,8 @@ std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, GridFile& 
         const GridBasePtr there = find_grid(file, transmittance_name(light));
         const auto theirs = there ? read_light(*there, there->getName()) : std::nullopt;
         if (theirs && app::same_place(*theirs, light) && theirs->irradiance == light.irradiance &&
-            app::same_extinction(*there, medium) && get_text(*there, schema::density_digest, "") == grid_digest(density))
+            app::same_extinction(*there, medium) &&
+            get_text(*there, schema::density_digest, "") == grid_digest(density))
             continue;
         const auto phase = app.phase(transmittance_name(light));
         put_grid(file, transmittance_grid(density, medium, light, {}, app.progress(light.name)));
@@ -84,21 +87,29 @@ void add_series(app::App& app, P1solveOptions& o, GridFile& file, const FloatGri
                 const Medium& medium, const std::vector<Light>& lights, ScatterFields& fields)
 {
     const auto phase = app.phase("series");
-    if (find_grid(file, schema::colour)) throw InputError(file.path + ": the series in albedo needs one albedo for all voxels, and there is a Cd");
+    if (find_grid(file, schema::colour))
+        throw InputError(file.path + ": the series in albedo needs one albedo for all voxels, and there is a Cd");
     SeriesReport report;
     o.series.solve.progress = app.progress("series");
-    for (const auto& grid : series_p1(density, emission, medium, lights, o.scatter, o.series, o.series_raw, report)) put_grid(file, grid);
+    for (const auto& grid : series_p1(density, emission, medium, lights, o.scatter, o.series, o.series_raw, report))
+        put_grid(file, grid);
     const double worst = std::max({report.estimate[0], report.estimate[1], report.estimate[2]});
-    auto& r = app.report()["series"] = {{"norms", report.norm}, {"ratio", report.ratio}, {"convergence_estimate", worst},
-                                        {"galerkin", o.series.galerkin}, {"least_albedo", report.least_albedo},
+    auto& r = app.report()["series"] = {{"norms", report.norm},
+                                        {"ratio", report.ratio},
+                                        {"convergence_estimate", worst},
+                                        {"galerkin", o.series.galerkin},
+                                        {"least_albedo", report.least_albedo},
                                         {"iterations", report.iterations}};
     const double least = std::min({medium.albedo[0], medium.albedo[1], medium.albedo[2]});
     if (!o.series.galerkin && least < report.least_albedo)
-        throw ConvergenceError("the series does not converge at albedo " + app::shortest(least) + ": each order is " + app::brief(worst) +
-                               " times the one before; it needs an albedo above " + app::brief(report.least_albedo) + ", or --galerkin");
-    const double forward = o.scatter.delta && medium.phase == PhaseKind::HenyeyGreenstein && medium.g > 0 ? medium.g * medium.g : 0;
+        throw ConvergenceError("the series does not converge at albedo " + app::shortest(least) + ": each order is " +
+                               app::brief(worst) + " times the one before; it needs an albedo above " +
+                               app::brief(report.least_albedo) + ", or --galerkin");
+    const double forward =
+        o.scatter.delta && medium.phase == PhaseKind::HenyeyGreenstein && medium.g > 0 ? medium.g * medium.g : 0;
     std::vector<GridBasePtr> transmittance;
-    for (const Light& light : lights) transmittance.push_back(app::scaled_light_grid(app, density, nullptr, medium, forward, light));
+    for (const Light& light : lights)
+        transmittance.push_back(app::scaled_light_grid(app, density, nullptr, medium, forward, light));
     const ScatterFields relit = relight(file, medium, lights, transmittance);
     r["error_against_direct_solve"] = difference(*relit.phi, *fields.phi);
     fields.phi = relit.phi;
@@ -123,27 +134,32 @@ void solve(app::App& app, P1solveOptions& o)
     ScatterFields fields;
     {
         const auto phase = app.phase("p1");
-        fields = scatter_p1(*density, tint.get(), emission.get(), medium, lights, o.scatter, app.progress("p1"), report);
+        fields =
+            scatter_p1(*density, tint.get(), emission.get(), medium, lights, o.scatter, app.progress("p1"), report);
     }
     fill_report(app, report);
-    if (report.emission_outside) app.warnings()("emission outside the density does not light it: it is left out of multiple scattering");
+    if (report.emission_outside)
+        app.warnings()("emission outside the density does not light it: it is left out of multiple scattering");
     for (int c = 0; c < 3; ++c) {
         const P1Budget& b = report.channel[c].budget;
         if (b.negative > 0 && report.channel[c].solved_as == c)
-            app.warnings()(std::to_string(b.negative) + " voxels have negative fluence, the least " + app::brief(b.smallest) +
-                           (!o.scatter.delta ? ": --delta on avoids most of them"
-                            : medium.g > 2.0 / 7 ? ": P1's own on the lit side of thin parts where g is above 2/7" : ""));
+            app.warnings()(std::to_string(b.negative) + " voxels have negative fluence, the least " +
+                           app::brief(b.smallest) +
+                           (!o.scatter.delta     ? ": --delta on avoids most of them"
+                            : medium.g > 2.0 / 7 ? ": P1's own on the lit side of thin parts where g is above 2/7"
+                                                 : ""));
     }
     if (!report.converged && !o.allow_unconverged) {
         for (const ChannelReport& c : report.channel)
             if (c.solve.converged && !c.limiter.converged)
                 throw ConvergenceError("the flux limiter changes phi by " + app::brief(c.limiter.change) + " after " +
-                                       std::to_string(c.limiter.iterations) + " solves: expected below " + app::brief(o.scatter.limiter_change));
+                                       std::to_string(c.limiter.iterations) + " solves: expected below " +
+                                       app::brief(o.scatter.limiter_change));
         for (const ChannelReport& c : report.channel)
             if (!c.solve.converged)
-                throw ConvergenceError("residual " + app::brief(c.solve.residual) + " and error estimate " + app::brief(c.solve.error) +
-                                       " after " + std::to_string(c.solve.iterations) + " iterations: expected both below " +
-                                       app::brief(o.scatter.solve.tolerance));
+                throw ConvergenceError("residual " + app::brief(c.solve.residual) + " and error estimate " +
+                                       app::brief(c.solve.error) + " after " + std::to_string(c.solve.iterations) +
+                                       " iterations: expected both below " + app::brief(o.scatter.solve.tolerance));
     }
     if (o.series.order > 0 && fields.phi) add_series(app, o, file, *density, emission.get(), medium, lights, fields);
     if (!fields.phi) app.warnings()("no voxel above 0: nothing to scatter in");
@@ -161,7 +177,8 @@ void solve(app::App& app, P1solveOptions& o)
 
 int main(int argc, char** argv)
 {
-    app::App app("p1solve", "Multiple scattering in a density by the P1 equations: fluence and flux beside what the file holds.");
+    app::App app("p1solve",
+                 "Multiple scattering in a density by the P1 equations: fluence and flux beside what the file holds.");
     P1solveOptions o;
     declare(app, o);
     return app.run(argc, argv, [&] { solve(app, o); });

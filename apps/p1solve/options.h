@@ -14,7 +14,7 @@ struct P1solveOptions {
     std::string input, output, density, periodic;
     app::MediumOptions medium;
     app::LightOptions lights;
-    std::string sky;              ///< "day", a colour, or empty: no sky unless its shape is asked for
+    std::string sky;  ///< "day", a colour, or empty: no sky unless its shape is asked for
     app::SkyOptions sky_shape;
     ScatterOptions scatter;
     bool allow_unconverged = false, series_raw = false;

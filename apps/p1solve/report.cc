@@ -9,12 +9,15 @@ namespace vdbcloud {
 
 namespace {
 
-nlohmann::json numbers(const std::array<double, 6>& v) { return nlohmann::json(std::vector<double>(v.begin(), v.end())); }
+nlohmann::json numbers(const std::array<double, 6>& v)
+{
+    return nlohmann::json(std::vector<double>(v.begin(), v.end()));
+}
 
 nlohmann::json described(const ClosureReport& c)
 {
     nlohmann::json r = {{"directions", c.directions}, {"iterations", c.iterations}, {"converged", c.converged},
-                        {"change", c.change}, {"seconds", c.seconds}, {"contraction", c.contraction}};
+                        {"change", c.change},         {"seconds", c.seconds},       {"contraction", c.contraction}};
     if (c.error >= 0) r["error_estimate"] = c.error;
     for (const SolveResult& solve : c.solves) r["solver_iterations"].push_back(solve.iterations);
     return r;
@@ -23,12 +26,21 @@ nlohmann::json described(const ClosureReport& c)
 nlohmann::json described(const ChannelReport& c)
 {
     const P1Budget& b = c.budget;
-    nlohmann::json r = {{"solved_as", std::string(1, "rgb"[c.solved_as])}, {"scale", c.scale},
-                        {"iterations", c.solve.iterations}, {"converged", c.solve.converged},
-                        {"residual", c.solve.residual}, {"error_estimate", c.solve.error}, {"residual_history", c.solve.history}};
-    r["budget"] = {{"beam_lost_in_medium", c.deposited}, {"sky_in", b.sky_in}, {"emitted", c.emitted},
-                   {"reflected", c.reflected}, {"transmitted_diffuse", c.transmitted}, {"absorbed", b.absorbed},
-                   {"out_by_face", numbers(b.out)}, {"defect", b.defect}};
+    nlohmann::json r = {{"solved_as", std::string(1, "rgb"[c.solved_as])},
+                        {"scale", c.scale},
+                        {"iterations", c.solve.iterations},
+                        {"converged", c.solve.converged},
+                        {"residual", c.solve.residual},
+                        {"error_estimate", c.solve.error},
+                        {"residual_history", c.solve.history}};
+    r["budget"] = {{"beam_lost_in_medium", c.deposited},
+                   {"sky_in", b.sky_in},
+                   {"emitted", c.emitted},
+                   {"reflected", c.reflected},
+                   {"transmitted_diffuse", c.transmitted},
+                   {"absorbed", b.absorbed},
+                   {"out_by_face", numbers(b.out)},
+                   {"defect", b.defect}};
     if (c.lines >= 0) {
         r["budget"]["beam_lost_by_lines"] = c.lines;
         r["budget"]["faces_against_lines"] = c.lines > 0 ? c.deposited / c.lines - 1 : 0.0;
@@ -36,7 +48,9 @@ nlohmann::json described(const ChannelReport& c)
     if (c.reentry >= 0) r["budget"]["share_that_would_enter_again_and_is_lost"] = c.reentry;
     if (c.closure.iterations > 0) r["sweeps"] = described(c.closure);
     if (c.limiter.iterations > 0)
-        r["limiter"] = {{"iterations", c.limiter.iterations}, {"change", c.limiter.change}, {"converged", c.limiter.converged},
+        r["limiter"] = {{"iterations", c.limiter.iterations},
+                        {"change", c.limiter.change},
+                        {"converged", c.limiter.converged},
                         {"least_factor", c.limiter.least}};
     r["phi"] = {{"smallest", b.smallest}, {"largest", b.largest}, {"negative_voxels", b.negative}};
     r["flux_limited_voxels"] = c.flux_limited;
@@ -48,14 +62,18 @@ nlohmann::json described(const ChannelReport& c)
 void fill_report(app::App& app, const ScatterReport& report)
 {
     auto& r = app.report();
-    r["counts"] = {{"active_voxels", report.voxels}, {"blocks", report.blocks}, {"exposed_voxels", report.exposed},
-                   {"solves", report.solves}, {"levels", report.levels}};
+    r["counts"] = {{"active_voxels", report.voxels},
+                   {"blocks", report.blocks},
+                   {"exposed_voxels", report.exposed},
+                   {"solves", report.solves},
+                   {"levels", report.levels}};
     r["memory"] = {{"array_bytes", report.bytes},
                    {"bytes_per_active_voxel", report.voxels ? double(report.bytes) / double(report.voxels) : 0.0}};
     const char* const channels[] = {"r", "g", "b"};
     for (int c = 0; c < 3; ++c) r["channels"][channels[c]] = described(report.channel[c]);
     if (report.channel[0].closure.iterations == 0)
-        r["accuracy"] = {{"bias", "P1: against path tracing the picture of a cloud in the sun is off by up to 21 %, which sweeps (--iterations) remove"}};
+        r["accuracy"] = {{"bias", "P1: against path tracing the picture of a cloud in the sun is off by up to 21 %, "
+                                  "which sweeps (--iterations) remove"}};
 }
 
 void estimate(app::App& app, const P1solveOptions& o, const Medium& medium, const FloatGrid& density, size_t lights)
@@ -65,15 +83,16 @@ void estimate(app::App& app, const P1solveOptions& o, const Medium& medium, cons
     if (const ClosureOptions& c = o.scatter.closure; c.iterations > 0) {
         const size_t directions = ordinates(c.kind, c.directions, c.degree).count();
         const int terms = medium.g == 0 ? 1 : harmonic_count(c.degree), moments = harmonic_count(std::max(c.degree, 2));
-        bytes += slots * (4 * (2 * terms + moments) + 12 + 90) + 12 * voxels + double(mixing_bytes(size_t(slots), medium.g));
+        bytes +=
+            slots * (4 * (2 * terms + moments) + 12 + 90) + 12 * voxels + double(mixing_bytes(size_t(slots), medium.g));
         seconds += voxels * c.iterations * (20e-9 * double(directions) + 1e-6) + voxels * 1e-6 * double(lights);
         app.report()["estimate"]["directions"] = directions;
     }
     app.report()["estimate"]["bytes_per_active_voxel"] = voxels > 0 ? bytes / voxels : 0.0;
     app.report()["estimate"]["memory_bytes"] = bytes;
     app.report()["estimate"]["seconds"] = seconds;
-    app.say("would solve for " + std::to_string(std::lround(voxels)) + " voxels in about " + app::brief(std::ceil(seconds)) +
-            " s of processor time and " + app::brief(std::ceil(bytes / 1e6)) + " MB");
+    app.say("would solve for " + std::to_string(std::lround(voxels)) + " voxels in about " +
+            app::brief(std::ceil(seconds)) + " s of processor time and " + app::brief(std::ceil(bytes / 1e6)) + " MB");
 }
 
 }  // namespace vdbcloud

@@ -7,8 +7,8 @@ namespace vdbcloud {
 /// Counts, memory, and of each channel the solver's history, the energy budget, sweeps and the range of phi.
 void fill_report(app::App&, const ScatterReport&);
 
-/// Says, and reports, memory and processor seconds that a run would take. Both come from counts of voxels and from costs a voxel
-/// as the benchmarks measured them, within a factor of two.
+/// Says, and reports, memory and processor seconds that a run would take. Both come from counts of voxels and from
+/// costs a voxel as the benchmarks measured them, within a factor of two.
 void estimate(app::App&, const P1solveOptions&, const Medium&, const FloatGrid& density, size_t lights);
 
 }  // namespace vdbcloud

@@ -15,11 +15,9 @@ std::vector<Vec3d> unit_box()
 
 }  // namespace
 
-Camera chosen_camera(const app::App& app, const RenderOptions& o, const LoadedScene& loaded,
-                     const ImageSize& size)
+Camera chosen_camera(const app::App& app, const RenderOptions& o, const LoadedScene& loaded, const ImageSize& size)
 {
-    const bool placed = app.given("--camera"), aimed = app.given("--look-at"),
-               directed = app.given("--direction");
+    const bool placed = app.given("--camera"), aimed = app.given("--look-at"), directed = app.given("--direction");
     if (placed && aimed && directed)
         throw UsageError("--direction follows from --camera and --look-at: give two of the three");
     const std::vector<Vec3d>& corners = loaded.corners.empty() ? unit_box() : loaded.corners;

@@ -16,30 +16,27 @@ void declare_camera(app::App& app, RenderOptions& o)
                    "position x,y,z, inside the cloud if you like; without it framed automatically")
         ->default_str("")
         ->group(group);
-    app.add_option("--look-at", o.camera.look_at,
-                   "point in the middle of the picture; without it the cloud's middle")
+    app.add_option("--look-at", o.camera.look_at, "point in the middle of the picture; without it the cloud's middle")
         ->default_str("")
         ->group(group);
-    app.add_option("--direction", o.direction,
-                   "in which to look, x,y,z, where the camera is framed automatically")
+    app.add_option("--direction", o.direction, "in which to look, x,y,z, where the camera is framed automatically")
         ->default_str("")
         ->group(group);
-    app.add_choice<Projection>(
-           "--projection", o.camera.projection,
-           {{"perspective", Projection::Perspective}, {"orthographic", Projection::Orthographic}},
-           "how rays run")
+    app.add_choice<Projection>("--projection", o.camera.projection,
+                               {{"perspective", Projection::Perspective}, {"orthographic", Projection::Orthographic}},
+                               "how rays run")
         ->group(group);
     app.add_option("--fov", o.camera.fov, "angle across the picture's width, perspective [degrees]")
-        ->check(app::within(0.001, 179))->group(group);
-    app.add_option("--ortho-width", o.camera.width,
-                   "the picture's width, orthographic [world unit]; without it framed")
+        ->check(app::within(0.001, 179))
+        ->group(group);
+    app.add_option("--ortho-width", o.camera.width, "the picture's width, orthographic [world unit]; without it framed")
         ->check(app::positive)
         ->default_str("")
         ->group(group);
     app.add_option("--margin", o.framing.margin, "share of the picture left free at each edge by framing")
-        ->check(app::within(0, 0.49))->group(group);
-    app.add_choice<char>("--up", o.up, {{"y", 'y'}, {"z", 'z'}},
-                         "which axis is up; without it the file's, else y")
+        ->check(app::within(0, 0.49))
+        ->group(group);
+    app.add_choice<char>("--up", o.up, {{"y", 'y'}, {"z", 'z'}}, "which axis is up; without it the file's, else y")
         ->default_str("")
         ->group(group);
     app.add_option("--resolution", o.resolution, "pixels, WxH or one number for a square")->group(group);
@@ -60,10 +57,12 @@ void declare_sampling(app::App& app, RenderOptions& o)
                                "cells: exact optical depth; romberg: the paper's, adaptive; steps: fixed")
         ->group(group);
     app.add_option("--tolerance", o.integrator.tolerance, "of romberg, relative to the brightest source")
-        ->check(app::positive)->group(group);
+        ->check(app::positive)
+        ->group(group);
     app.add_option("--step", o.integrator.step, "of steps [voxel edge]")->check(app::positive)->group(group);
     app.add_option("--parts", o.integrator.parts, "of cells: steps of fourth order in each cell")
-        ->check(app::within(1, 64))->group(group);
+        ->check(app::within(1, 64))
+        ->group(group);
     app.add_flag("--shadow-rays", o.integrator.shadow_rays,
                  "find the light at each point by a ray of its own: slow, needs no "
                  "light grid, the measure of those that do")
@@ -73,14 +72,15 @@ void declare_sampling(app::App& app, RenderOptions& o)
                              "how a light is computed that the input does not bring")
         ->group(group);
     app.add_option("--samples", o.sampling.samples, "per pixel; 1 is taken at its centre")
-        ->check(app::within(1, 65536))->group(group);
+        ->check(app::within(1, 65536))
+        ->group(group);
     app.add_choice<FilterKind>("--filter", o.sampling.filter,
                                {{name(FilterKind::Box), FilterKind::Box},
                                 {name(FilterKind::Gaussian), FilterKind::Gaussian},
                                 {name(FilterKind::BlackmanHarris), FilterKind::BlackmanHarris}},
-                               "reconstruction filter of several samples")->group(group);
-    app.add_option("--filter-width", o.sampling.filter_width,
-                   "full width [pixels]; 0: the filter's own, 1 or 3")
+                               "reconstruction filter of several samples")
+        ->group(group);
+    app.add_option("--filter-width", o.sampling.filter_width, "full width [pixels]; 0: the filter's own, 1 or 3")
         ->check(app::within(0, 64))
         ->group(group);
     app.add_option("--seed", o.sampling.seed, "of the samples' places")->group(group);
@@ -89,10 +89,9 @@ void declare_sampling(app::App& app, RenderOptions& o)
 void declare_picture(app::App& app, RenderOptions& o)
 {
     const char* group = "Picture";
-    app.add_option(
-           "--aov", o.aovs,
-           "layers of the .exr beside R,G,B,A: Z, transmittance, direct, direct_<light>, multiscatter, "
-           "emission, variance, background, all, none; commas between, or again")
+    app.add_option("--aov", o.aovs,
+                   "layers of the .exr beside R,G,B,A: Z, transmittance, direct, direct_<light>, multiscatter, "
+                   "emission, variance, background, all, none; commas between, or again")
         ->group(group);
     app.add_option("--background", o.background,
                    "none, sky, or r,g,b; drawn into .exr and .png. Without it the .exr has "
@@ -100,15 +99,15 @@ void declare_picture(app::App& app, RenderOptions& o)
         ->group(group);
     app::declare_sky_shape(app, o.sky, group);
     app.add_option("--exposure", o.view.exposure, "of the .png [EV]; without it found from the picture")
-        ->default_str("")->group(group);
+        ->default_str("")
+        ->group(group);
     app.add_choice<ViewKind>("--view", o.view.kind,
                              {{name(ViewKind::Filmic), ViewKind::Filmic},
                               {name(ViewKind::Srgb), ViewKind::Srgb},
                               {name(ViewKind::None), ViewKind::None}},
                              "how the .png shows radiance: highlights rolled off, clipped, or linear")
         ->group(group);
-    app.add_choice<int>("--png-bits", o.png_bits, {{"8", 8}, {"16", 16}}, "per channel of the .png")
-        ->group(group);
+    app.add_choice<int>("--png-bits", o.png_bits, {{"8", 8}, {"16", 16}}, "per channel of the .png")->group(group);
 }
 
 int pixels(const std::string& option, const std::string& word)
@@ -149,14 +148,14 @@ bool one_of(const std::string& word, std::initializer_list<const char*> words)
 void declare(app::App& app, RenderOptions& o)
 {
     app.add_option("input", o.inputs, ".vdb files, or - for standard input; their media add up")
-        ->required()->type_name("FILE")->allow_extra_args()->expected(-1);
-    app.add_option("-o,--output", o.output,
-                   "picture to write: .exr, .png, or - for an .exr on standard output")
+        ->required()
+        ->type_name("FILE")
+        ->allow_extra_args()
+        ->expected(-1);
+    app.add_option("-o,--output", o.output, "picture to write: .exr, .png, or - for an .exr on standard output")
         ->required()
         ->type_name("FILE");
-    app.add_option("--png", o.png, "a second picture, .png, to look at")
-        ->type_name("FILE")
-        ->configurable(false);
+    app.add_option("--png", o.png, "a second picture, .png, to look at")->type_name("FILE")->configurable(false);
     app.add_option("--density", o.density, "the density grid's name, or NAME[k]; without it by common names")
         ->group("Medium");
     app::declare_medium(app, o.medium);
@@ -169,8 +168,7 @@ void declare(app::App& app, RenderOptions& o)
 void check_effect(const app::App& app, const RenderOptions& o)
 {
     const auto needs = [&](const char* option, bool met, const char* what) {
-        if (app.given(option) && !met)
-            throw UsageError(std::string(option) + " has no effect: it needs " + what);
+        if (app.given(option) && !met) throw UsageError(std::string(option) + " has no effect: it needs " + what);
     };
     const bool perspective = o.camera.projection == Projection::Perspective;
     needs("--fov", perspective, "--projection perspective");
@@ -222,9 +220,7 @@ std::vector<std::string> wanted_layers(const RenderOptions& o)
 bool wants_background_layer(const RenderOptions& o)
 {
     const auto words = all_words(o);
-    return std::any_of(words.begin(), words.end(), [](const auto& w) {
-        return one_of(w, {"all", "background"});
-    });
+    return std::any_of(words.begin(), words.end(), [](const auto& w) { return one_of(w, {"all", "background"}); });
 }
 
 ChosenBackground chosen_background(const app::App& app, const RenderOptions& o, const Vec3d& sun_irradiance,

@@ -62,9 +62,9 @@ struct ChosenBackground {
     bool in_exr = false;
 };
 
-/// Without a word of the user's it is the sky that lit the medium, `lit_by`; without that either a clear day, whose brightness
-/// `sun_irradiance` sets. Throws UsageError on a word that is no background.
-ChosenBackground chosen_background(const app::App&, const RenderOptions&, const Vec3d& sun_irradiance,
-                                   const Vec3d& up, const std::optional<Sky>& lit_by);
+/// Without a word of the user's it is the sky that lit the medium, `lit_by`; without that either a clear day, whose
+/// brightness `sun_irradiance` sets. Throws UsageError on a word that is no background.
+ChosenBackground chosen_background(const app::App&, const RenderOptions&, const Vec3d& sun_irradiance, const Vec3d& up,
+                                   const std::optional<Sky>& lit_by);
 
 }  // namespace vdbcloud

@@ -17,17 +17,15 @@ constexpr double seconds_per_cell = 40e-9;  // of the march on one core; measure
 
 }  // namespace
 
-ImageMetadata image_metadata(const app::App& app, const RenderOptions& o, const LoadedScene& loaded,
-                             double exposure)
+ImageMetadata image_metadata(const app::App& app, const RenderOptions& o, const LoadedScene& loaded, double exposure)
 {
     ImageMetadata out;
     out.history = app.history(loaded.history);
     out.creator = app.get_name() + " " + app::project_version();
-    out.texts = {
-        {"vdbcloud:integrator", name(o.integrator.kind)},
-        {"vdbcloud:up_axis", loaded.up[2] == 1 ? "Z" : "Y"},
-        {"vdbcloud:alpha", "1 - mean over r, g, b of the transmittance"},
-        {"vdbcloud:Z", "depth along the view axis where the transmittance falls to 0.5; 1e30: it does not"}};
+    out.texts = {{"vdbcloud:integrator", name(o.integrator.kind)},
+                 {"vdbcloud:up_axis", loaded.up[2] == 1 ? "Z" : "Y"},
+                 {"vdbcloud:alpha", "1 - mean over r, g, b of the transmittance"},
+                 {"vdbcloud:Z", "depth along the view axis where the transmittance falls to 0.5; 1e30: it does not"}};
     for (const Light& light : loaded.scene.lights)
         out.texts.push_back({"vdbcloud:light_" + light.name,
                              app::described(light) + ", irradiance " + app::shortest(light.irradiance)});
@@ -40,8 +38,7 @@ ImageMetadata image_metadata(const app::App& app, const RenderOptions& o, const 
                                      app::shortest(volume.forward) + ", g' " + app::shortest(volume.mean_cosine)});
         out.texts.push_back({"vdbcloud:medium_" + std::to_string(v),
                              "sigma_t per density " + app::shortest(m.sigma_t_per_density) + ", albedo " +
-                                 app::shortest(m.albedo) + ", " + name(m.phase) + ", g " +
-                                 app::shortest(m.g)});
+                                 app::shortest(m.albedo) + ", " + name(m.phase) + ", g " + app::shortest(m.g)});
     }
     out.numbers = {{"vdbcloud:exposure", exposure}, {"vdbcloud:samples", double(o.sampling.samples)}};
     return out;
@@ -51,15 +48,13 @@ void report_picture(app::App& app, const RenderOptions& o, const LoadedScene& lo
 {
     const Camera& camera = view.camera();
     nlohmann::json& report = app.report();
-    report["camera"] = {
-        {"projection", camera.projection == Projection::Perspective ? "perspective" : "orthographic"},
-        {"position", triple(camera.position)},
-        {"look_at", triple(camera.look_at)},
-        {"up", triple(view.up())},
-        {"fov", camera.fov},
-        {"ortho_width", camera.width}};
-    report["picture"] = {
-        {"width", view.size().width}, {"height", view.size().height}, {"samples", o.sampling.samples}};
+    report["camera"] = {{"projection", camera.projection == Projection::Perspective ? "perspective" : "orthographic"},
+                        {"position", triple(camera.position)},
+                        {"look_at", triple(camera.look_at)},
+                        {"up", triple(view.up())},
+                        {"fov", camera.fov},
+                        {"ortho_width", camera.width}};
+    report["picture"] = {{"width", view.size().width}, {"height", view.size().height}, {"samples", o.sampling.samples}};
     for (const Light& light : loaded.scene.lights)
         report["lights"].push_back({{"name", light.name},
                                     {"light", app::described(light)},
@@ -67,7 +62,8 @@ void report_picture(app::App& app, const RenderOptions& o, const LoadedScene& lo
                                     {"automatic", loaded.automatic_light}});
     for (const Volume& volume : loaded.scene.volumes)
         report["media"].push_back({{"sigma_t_per_density", triple(volume.medium.sigma_t_per_density)},
-                                   {"albedo", triple(volume.medium.albedo)}, {"g", volume.medium.g},
+                                   {"albedo", triple(volume.medium.albedo)},
+                                   {"g", volume.medium.g},
                                    {"phase", name(volume.medium.phase)},
                                    {"active_voxels", volume.density->activeVoxelCount()}});
 }
@@ -92,12 +88,10 @@ void report_estimate(app::App& app, const RenderOptions& o, const LoadedScene& l
         const auto box = volume.density->evalActiveVoxelBoundingBox();
         if (!box.empty()) cells += box.dim().asVec3d().length();
     }
-    const double seconds =
-        pixels * o.sampling.samples * cells * seconds_per_cell / std::max(1, app.threads());
+    const double seconds = pixels * o.sampling.samples * cells * seconds_per_cell / std::max(1, app.threads());
     app.report()["estimate"] = {{"memory_bytes", bytes}, {"seconds", seconds}};
-    app.say("would render " + std::to_string(w.width()) + "x" + std::to_string(w.height()) +
-            " pixels in about " + app::brief(std::ceil(seconds * 10) / 10) + " s and " +
-            app::brief(std::ceil(bytes / 0x1p20)) + " MiB");
+    app.say("would render " + std::to_string(w.width()) + "x" + std::to_string(w.height()) + " pixels in about " +
+            app::brief(std::ceil(seconds * 10) / 10) + " s and " + app::brief(std::ceil(bytes / 0x1p20)) + " MiB");
 }
 
 }  // namespace vdbcloud

@@ -4,10 +4,14 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/density.h"
+#include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/extent.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/select.h"
 #include "vdbcloud/scatter/series_grids.h"
 
 #include <algorithm>
@@ -23,7 +27,8 @@ Vec3SGridPtr vectors(app::App& app, const GridFile& file, const GridBasePtr& gri
 {
     if (!grid || grid->empty()) return nullptr;
     if (auto found = gridPtrCast<Vec3SGrid>(grid)) return found;
-    app.warnings()(file.path + ": grid '" + printable(grid->getName()) + "' is " + grid->valueType() + ", expected vec3s; passed over");
+    app.warnings()(file.path + ": grid '" + printable(grid->getName()) + "' is " + grid->valueType() +
+                   ", expected vec3s; passed over");
     return nullptr;
 }
 
@@ -104,7 +109,8 @@ std::vector<Light> inherited_lights(const std::vector<GridFile>& files)
     std::vector<Light> lights;
     for (const GridFile& file : files)
         for (const Light& light : lights_of(file)) {
-            const auto same = std::find_if(lights.begin(), lights.end(), [&](const Light& l) { return l.name == light.name; });
+            const auto same =
+                std::find_if(lights.begin(), lights.end(), [&](const Light& l) { return l.name == light.name; });
             if (same == lights.end())
                 lights.push_back(light);
             else if (!app::same_place(*same, light) || same->irradiance != light.irradiance)
@@ -121,19 +127,20 @@ std::string misfit(const GridBase& grid, const Light& light, const Volume& volum
     if (!theirs) return "says nothing of its light";
     if (!app::same_place(*theirs, light)) return "belongs to the " + app::described(*theirs);
     if (!app::same_extinction(grid, volume.medium))
-        return "was computed with extinction " +
-               app::brief(get_vector(grid, schema::sigma_t_per_density, Vec3d(0.0))) + ", now " +
-               app::brief(volume.medium.sigma_t_per_density);
+        return "was computed with extinction " + app::brief(get_vector(grid, schema::sigma_t_per_density, Vec3d(0.0))) +
+               ", now " + app::brief(volume.medium.sigma_t_per_density);
     const std::string digest = get_text(grid, schema::density_digest, "");
     return digest.empty() || digest == grid_digest(*volume.density) ? "" : "was computed from another density";
 }
 
-GridBasePtr light_grid(app::App& app, const GridFile& file, const Volume& volume, const Light& light, const RenderOptions& o)
+GridBasePtr light_grid(app::App& app, const GridFile& file, const Volume& volume, const Light& light,
+                       const RenderOptions& o)
 {
     if (volume.forward > 0) {
         if (app.dry_run()) return FloatGrid::create(1.0f);
         const auto phase = app.phase("scaled light");
-        return app::scaled_light_grid(app, *volume.density, volume.colour.get(), volume.medium, volume.forward, light, o.light);
+        return app::scaled_light_grid(app, *volume.density, volume.colour.get(), volume.medium, volume.forward, light,
+                                      o.light);
     }
     if (const GridBasePtr grid = find_grid(file, transmittance_name(light))) {
         const std::string reason = misfit(*grid, light, volume);
@@ -147,11 +154,13 @@ GridBasePtr light_grid(app::App& app, const GridFile& file, const Volume& volume
 }
 
 /// phi and flux at the albedo that is asked for, from a file's series where it has one: no solve.
-void relight_volume(app::App& app, const GridFile& file, Volume& volume, const std::vector<Light>& lights, const RenderOptions& o)
+void relight_volume(app::App& app, const GridFile& file, Volume& volume, const std::vector<Light>& lights,
+                    const RenderOptions& o)
 {
     if (volume.phi || !find_grid(file, "series_phi_0") || app.dry_run()) return;
     if (!has_series(file, *volume.density, volume.medium, lights))
-        throw UsageError(file.path + ": its series was computed for another density, medium or light: run p1solve again");
+        throw UsageError(file.path +
+                         ": its series was computed for another density, medium or light: run p1solve again");
     const auto phase = app.phase("series");
     std::vector<GridBasePtr> transmittance;
     for (const Light& light : lights)
@@ -192,7 +201,8 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
     out.scene.lights = app::lights_asked(o.lights);
     if (out.scene.lights.empty()) out.scene.lights = inherited_lights(files);
     // What a sky or fire has lit already needs no sun to be seen.
-    const bool glows = std::any_of(files.begin(), files.end(), [](const GridFile& f) { return bool(find_grid(f, schema::phi)); });
+    const bool glows =
+        std::any_of(files.begin(), files.end(), [](const GridFile& f) { return bool(find_grid(f, schema::phi)); });
     if (out.scene.lights.empty() && !glows) {
         out.scene.lights.push_back(app::automatic_sun(out.up));
         out.automatic_light = true;

@@ -29,17 +29,26 @@ void declare(app::App& app, Options& o)
     app.add_option("b", o.b, "another")->required();
     app.add_option("--grid", o.grids, "compare only this grid, NAME or NAME[k]; may be given again");
     const auto tolerance = "Tolerances";
-    app.add_option("--max", o.allowed.max, "largest difference of two values; any, if --rms or --relative is given alone")
-        ->check(app::nonnegative)->group(tolerance);
-    app.add_option("--rms", o.allowed.rms, "root mean square of the differences over the active voxels; any, unless given")
-        ->check(app::nonnegative)->group(tolerance);
-    app.add_option("--relative", o.allowed.relative, "that over the root mean square of the first file's values; any, unless given")
-        ->check(app::nonnegative)->group(tolerance);
+    app.add_option("--max", o.allowed.max,
+                   "largest difference of two values; any, if --rms or --relative is given alone")
+        ->check(app::nonnegative)
+        ->group(tolerance);
+    app.add_option("--rms", o.allowed.rms,
+                   "root mean square of the differences over the active voxels; any, unless given")
+        ->check(app::nonnegative)
+        ->group(tolerance);
+    app.add_option("--relative", o.allowed.relative,
+                   "that over the root mean square of the first file's values; any, unless given")
+        ->check(app::nonnegative)
+        ->group(tolerance);
     app.add_option("--topology", o.allowed.topology, "part of the voxels that may be active in one file alone")
-        ->check(app::within(0, 1))->group(tolerance);
+        ->check(app::within(0, 1))
+        ->group(tolerance);
     app.add_option("--transform", o.allowed.transform, "difference of the transforms, relative to their largest entry")
-        ->check(app::nonnegative)->group(tolerance);
-    app.add_flag("--metadata", o.allowed.metadata, "metadata has to be equal, but for creator, history and file statistics")
+        ->check(app::nonnegative)
+        ->group(tolerance);
+    app.add_flag("--metadata", o.allowed.metadata,
+                 "metadata has to be equal, but for creator, history and file statistics")
         ->group(tolerance);
 }
 
@@ -63,13 +72,22 @@ nlohmann::json described(const FileDifference& difference)
     for (const auto& d : difference.grids) {
         nlohmann::json grid = {{"name", d.label}, {"type", d.types}, {"comparable", d.comparable}};
         if (d.comparable)
-            grid.update({{"by_value", d.by_value}, {"max", number(d.max)}, {"where", d.where}, {"rms", number(d.rms)},
-                         {"relative", number(d.relative)}, {"voxels", d.voxels}, {"only_a", d.only_a},
-                         {"only_b", d.only_b}, {"transform", number(d.transform)}});
+            grid.update({{"by_value", d.by_value},
+                         {"max", number(d.max)},
+                         {"where", d.where},
+                         {"rms", number(d.rms)},
+                         {"relative", number(d.relative)},
+                         {"voxels", d.voxels},
+                         {"only_a", d.only_a},
+                         {"only_b", d.only_b},
+                         {"transform", number(d.transform)}});
         grid["metadata"] = d.metadata;
         grids.push_back(grid);
     }
-    return {{"grids", grids}, {"only_a", difference.only_a}, {"only_b", difference.only_b}, {"metadata", difference.metadata}};
+    return {{"grids", grids},
+            {"only_a", difference.only_a},
+            {"only_b", difference.only_b},
+            {"metadata", difference.metadata}};
 }
 
 /// One line a grid on standard error: standard output stays free for --json -.
@@ -78,8 +96,9 @@ void tell(app::App& app, const FileDifference& difference)
     for (const auto& d : difference.grids) {
         if (!d.comparable || !d.by_value) continue;
         char line[256];
-        std::snprintf(line, sizeof line, ": max %.6g at %d,%d,%d, rms %.6g, relative %.6g, active in one alone %llu of %llu",
-                      d.max, d.where[0], d.where[1], d.where[2], d.rms, d.relative,
+        std::snprintf(line, sizeof line,
+                      ": max %.6g at %d,%d,%d, rms %.6g, relative %.6g, active in one alone %llu of %llu", d.max,
+                      d.where[0], d.where[1], d.where[2], d.rms, d.relative,
                       static_cast<unsigned long long>(d.only_a + d.only_b), static_cast<unsigned long long>(d.voxels));
         app.say("grid '" + printable(d.label) + "'" + line);
     }

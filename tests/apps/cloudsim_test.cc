@@ -2,7 +2,9 @@
 #include "support/run.h"
 
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/file/io.h"
+#include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 
 #include <gtest/gtest.h>
@@ -55,7 +57,8 @@ TEST(Cloudsim, WritesFramesWhoseCloudIsWhatSaturationLeaves)
         EXPECT_EQ(find_grid(file, "vel")->getGridClass(), openvdb::GRID_STAGGERED);
         EXPECT_EQ(density->activeVoxelCount(), 16u * 12 * 20);
         EXPECT_EQ(get_text(*file.metadata, schema::up_axis, ""), "Y");
-        EXPECT_NEAR(get_vector(*density, schema::sigma_t_per_density, Vec3d(0, 0, 0))[0], 1.5 * 1.16 / (1000 * 10e-6), 1e-9);
+        EXPECT_NEAR(get_vector(*density, schema::sigma_t_per_density, Vec3d(0, 0, 0))[0], 1.5 * 1.16 / (1000 * 10e-6),
+                    1e-9);
         EXPECT_NE(get_text(*file.metadata, "cloudsim:parameters", "").find("theta0 = 300"), std::string::npos);
         std::istringstream levels(get_text(*file.metadata, "cloudsim:pressure", ""));
         std::vector<double> pressure;
@@ -96,8 +99,8 @@ TEST(Cloudsim, GoesOnAfterAKillWithTheSameFrames)
 {
     const Scratch scratch;
     ASSERT_EQ(cloudsim(with(wet, {"-o", scratch / "a%d.vdb", "--log", scratch / "a.log"})).status, 0);
-    const Words kept = with(wet, {"-o", scratch / "b%d.vdb", "--checkpoint", scratch / "state", "--resume", scratch / "state",
-                                  "--checkpoint-every", "2", "--log", scratch / "b.log"});
+    const Words kept = with(wet, {"-o", scratch / "b%d.vdb", "--checkpoint", scratch / "state", "--resume",
+                                  scratch / "state", "--checkpoint-every", "2", "--log", scratch / "b.log"});
     RunOptions kill;
     kill.until = "frame 3";  // after the checkpoint of frame 2: frame 3 is made, and logged, again
     kill.signal = SIGKILL;
@@ -121,12 +124,13 @@ TEST(Cloudsim, StartsFromItsOwnFrames)
 {
     const Scratch scratch;
     ASSERT_EQ(cloudsim(with(wet, {"-o", scratch / "first.vdb", "--unpruned"})).status, 0);
-    const RunResult r = run({program("cloudsim"), "--cells", "16,12,20", "--minutes", "0", "--init", scratch / "first.vdb", "-o",
-                             scratch / "again.vdb", "--unpruned", "--no-forcing"});
+    const RunResult r = run({program("cloudsim"), "--cells", "16,12,20", "--minutes", "0", "--init",
+                             scratch / "first.vdb", "-o", scratch / "again.vdb", "--unpruned", "--no-forcing"});
     ASSERT_EQ(r.status, 0) << r.err;
     const GridFile a = read_grid_file(scratch / "first.vdb"), b = read_grid_file(scratch / "again.vdb");
     for (const std::string name : {"density", "temperature", "qt"}) {
-        const auto x = openvdb::gridPtrCast<FloatGrid>(find_grid(a, name)), y = openvdb::gridPtrCast<FloatGrid>(find_grid(b, name));
+        const auto x = openvdb::gridPtrCast<FloatGrid>(find_grid(a, name)),
+                   y = openvdb::gridPtrCast<FloatGrid>(find_grid(b, name));
         double most = 0;
         for (auto it = x->cbeginValueOn(); it; ++it)
             most = std::max(most, std::abs(double(*it) - double(y->tree().getValue(it.getCoord()))));
@@ -135,7 +139,8 @@ TEST(Cloudsim, StartsFromItsOwnFrames)
 }
 
 /// A float grid in metres with one value a voxel of size h, y up, floor at height 0, centred as cloudsim's files are.
-FloatGridPtr voxels(const std::string& name, int nx, int ny, int nz, double h, const std::function<float(int, int, int)>& value)
+FloatGridPtr voxels(const std::string& name, int nx, int ny, int nz, double h,
+                    const std::function<float(int, int, int)>& value)
 {
     auto grid = FloatGrid::create();
     grid->setName(name);
@@ -154,7 +159,8 @@ TEST(Cloudsim, AnOverwetStartKeepsItsTemperatureAndSaysWhatHeatIsInIt)
     const auto start = [&](const std::function<float(int, int, int)>& water) {
         GridFile file;
         file.metadata = std::make_shared<MetaMap>();
-        file.grids = {voxels("temperature", 8, 8, 8, 100, [](int, int, int) { return 285.f; }), voxels("qt", 8, 8, 8, 100, water)};
+        file.grids = {voxels("temperature", 8, 8, 8, 100, [](int, int, int) { return 285.f; }),
+                      voxels("qt", 8, 8, 8, 100, water)};
         write_grid_file(scratch / "in.vdb", file);
         return run({program("cloudsim"), "--cells", "8", "--spacing", "100", "--minutes", "0", "--no-forcing", "--init",
                     scratch / "in.vdb", "-o", scratch / "out.vdb", "--unpruned", "--json", "-"});
@@ -183,9 +189,33 @@ TEST(Cloudsim, AnOverwetStartKeepsItsTemperatureAndSaysWhatHeatIsInIt)
 /// Temperatures of the lowest cells after half a minute over a floor that is heated by a map.
 std::vector<float> heated_by(const std::string& map, const Scratch& scratch)
 {
-    const RunResult r = run({program("cloudsim"), "--cells", "8,6,8", "--spacing", "100", "--minutes", "0.5", "--every", "30s",
-                             "--no-forcing", "--noise", "0", "--noise-water", "0", "--heat-flux", "1", "--floor-map", map, "--buoyancy",
-                             "off", "--momentum", "off", "--sounding", "paper", "--unpruned", "-o", scratch / "out.vdb"});
+    const RunResult r = run({program("cloudsim"),
+                             "--cells",
+                             "8,6,8",
+                             "--spacing",
+                             "100",
+                             "--minutes",
+                             "0.5",
+                             "--every",
+                             "30s",
+                             "--no-forcing",
+                             "--noise",
+                             "0",
+                             "--noise-water",
+                             "0",
+                             "--heat-flux",
+                             "1",
+                             "--floor-map",
+                             map,
+                             "--buoyancy",
+                             "off",
+                             "--momentum",
+                             "off",
+                             "--sounding",
+                             "paper",
+                             "--unpruned",
+                             "-o",
+                             scratch / "out.vdb"});
     EXPECT_EQ(r.status, 0) << r.err;
     const GridFile file = read_grid_file(scratch / "out.vdb");
     const auto t = openvdb::gridPtrCast<FloatGrid>(find_grid(file, schema::temperature));
@@ -198,8 +228,10 @@ std::vector<float> heated_by(const std::string& map, const Scratch& scratch)
 TEST(Cloudsim, AMapOfTheFloorHeatsWhereItIsBright)
 {
     const Scratch scratch;
-    // 4 x 3 pixels, the first row at the far end: bright only in the near left corner and, half as much, in the far right one.
-    write_text(scratch / "map.pgm", std::string("P5\n4 3\n255\n") + std::string({0, 0, 0, 127, 0, 0, 0, 0, '\xff', 0, 0, 0}));
+    // 4 x 3 pixels, the first row at the far end: bright only in the near left corner and, half as much, in the far
+    // right one.
+    write_text(scratch / "map.pgm",
+               std::string("P5\n4 3\n255\n") + std::string({0, 0, 0, 127, 0, 0, 0, 0, '\xff', 0, 0, 0}));
     const auto picture = heated_by(scratch / "map.pgm", scratch);
     GridFile file;
     file.metadata = std::make_shared<MetaMap>();
@@ -224,22 +256,25 @@ TEST(Cloudsim, AMapOfTheFloorHeatsWhereItIsBright)
         EXPECT_EQ(r.status, 1) << map;
         EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
     }
-    const RunResult r = cloudsim({"-o", scratch / "f%d.vdb", "--floor-map", scratch / "map.pgm", "--no-forcing", "--dry-run"});
+    const RunResult r =
+        cloudsim({"-o", scratch / "f%d.vdb", "--floor-map", scratch / "map.pgm", "--no-forcing", "--dry-run"});
     EXPECT_NE(r.err.find("--heat-flux"), std::string::npos) << r.err;
 }
 
 TEST(Cloudsim, PlansWithoutDoing)
 {
     const Scratch scratch;
-    const RunResult r = cloudsim({"-o", scratch / "f.%d.vdb", "--dry-run", "--rain", "off", "--moisture", "off", "--json", "-"});
+    const RunResult r =
+        cloudsim({"-o", scratch / "f.%d.vdb", "--dry-run", "--rain", "off", "--moisture", "off", "--json", "-"});
     ASSERT_EQ(r.status, 0) << r.err;
     EXPECT_TRUE(scratch.list().empty());
     EXPECT_NE(r.err.find("off  moisture"), std::string::npos) << r.err;
     EXPECT_NE(r.err.find("on   buoyancy"), std::string::npos);
     EXPECT_GT(nlohmann::json::parse(r.out)["estimate"]["memory_bytes"], 1000);
-    // Every value in force is told; one number of cells keeps the box's proportions; what a preset has can be taken back.
-    const RunResult paper = run({program("cloudsim"), "--preset", "paper", "--cells", "40", "--friction-time", "never", "-o",
-                                 scratch / "f.%d.vdb", "--dry-run", "--verbose"});
+    // Every value in force is told; one number of cells keeps the box's proportions; what a preset has can be taken
+    // back.
+    const RunResult paper = run({program("cloudsim"), "--preset", "paper", "--cells", "40", "--friction-time", "never",
+                                 "-o", scratch / "f.%d.vdb", "--dry-run", "--verbose"});
     EXPECT_NE(paper.err.find("20 x 20 x 40 cells of 100 x 100 x 100 m"), std::string::npos) << paper.err;
     EXPECT_NE(paper.err.find("friction_time = inf"), std::string::npos) << paper.err;
     EXPECT_NE(paper.err.find("saturation = height"), std::string::npos);
@@ -249,7 +284,8 @@ TEST(Cloudsim, StrictEndsWithThreeWhenAnInvariantBreaks)
 {
     const Scratch scratch;
     // Transport without a limiter digs below zero beside a wet bubble in dry air.
-    const Words dry{"--sounding", "smoke", "--bubble", "2000,2000,1200,400,300,3,1e-2", "--scalars", "plain5", "--no-forcing"};
+    const Words dry{"--sounding", "smoke",  "--bubble",    "2000,2000,1200,400,300,3,1e-2",
+                    "--scalars",  "plain5", "--no-forcing"};
     const RunResult warned = cloudsim(with(dry, {"-o", scratch / "a%d.vdb"}));
     EXPECT_EQ(warned.status, 0);
     EXPECT_NE(warned.err.find("below 0"), std::string::npos) << warned.err;
@@ -260,8 +296,8 @@ TEST(Cloudsim, EverySceneRuns)
 {
     for (const std::string preset : {"cumulus", "congestus", "stratocumulus", "fog", "smoke", "paper"}) {
         const Scratch scratch;
-        const RunResult r = run({program("cloudsim"), "--preset", preset, "--cells", "12,10,16", "--minutes", "1", "--every", "30s",
-                                 "-o", scratch / "f%d.vdb", "--strict"});
+        const RunResult r = run({program("cloudsim"), "--preset", preset, "--cells", "12,10,16", "--minutes", "1",
+                                 "--every", "30s", "-o", scratch / "f%d.vdb", "--strict"});
         EXPECT_EQ(r.status, 0) << preset << ": " << r.err;
         EXPECT_EQ(scratch.list().size(), 3u);
     }

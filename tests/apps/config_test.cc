@@ -42,9 +42,31 @@ TEST(Config, DefaultsRoundTrip) { expect_round_trip({}); }
 
 TEST(Config, EveryKindOfOptionRoundTrips)
 {
-    expect_round_trip({"5", "--density", "0.1234567890123456789", "--count", "0", "--seed", "18446744073709551615",
-                       "--sun", "-1e-300,.5,+7", "--albedo", "0.1,0.2,0.3", "--lamp", "1,2,3", "--lamp", "-4,5,6",
-                       "--width", "1e-5", "--width", "3", "--no-haze", "--fast", "--method", "steps", "--keep", "none"});
+    expect_round_trip({"5",
+                       "--density",
+                       "0.1234567890123456789",
+                       "--count",
+                       "0",
+                       "--seed",
+                       "18446744073709551615",
+                       "--sun",
+                       "-1e-300,.5,+7",
+                       "--albedo",
+                       "0.1,0.2,0.3",
+                       "--lamp",
+                       "1,2,3",
+                       "--lamp",
+                       "-4,5,6",
+                       "--width",
+                       "1e-5",
+                       "--width",
+                       "3",
+                       "--no-haze",
+                       "--fast",
+                       "--method",
+                       "steps",
+                       "--keep",
+                       "none"});
 }
 
 TEST(Config, NumbersThatTomlWritesOtherwiseAreQuoted)
@@ -54,17 +76,15 @@ TEST(Config, NumbersThatTomlWritesOtherwiseAreQuoted)
         EXPECT_NE(text.find(line), std::string::npos) << text;
 }
 
-TEST(Config, OneOfSeveralRoundTrips)
-{
-    expect_round_trip({"--lamp", "1,2,3", "--name", "alone", "--width", "7"});
-}
+TEST(Config, OneOfSeveralRoundTrips) { expect_round_trip({"--lamp", "1,2,3", "--name", "alone", "--width", "7"}); }
 
 TEST(Config, OddTextRoundTrips)
 {
     Words words;
-    for (const char* text : {"", " ", " a ", "a#b", "a = b", "\"", "'", "\"'\\", "\\n", "a\nb\tc\r", "true", "false", "1e5", "-3",
-                             ".5", "0x10", "007", "[a]", "[1, 2]", "{}", "--x", "a,b", "%%", "\001\037\177", "Wölkchen ☁",
-                             "++", "nan"})
+    for (const char* text :
+         {"",          " ",    " a ",   "a#b", "a = b", "\"",           "'",          "\"'\\", "\\n",
+          "a\nb\tc\r", "true", "false", "1e5", "-3",    ".5",           "0x10",       "007",   "[a]",
+          "[1, 2]",    "{}",   "--x",   "a,b", "%%",    "\001\037\177", "Wölkchen ☁", "++",    "nan"})
         words.insert(words.end(), {"--name=" + std::string(text).append(text[0] ? "" : "x")});
     words.insert(words.end(), {"--note", "\\\"# x"});
     expect_round_trip(words);
@@ -85,7 +105,8 @@ TEST(Config, RandomTextRoundTrips)
 TEST(Config, TheCommandLineWins)
 {
     const Scratch scratch;
-    write_text(scratch / "c.toml", "density = 5\ncount = 4 # four\n\n# a comment\nfast = true\nlamp = [[0,1,2],\n [3,4,5],]\n");
+    write_text(scratch / "c.toml",
+               "density = 5\ncount = 4 # four\n\n# a comment\nfast = true\nlamp = [[0,1,2],\n [3,4,5],]\n");
     const nlohmann::json all = parameters({"--config", scratch / "c.toml", "--density", "6"});
     EXPECT_EQ(all["density"], 6);
     EXPECT_EQ(all["count"], 4);
@@ -96,8 +117,9 @@ TEST(Config, TheCommandLineWins)
 TEST(Config, AcceptsTheWaysTomlWritesAVector)
 {
     const Scratch scratch;
-    for (const char* line : {"sun = [1, 2.5, -3]", "sun = \"1,2.5,-3\"", "sun = '1,2.5,-3'", "\"sun\" = [ 1 , 2.5 , -3 , ]",
-                             "sun=[1,\n# odd\n2.5,\n-3]\n", "sun = \"1\\u002c2.5,-3\""}) {
+    for (const char* line :
+         {"sun = [1, 2.5, -3]", "sun = \"1,2.5,-3\"", "sun = '1,2.5,-3'", "\"sun\" = [ 1 , 2.5 , -3 , ]",
+          "sun=[1,\n# odd\n2.5,\n-3]\n", "sun = \"1\\u002c2.5,-3\""}) {
         write_text(scratch / "c.toml", line);
         EXPECT_EQ(parameters({"--config", scratch / "c.toml"})["sun"], (nlohmann::json{1, 2.5, -3})) << line;
     }

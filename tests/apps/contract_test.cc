@@ -46,17 +46,21 @@ TEST_P(Acts, EndWithTheirStatusAndOneLine)
     EXPECT_EQ(scratch.list(), Words());
 }
 
-INSTANTIATE_TEST_SUITE_P(Contract, Acts, testing::Values(
-    Act{"input-error", 1, "w.vdb: no grid 'density'; it has: water"}, Act{"io-error", 1, "x.vdb: cannot read it"},
-    Act{"usage-error", 2, "--sun 0,1,0: the light was computed with 1,0,0"},
-    Act{"unconverged", 3, "residual 0.1 after 7 iterations"}, Act{"cancelled", 130, ""},
-    Act{"no-memory", 1, "not enough memory"}, Act{"huge", 1, "not enough memory"}, Act{"int", 1, "internal error"},
-    Act{"silent", 1, "does not say why"}, Act{"lines", 1, "first second ?[31mred xxx"},
-    Act{"thread", 1, "internal error"}), [](const auto& p) {
-        std::string name = p.param.act;
-        std::replace(name.begin(), name.end(), '-', '_');
-        return name;
-    });
+INSTANTIATE_TEST_SUITE_P(Contract, Acts,
+                         testing::Values(Act{"input-error", 1, "w.vdb: no grid 'density'; it has: water"},
+                                         Act{"io-error", 1, "x.vdb: cannot read it"},
+                                         Act{"usage-error", 2, "--sun 0,1,0: the light was computed with 1,0,0"},
+                                         Act{"unconverged", 3, "residual 0.1 after 7 iterations"},
+                                         Act{"cancelled", 130, ""}, Act{"no-memory", 1, "not enough memory"},
+                                         Act{"huge", 1, "not enough memory"}, Act{"int", 1, "internal error"},
+                                         Act{"silent", 1, "does not say why"},
+                                         Act{"lines", 1, "first second ?[31mred xxx"},
+                                         Act{"thread", 1, "internal error"}),
+                         [](const auto& p) {
+                             std::string name = p.param.act;
+                             std::replace(name.begin(), name.end(), '-', '_');
+                             return name;
+                         });
 
 TEST(Contract, DoneIsStatusZeroAndSilent)
 {
@@ -96,7 +100,8 @@ TEST(Contract, AWrongCommandLineIsStatusTwoAndSaysWhatWasExpected)
         {{"-o", "x", "--count", "101"}, "--count: '101': expected a number in [0, 100]"},
         {{"-o", "x", "--count", "99999999999999999999"}, "--count: '99999999999999999999'"},
         {{"-o", "x", "--seed", "-1"}, "--seed: '-1': expected a whole number, 0 or above"},
-        {{"-o", "x", "--seed", "18446744073709551616"}, "--seed: '18446744073709551616': expected a smaller whole number"},
+        {{"-o", "x", "--seed", "18446744073709551616"},
+         "--seed: '18446744073709551616': expected a smaller whole number"},
         {{"-o", "x", "--sun", "1,2"}, "--sun: '1,2': expected three finite numbers x,y,z"},
         {{"-o", "x", "--sun", "1,2,nan"}, "--sun: '1,2,nan'"},
         {{"-o", "x", "--sun", "1,2,3,4"}, "--sun: '1,2,3,4'"},
@@ -119,7 +124,8 @@ TEST(Contract, AWrongCommandLineIsStatusTwoAndSaysWhatWasExpected)
 
 TEST(Contract, VectorsMayBeginWithAMinus)
 {
-    const RunResult r = echo({"-o", "-", "--sun", "-1,0,-2e-1", "--albedo", "0.5", "--lamp=-1,-2,-3", "--print-config"});
+    const RunResult r =
+        echo({"-o", "-", "--sun", "-1,0,-2e-1", "--albedo", "0.5", "--lamp=-1,-2,-3", "--print-config"});
     EXPECT_EQ(r.status, 0) << r.err;
     EXPECT_NE(r.out.find("\nsun = [-1, 0, -0.2]\n"), std::string::npos) << r.out;
     EXPECT_NE(r.out.find("\nalbedo = 0.5\n"), std::string::npos) << r.out;
@@ -131,9 +137,10 @@ TEST(Contract, AnOutputThatCannotBeIsSeenBeforeTheWork)
     const Scratch scratch;
     write_text(scratch / "there", "old");
     const Words act{"--act", "unconverged"};  // status 3 if the work began
-    for (const Words& words : {Words{"-o", scratch / "none/x"}, Words{"-o", scratch.path()},
-                               Words{"-o", scratch / "there", "--no-clobber"}, Words{"-o", "x", "--json", scratch / "no/j"},
-                               Words{"-o", "x", "--json", scratch.path()}, Words{"-o", scratch / "there/x"}}) {
+    for (const Words& words :
+         {Words{"-o", scratch / "none/x"}, Words{"-o", scratch.path()}, Words{"-o", scratch / "there", "--no-clobber"},
+          Words{"-o", "x", "--json", scratch / "no/j"}, Words{"-o", "x", "--json", scratch.path()},
+          Words{"-o", scratch / "there/x"}}) {
         Words all = words;
         all.insert(all.end(), act.begin(), act.end());
         const RunResult r = echo(all);
@@ -166,15 +173,16 @@ TEST(Contract, HelpAndVersionGoToStandardOutputAndNoticeAFullDisk)
 size_t widest(const std::string& text)
 {
     size_t most = 0, from = 0;
-    for (size_t end; (end = text.find('\n', from)) != std::string::npos; from = end + 1) most = std::max(most, end - from);
+    for (size_t end; (end = text.find('\n', from)) != std::string::npos; from = end + 1)
+        most = std::max(most, end - from);
     return most;
 }
 
 TEST(Contract, HelpNamesEveryOptionWithItsRangeAndDefault)
 {
     const std::string brief = echo({"--help"}).out, full = echo({"--help-all"}).out;
-    for (const char* part : {"Usage: echo_tool [OPTIONS] [input] -o FILE", "--count N", "--name TEXT ...", "(0..100; default 3)",
-                             "--method cells|steps", "(default cells)", "--threads"}) {
+    for (const char* part : {"Usage: echo_tool [OPTIONS] [input] -o FILE", "--count N", "--name TEXT ...",
+                             "(0..100; default 3)", "--method cells|steps", "(default cells)", "--threads"}) {
         EXPECT_NE(brief.find(part), std::string::npos) << part << "\n" << brief;
         EXPECT_NE(full.find(part), std::string::npos) << part;
     }
@@ -190,7 +198,8 @@ TEST(Contract, ShellsCompleteOptionsAndTheirWords)
     write_text(scratch / "c", echo({"--completion", "bash"}).out);
     const auto complete = [&](const std::string& words) {
         return shell("source " + (scratch / "c") + "; COMP_WORDS=(echo_tool " + words +
-                     "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _echo_tool; echo ${COMPREPLY[*]}").out;
+                     "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _echo_tool; echo ${COMPREPLY[*]}")
+            .out;
     };
     EXPECT_EQ(complete("--dens"), "--density\n");
     EXPECT_EQ(complete("--method s"), "steps\n");
@@ -227,8 +236,18 @@ TEST(Contract, DryRunWritesNothing)
 
 TEST(Contract, HistoryKeepsWhatWasAndHidesFolders)
 {
-    const Words words{"/home/someone/cloud.vdb", "-o", "/tmp/secret.vdb", "--act", "history", "--threads", "2", "--dry-run",
-                      "--note", "old 1 a=2\nold 2 b=\"\033[31m\"", "--density", "0.1"};
+    const Words words{"/home/someone/cloud.vdb",
+                      "-o",
+                      "/tmp/secret.vdb",
+                      "--act",
+                      "history",
+                      "--threads",
+                      "2",
+                      "--dry-run",
+                      "--note",
+                      "old 1 a=2\nold 2 b=\"\033[31m\"",
+                      "--density",
+                      "0.1"};
     const std::string text = echo(words).out;
     EXPECT_EQ(text.rfind("old 1 a=2\nold 2 b=\"?[31m\"\necho_tool ", 0), 0u) << text;
     EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 3);

@@ -68,7 +68,8 @@ int most_at_once()
     std::atomic<int> inside{0}, most{0};
     tbb::parallel_for(0, 64, [&](int) {
         const int now = ++inside;
-        for (int seen = most; now > seen && !most.compare_exchange_weak(seen, now);) {}
+        for (int seen = most; now > seen && !most.compare_exchange_weak(seen, now);) {
+        }
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
         --inside;
     });
@@ -84,11 +85,15 @@ void act(app::App& app, const Options& o)
     if (what == "unconverged") throw ConvergenceError("residual 0.1 after 7 iterations: expected 1e-6");
     if (what == "cancelled") throw Cancelled();
     if (what == "no-memory") throw std::bad_alloc();
-    if (what == "huge") { std::vector<char> all(size_t(1) << 46, 1); }
+    if (what == "huge") {
+        std::vector<char> all(size_t(1) << 46, 1);
+    }
     if (what == "int") throw 7;
     if (what == "silent") throw std::runtime_error("");
     if (what == "lines") throw InputError("first\nsecond \033[31mred " + std::string(100000, 'x'));
-    if (what == "thread") { std::thread([] { throw InputError("in a thread"); }).join(); }
+    if (what == "thread") {
+        std::thread([] { throw InputError("in a thread"); }).join();
+    }
     if (what == "warn") app.warnings()("2 negative values became 0");
     if (what == "sleep" || what == "pipe") {
         const AtomicFile half_done(o.output);

@@ -2,7 +2,10 @@
 #include "support/run.h"
 
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/file/io.h"
+#include "vdbcloud/grid/digest.h"
+#include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/optics/medium.h"
 
@@ -163,20 +166,18 @@ TEST_F(Fractalgen, AddsAMountainToAFile)
         words.insert(words.end(), options.begin(), options.end());
         const auto made = make(words);
         const auto digest = grid_digest(*openvdb::gridPtrCast<FloatGrid>(find_grid(made, "solid")));
-        EXPECT_TRUE(seen.emplace(digest, options[0]).second)
-            << options[0] << " makes the same as " << seen[digest];
+        EXPECT_TRUE(seen.emplace(digest, options[0]).second) << options[0] << " makes the same as " << seen[digest];
     }
 }
 
 TEST_F(Fractalgen, FillsAnyGridAsAnEnvelope)
 {
     const std::string mask = folder_ / "mask.vdb";
-    ASSERT_EQ(run_it({"--envelope", "sphere", "--roughness", "0", "--warp", "0", "--bounds", "4,4,4,6,6,6",
-                      "--size", "40", "-o", mask})
+    ASSERT_EQ(run_it({"--envelope", "sphere", "--roughness", "0", "--warp", "0", "--bounds", "4,4,4,6,6,6", "--size",
+                      "40", "-o", mask})
                   .status,
               0);
-    const auto filled =
-        density({"--envelope-from", mask, "--roughness", "0", "--warp", "0", "--edge", "0"}, "60");
+    const auto filled = density({"--envelope-from", mask, "--roughness", "0", "--warp", "0", "--edge", "0"}, "60");
     double volume = 0;
     filled->tree().voxelizeActiveTiles();
     for (auto it = filled->cbeginValueOn(); it; ++it) {
@@ -191,8 +192,7 @@ TEST_F(Fractalgen, FillsAnyGridAsAnEnvelope)
     ASSERT_EQ(run_it({"--mountain", "--size", "32", "-o", land}).status, 0);
     const auto fog = density({"--envelope-from", land}, "40");
     EXPECT_GT(fog->activeVoxelCount(), 500u);
-    EXPECT_EQ(run_it({"--envelope-from", land, "--envelope-grid", "nothing", "-o", folder_ / "x.vdb"}).status,
-              1);
+    EXPECT_EQ(run_it({"--envelope-from", land, "--envelope-grid", "nothing", "-o", folder_ / "x.vdb"}).status, 1);
     EXPECT_EQ(run_it({"--envelope-from", land, "--mountain", "-o", folder_ / "x.vdb"}).status, 2);
 }
 
@@ -216,16 +216,14 @@ TEST_F(Fractalgen, RefusesWhatItCannotMake)
         words.insert(words.end(), options.begin(), options.end());
         EXPECT_EQ(run_it(words).status, 2) << options[0] << " " << options[1];
     }
-    EXPECT_EQ(run_it({"--size", "16,8,16", "--mountain", "--bounds", "0,0,0,1,1,1", "-o", folder_ / "x.vdb"})
-                  .status,
+    EXPECT_EQ(run_it({"--size", "16,8,16", "--mountain", "--bounds", "0,0,0,1,1,1", "-o", folder_ / "x.vdb"}).status,
               1);
     EXPECT_EQ(folder_.list(), Words{});
 }
 
 TEST_F(Fractalgen, EstimatesMemoryWithoutMakingAnything)
 {
-    const auto result =
-        run_it({"--size", "512,512,512", "--dry-run", "--json", "-", "-o", folder_ / "x.vdb"});
+    const auto result = run_it({"--size", "512,512,512", "--dry-run", "--json", "-", "-o", folder_ / "x.vdb"});
     ASSERT_EQ(result.status, 0) << result.err;
     const auto report = nlohmann::json::parse(result.out);
     EXPECT_NEAR(report["estimate"]["memory_bytes"].get<double>(), 2 * 512. * 512 * 528 * 4, 1e7);

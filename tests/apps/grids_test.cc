@@ -2,7 +2,9 @@
 #include "support/run.h"
 
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/file/io.h"
+#include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/metadata.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -42,10 +44,7 @@ Words names(const std::string& path)
     return all;
 }
 
-std::string history(const std::string& path)
-{
-    return get_text(*read_grid_file(path).metadata, "history", "");
-}
+std::string history(const std::string& path) { return get_text(*read_grid_file(path).metadata, "history", ""); }
 
 class Grids : public testing::Test {
 protected:

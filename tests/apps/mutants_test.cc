@@ -32,14 +32,17 @@ void put(std::string& bytes, size_t at, T value)
 
 std::string mutant(Random& random, const std::string& seed, const std::string& other)
 {
-    static const int64_t odd[] = {0, 1, -1, 127, 255, 256, 65535, 65536, 0x7fffffff, 0x80000000ll, 0xffffffffll,
-                                  int64_t(1) << 40, INT64_MAX, INT64_MIN};
+    static const int64_t odd[] = {0,         1,        -1,         127,          255,          256,
+                                  65535,     65536,    0x7fffffff, 0x80000000ll, 0xffffffffll, int64_t(1) << 40,
+                                  INT64_MAX, INT64_MIN};
     static const float strange[] = {0.0f, -1.0f, 1e38f, -1e38f, 1e-40f, HUGE_VALF, -HUGE_VALF, NAN};
     std::string bytes = seed;
     const size_t at = place(random, bytes), length = 1 + below(random, 64);
     switch (random() % 12) {
     case 0: bytes[at] ^= char(1 << (random() % 8)); break;
-    case 1: for (int k = 0; k < 8; ++k) bytes[place(random, bytes)] ^= char(1 << (random() % 8)); break;
+    case 1:
+        for (int k = 0; k < 8; ++k) bytes[place(random, bytes)] ^= char(1 << (random() % 8));
+        break;
     case 2: bytes[at] = char(random()); break;
     case 3: bytes.resize(at); break;
     case 4: put(bytes, at, int32_t(odd[random() % std::size(odd)])); break;
@@ -55,7 +58,8 @@ std::string mutant(Random& random, const std::string& seed, const std::string& o
 }
 
 class Mutants : public testing::TestWithParam<Tool> {};
-INSTANTIATE_TEST_SUITE_P(Tools, Mutants, testing::ValuesIn(reading_tools()), [](const auto& p) { return p.param.name; });
+INSTANTIATE_TEST_SUITE_P(Tools, Mutants, testing::ValuesIn(reading_tools()),
+                         [](const auto& p) { return p.param.name; });
 
 TEST_P(Mutants, EndInTimeWithOneLine)
 {

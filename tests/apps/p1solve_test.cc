@@ -1,11 +1,13 @@
-// p1solve as a user runs it: budgets against lines, what is lost across voids, the series read back from its file, refusals.
+// p1solve as a user runs it: budgets against lines, what is lost across voids, the series read back from its file,
+// refusals.
 #include "support/run.h"
 
+#include "support/voxel_field.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/file/io.h"
+#include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/scatter/series_grids.h"
-#include "support/voxel_field.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -21,7 +23,8 @@ using Words = std::vector<std::string>;
 class P1Solve : public testing::Test {
 protected:
     /// A density that is 1 where `inside`, of edge 1 / n.
-    std::string density(const std::string& name, const Vec3i& size, double h, const std::function<bool(const Vec3i&)>& inside)
+    std::string density(const std::string& name, const Vec3i& size, double h,
+                        const std::function<bool(const Vec3i&)>& inside)
     {
         const auto grid = test::voxel_field(size, Vec3d(h), [&](const Vec3i& p) { return inside(p) ? 1.0 : 0.0; });
         grid->setName("density");
@@ -32,12 +35,16 @@ protected:
         write_grid_file(scratch / name, file);
         return scratch / name;
     }
-    std::string slab(int n) { return density("slab.vdb", Vec3i(8, n, 8), 1.0 / n, [](const Vec3i&) { return true; }); }
+    std::string slab(int n)
+    {
+        return density("slab.vdb", Vec3i(8, n, 8), 1.0 / n, [](const Vec3i&) { return true; });
+    }
 
     /// The report of a run that must end well.
     nlohmann::json solve(const std::string& input, const Words& options, int status = 0)
     {
-        Words words{program("p1solve"), input, "-o", scratch / "out.vdb", "--json", scratch / "out.json", "--reentry-rays", "20000"};
+        Words words{program("p1solve"), input,  "-o", scratch / "out.vdb", "--json", scratch / "out.json",
+                    "--reentry-rays",   "20000"};
         words.insert(words.end(), options.begin(), options.end());
         result = test::run(words);
         EXPECT_EQ(result.status, status) << result.err;
@@ -68,20 +75,23 @@ TEST_F(P1Solve, BalancesASlabAndMeetsTheLinesToSixDigits)
 {
     const std::string input = slab(32);
     for (const char* g : {"0", "0.85"}) {
-        const auto j = solve(input, {"--extinction", "8", "--albedo", "0.99", "--g", g, "--sun", "0.5,1,0", "--periodic", "xz", "--tolerance", "1e-8"});
+        const auto j = solve(input, {"--extinction", "8", "--albedo", "0.99", "--g", g, "--sun", "0.5,1,0",
+                                     "--periodic", "xz", "--tolerance", "1e-8"});
         const auto& budget = j["channels"]["r"]["budget"];
         const double in = budget["beam_lost_in_medium"];
         EXPECT_GT(in, 0.05);  // of 0.056 that meet the period of a quarter by a quarter
         EXPECT_LT(std::abs(double(budget["faces_against_lines"])), 1e-6);
         EXPECT_LT(double(budget["defect"]), 1e-6);
-        EXPECT_NEAR(double(budget["reflected"]) + double(budget["transmitted_diffuse"]) + double(budget["absorbed"]), in, 1e-6 * in);
+        EXPECT_NEAR(double(budget["reflected"]) + double(budget["transmitted_diffuse"]) + double(budget["absorbed"]),
+                    in, 1e-6 * in);
         EXPECT_GT(double(budget["absorbed"]), 0.01 * in);
     }
 }
 
 TEST_F(P1Solve, SharesTheSolutionOfEqualChannelsAndSaysSo)
 {
-    const auto j = solve(slab(16), {"--extinction", "4", "--albedo", "0.99,0.99,0.9", "--sun", "0,1,0", "--sun-irradiance", "1,2,3", "--periodic", "xz"});
+    const auto j = solve(slab(16), {"--extinction", "4", "--albedo", "0.99,0.99,0.9", "--sun", "0,1,0",
+                                    "--sun-irradiance", "1,2,3", "--periodic", "xz"});
     EXPECT_EQ(j["counts"]["solves"], 2);
     EXPECT_EQ(j["channels"]["g"]["solved_as"], "r");
     EXPECT_NEAR(double(j["channels"]["g"]["scale"]), 2, 1e-12);
@@ -97,16 +107,19 @@ TEST_F(P1Solve, TakesOneNumberForAllChannelsOfALight)
     Words one = sun, three = sun;
     one.push_back("2.5");
     three.push_back("2.5,2.5,2.5");
-    const double a = solve(input, one)["channels"]["g"]["phi"]["largest"], b = solve(input, three)["channels"]["g"]["phi"]["largest"];
+    const double a = solve(input, one)["channels"]["g"]["phi"]["largest"],
+                 b = solve(input, three)["channels"]["g"]["phi"]["largest"];
     EXPECT_EQ(a, b);
     EXPECT_GT(a, 2.5);
 }
 
 TEST_F(P1Solve, TellsWhatTwoSlabsLoseToEachOtherWhateverTheGap)
 {
-    // Between slabs without end all that leaves an inner side would enter the other slab. In equal slabs that glow alike that is half of all.
+    // Between slabs without end all that leaves an inner side would enter the other slab. In equal slabs that glow
+    // alike that is half of all.
     for (int gap : {8, 24}) {
-        const auto input = density("two.vdb", Vec3i(8, 16 + gap, 8), 1.0 / 8, [gap](const Vec3i& p) { return p.y() < 8 || p.y() >= 8 + gap; });
+        const auto input = density("two.vdb", Vec3i(8, 16 + gap, 8), 1.0 / 8,
+                                   [gap](const Vec3i& p) { return p.y() < 8 || p.y() >= 8 + gap; });
         const auto j = solve(input, {"--extinction", "2", "--albedo", "1", "--sky", "1", "--periodic", "xz"});
         EXPECT_NEAR(double(j["channels"]["r"]["budget"]["share_that_would_enter_again_and_is_lost"]), 0.5, 0.01) << gap;
         EXPECT_LT(double(j["channels"]["r"]["budget"]["defect"]), 1e-6);
@@ -116,16 +129,19 @@ TEST_F(P1Solve, TellsWhatTwoSlabsLoseToEachOtherWhateverTheGap)
 TEST_F(P1Solve, TellsWhatTwoBoxesLoseAcrossAVoid)
 {
     const auto lost = [&](int gap) {
-        const auto input = density("boxes.vdb", Vec3i(32 + gap, 16, 16), 1.0 / 16, [gap](const Vec3i& p) { return p.x() < 16 || p.x() >= 16 + gap; });
+        const auto input = density("boxes.vdb", Vec3i(32 + gap, 16, 16), 1.0 / 16,
+                                   [gap](const Vec3i& p) { return p.x() < 16 || p.x() >= 16 + gap; });
         const auto j = solve(input, {"--extinction", "4", "--albedo", "1", "--sky", "1"});
         return double(j["channels"]["r"]["budget"]["share_that_would_enter_again_and_is_lost"]);
     };
-    // Of two unit squares face to face at distance d a share F(d) of what one sends meets the other: F(1) = 0.1998, F(4) = 0.0189
-    // (Howell's catalogue C-11); each is a sixth of its cube's surface, whose other faces see nothing.
+    // Of two unit squares face to face at distance d a share F(d) of what one sends meets the other: F(1) = 0.1998,
+    // F(4) = 0.0189 (Howell's catalogue C-11); each is a sixth of its cube's surface, whose other faces see nothing.
     EXPECT_NEAR(lost(16), 0.1998 / 6, 0.008);
     EXPECT_NEAR(lost(64), 0.0189 / 6, 0.002);
     const auto one = density("one.vdb", Vec3i(16, 16, 16), 1.0 / 16, [](const Vec3i&) { return true; });
-    EXPECT_EQ(double(solve(one, {"--extinction", "4", "--albedo", "1", "--sky", "1"})["channels"]["r"]["budget"]["share_that_would_enter_again_and_is_lost"]), 0);
+    EXPECT_EQ(double(solve(one, {"--extinction", "4", "--albedo", "1", "--sky",
+                                 "1"})["channels"]["r"]["budget"]["share_that_would_enter_again_and_is_lost"]),
+              0);
 }
 
 TEST_F(P1Solve, RelightsADeepSlabFromTheSeriesInItsFile)
@@ -175,7 +191,8 @@ TEST_F(P1Solve, RefusesTheSumOutsideItsRadius)
 TEST_F(P1Solve, EndsWithThreeWhereTheToleranceIsMissed)
 {
     const std::string input = slab(64);
-    const Words few{"--extinction", "8", "--albedo", "1", "--sun", "0,1,0", "--periodic", "xz", "--max-iterations", "1"};
+    const Words few{"--extinction", "8",  "--albedo",         "1", "--sun", "0,1,0",
+                    "--periodic",   "xz", "--max-iterations", "1"};
     solve(input, few, 3);
     EXPECT_NE(result.err.find("after 1 iterations"), std::string::npos) << result.err;
     EXPECT_EQ(test::read_text(scratch / "out.vdb"), "");
@@ -187,16 +204,19 @@ TEST_F(P1Solve, EndsWithThreeWhereTheToleranceIsMissed)
     // The paper's relaxation gets there, with many more.
     const auto fast = solve(input, {"--extinction", "8", "--albedo", "0.99", "--sun", "0,1,0", "--periodic", "xz"});
     const double by_multigrid = mean_phi(scratch / "out.vdb", [](const auto&) { return true; });
-    const auto slow = solve(input, {"--extinction", "8", "--albedo", "0.99", "--sun", "0,1,0", "--periodic", "xz", "--solver", "relaxation", "--max-iterations", "20000"});
+    const auto slow = solve(input, {"--extinction", "8", "--albedo", "0.99", "--sun", "0,1,0", "--periodic", "xz",
+                                    "--solver", "relaxation", "--max-iterations", "20000"});
     EXPECT_GT(int(slow["channels"]["r"]["iterations"]), 5 * int(fast["channels"]["r"]["iterations"]));
     EXPECT_NEAR(mean_phi(scratch / "out.vdb", [](const auto&) { return true; }) / by_multigrid, 1, 1e-4);
 }
 
 TEST_F(P1Solve, KeepsTheFurnaceAtAnyGrainSize)
 {
-    const auto input = density("balls.vdb", Vec3i(24), 1.0 / 8, [](const Vec3i& p) { return (p.x() / 3 + p.y() / 5 + p.z() / 7) % 2 == 0; });
+    const auto input = density("balls.vdb", Vec3i(24), 1.0 / 8,
+                               [](const Vec3i& p) { return (p.x() / 3 + p.y() / 5 + p.z() / 7) % 2 == 0; });
     for (const char* extinction : {"1e-9", "3", "800"}) {
-        const auto j = solve(input, {"--extinction", extinction, "--albedo", "1", "--g", "0.85", "--sky", "0.5", "--tolerance", "1e-7"});
+        const auto j = solve(
+            input, {"--extinction", extinction, "--albedo", "1", "--g", "0.85", "--sky", "0.5", "--tolerance", "1e-7"});
         EXPECT_NEAR(double(j["channels"]["r"]["phi"]["smallest"]) / (4 * M_PI * 0.5), 1, 1e-4) << extinction;
         EXPECT_NEAR(double(j["channels"]["r"]["phi"]["largest"]) / (4 * M_PI * 0.5), 1, 1e-4) << extinction;
     }

@@ -3,7 +3,8 @@
 
 #include "vdbcloud/core/random.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/file/io.h"
+#include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/schema.h"
 
 #include <OpenImageIO/imageio.h>
@@ -74,8 +75,7 @@ void write_lump(const std::string& path, const Transform::Ptr& transform, F keep
             for (int z = -8; z < 8; ++z) {
                 const double r = std::sqrt(x * x + y * y + z * z) / 8;
                 const double u = uniform(hash_bits(3, uint64_t(x + 8), uint64_t(y + 8), uint64_t(z + 8)));
-                if (r < 1 && keep(Coord(x, y, z)))
-                    accessor.setValue(Coord(x, y, z), float((1 - r) * (0.5 + u)));
+                if (r < 1 && keep(Coord(x, y, z))) accessor.setValue(Coord(x, y, z), float((1 - r) * (0.5 + u)));
             }
     GridFile file;
     file.metadata = std::make_shared<MetaMap>();
@@ -98,8 +98,7 @@ protected:
         return test::run(arguments);
     }
     /// Runs at a small size and expects success.
-    Picture rendered(const std::string& input, const std::string& output,
-                     std::vector<std::string> arguments = {})
+    Picture rendered(const std::string& input, const std::string& output, std::vector<std::string> arguments = {})
     {
         arguments.insert(arguments.end(), {input, "-o", path(output), "--resolution", "32"});
         const auto result = run(arguments);
@@ -127,8 +126,8 @@ TEST_F(Render, ShowsAFileThatSaysNothingOfItself)
     EXPECT_GT(exr.at(230, 200, "R"), 0.05);
     EXPECT_EQ(exr.at(2, 2, "Z"), 1e30f);
     EXPECT_LT(exr.at(256, 256, "Z"), 100);
-    EXPECT_GT(png.at(230, 200, "R"), 0.5);                      // exposed
-    EXPECT_GT(png.at(2, 2, "B"), png.at(2, 2, "R") + 0.1);      // before a blue sky
+    EXPECT_GT(png.at(230, 200, "R"), 0.5);                  // exposed
+    EXPECT_GT(png.at(2, 2, "B"), png.at(2, 2, "R") + 0.1);  // before a blue sky
     EXPECT_NE(exr.spec.get_string_attribute("history").find("render 0."), std::string::npos);
 }
 
@@ -142,8 +141,8 @@ TEST_F(Render, MeetsTheSunAxisIdentitiesPixelByPixel)
         const Picture p =
             rendered(path("lump.vdb"), "a.exr",
                      {"--projection", "orthographic", "--direction", "0.3,-0.4,-1", "--sun",
-                      side < 0 ? "-0.3,0.4,1" : "0.3,-0.4,-1", "--sun-irradiance", "2,2,2", "--albedo", "0.8",
-                      "--g", "0.3", "--extinction", "0.6", "--shadow-rays", "--aov", "transmittance,direct"});
+                      side < 0 ? "-0.3,0.4,1" : "0.3,-0.4,-1", "--sun-irradiance", "2,2,2", "--albedo", "0.8", "--g",
+                      "0.3", "--extinction", "0.6", "--shadow-rays", "--aov", "transmittance,direct"});
         const double phase = (1 - g * g) / (4 * pi * std::pow(1 + g * g - 2 * g * side, 1.5));
         int seen = 0;
         for (int j = 0; j < 32; ++j)
@@ -163,8 +162,7 @@ TEST_F(Render, MeetsTheSunAxisIdentitiesPixelByPixel)
 TEST_F(Render, GivesTheSameBytesAgainAndOnAnyNumberOfThreads)
 {
     write_lump(path("lump.vdb"));
-    const std::vector<std::string> line{path("lump.vdb"), "--samples", "4", "--aov", "all",
-                                        "--resolution",   "40x24"};
+    const std::vector<std::string> line{path("lump.vdb"), "--samples", "4", "--aov", "all", "--resolution", "40x24"};
     std::map<std::string, std::string> bytes;
     for (const std::string threads : {"1", "2", "3"})
         for (const std::string name : {".exr", ".png"}) {
@@ -173,8 +171,7 @@ TEST_F(Render, GivesTheSameBytesAgainAndOnAnyNumberOfThreads)
             EXPECT_EQ(run(with).status, 0);
             const std::string now = read_text(path("out" + name));
             EXPECT_GT(now.size(), 500u);
-            EXPECT_TRUE(bytes.emplace(name, now).first->second == now)
-                << name << " with " << threads << " threads";
+            EXPECT_TRUE(bytes.emplace(name, now).first->second == now) << name << " with " << threads << " threads";
         }
 }
 
@@ -186,8 +183,7 @@ TEST_F(Render, APipeOfStagesGivesTheBytesOfFiles)
     const auto files = test::shell(light + path("lump.vdb") + " -o " + path("lit.vdb") + " && " + picture +
                                    path("lit.vdb") + " -o " + path("files.exr"));
     EXPECT_EQ(files.status, 0) << files.err;
-    const auto pipe =
-        test::shell(light + path("lump.vdb") + " -o - | " + picture + "- -o - > " + path("pipe.exr"));
+    const auto pipe = test::shell(light + path("lump.vdb") + " -o - | " + picture + "- -o - > " + path("pipe.exr"));
     EXPECT_EQ(pipe.status, 0) << pipe.err;
     EXPECT_TRUE(read_text(path("files.exr")) == read_text(path("pipe.exr")));
     EXPECT_EQ(files.err, "");  // the light's grid was taken as it is
@@ -203,8 +199,7 @@ TEST_F(Render, ACropIsPartOfTheWhole)
     EXPECT_EQ(part.spec.full_width, 32);
     for (int j = 5; j < 30; ++j)
         for (int i = 9; i < 20; ++i)
-            for (const auto& channel : {"R", "A", "Z"})
-                ASSERT_EQ(part.at(i, j, channel), whole.at(i, j, channel));
+            for (const auto& channel : {"R", "A", "Z"}) ASSERT_EQ(part.at(i, j, channel), whole.at(i, j, channel));
 }
 
 TEST_F(Render, ShowsTheSameScaledMovedAndWithAnotherAxisUp)
@@ -239,8 +234,7 @@ TEST_F(Render, SeveralInputsAddUp)
     };
     const Picture twice = with({path("whole.vdb"), path("whole.vdb"), "--extinction", "0.4"}, "two.exr");
     const Picture once = with({path("whole.vdb"), "--extinction", "0.8"}, "one.exr");
-    for (const auto& channel : {"R", "A", "transmittance.B"})
-        EXPECT_LT(difference(once, twice, channel), 2e-3);
+    for (const auto& channel : {"R", "A", "transmittance.B"}) EXPECT_LT(difference(once, twice, channel), 2e-3);
 }
 
 TEST_F(Render, DrawsABackgroundWhenAskedAndKeepsAlphaOtherwise)
@@ -254,9 +248,8 @@ TEST_F(Render, DrawsABackgroundWhenAskedAndKeepsAlphaOtherwise)
     EXPECT_EQ(red.at(1, 1, "A"), 1);
     for (int i = 0; i < 32; ++i)
         EXPECT_NEAR(red.at(i, 16, "R"), clear.at(i, 16, "R") + (1 - clear.at(i, 16, "A")) * 0.5f, 1e-3);
-    const Picture sky =
-        rendered(path("lump.vdb"), "c.exr",
-                 {"--sky-zenith", "0,0,1", "--sky-horizon", "0.25", "--direction", "0,1,0.001"});
+    const Picture sky = rendered(path("lump.vdb"), "c.exr",
+                                 {"--sky-zenith", "0,0,1", "--sky-horizon", "0.25", "--direction", "0,1,0.001"});
     EXPECT_NEAR(sky.at(1, 1, "B"), 1, 0.2);
     EXPECT_LT(sky.at(1, 1, "R"), 0.1);
 }
@@ -264,8 +257,8 @@ TEST_F(Render, DrawsABackgroundWhenAskedAndKeepsAlphaOtherwise)
 TEST_F(Render, LooksFromWhereItIsToldEvenFromWithin)
 {
     write_lump(path("lump.vdb"));
-    const Picture inside = rendered(path("lump.vdb"), "a.exr",
-                                    {"--camera", "0.1,0,0", "--look-at", "5,1,0", "--extinction", "3"});
+    const Picture inside =
+        rendered(path("lump.vdb"), "a.exr", {"--camera", "0.1,0,0", "--look-at", "5,1,0", "--extinction", "3"});
     for (int k = 0; k < 32; k += 5) EXPECT_GT(inside.at(k, 31 - k, "A"), 0.8);
     const Picture away = rendered(path("lump.vdb"), "b.exr", {"--camera", "9,0,0", "--look-at", "20,0,0"});
     for (int k = 0; k < 32; k += 5) EXPECT_EQ(away.at(k, k, "A"), 0);
@@ -274,8 +267,8 @@ TEST_F(Render, LooksFromWhereItIsToldEvenFromWithin)
 TEST_F(Render, ComputesALightAgainThatWasForAnotherMediumAndSaysSo)
 {
     write_lump(path("lump.vdb"));
-    const auto lit = test::run({program("illuminate"), path("lump.vdb"), "--sun", "1,1,0", "--extinction",
-                                "1", "-o", path("lit.vdb")});
+    const auto lit = test::run(
+        {program("illuminate"), path("lump.vdb"), "--sun", "1,1,0", "--extinction", "1", "-o", path("lit.vdb")});
     EXPECT_EQ(lit.status, 0) << lit.err;
     const auto again = run({path("lit.vdb"), "--extinction", "2", "--resolution", "32", "-o", path("a.exr")});
     EXPECT_EQ(again.status, 0);
@@ -287,27 +280,23 @@ TEST_F(Render, ComputesALightAgainThatWasForAnotherMediumAndSaysSo)
 TEST_F(Render, APrintedConfigurationGivesThePictureAgain)
 {
     write_lump(path("lump.vdb"));
-    const std::vector<std::string> options{"--samples", "2",     "--filter",         "gaussian", "--fov",
-                                           "25",        "--aov", "Z,transmittance",  "--sun",    "0,1,0",
-                                           "--sun",     "1,0,0", "--sun-irradiance", "1,2,3",    "--g",
-                                           "0.5"};
+    const std::vector<std::string> options{
+        "--samples", "2",     "--filter", "gaussian",         "--fov", "25",  "--aov", "Z,transmittance", "--sun",
+        "0,1,0",     "--sun", "1,0,0",    "--sun-irradiance", "1,2,3", "--g", "0.5"};
     auto print = options;
-    print.insert(print.end(),
-                 {path("lump.vdb"), "-o", path("a.exr"), "--resolution", "32", "--print-config"});
+    print.insert(print.end(), {path("lump.vdb"), "-o", path("a.exr"), "--resolution", "32", "--print-config"});
     test::write_text(path("a.toml"), run(print).out);
     const Picture direct = rendered(path("lump.vdb"), "a.exr", options);
     const auto again = run({"--config", path("a.toml"), path("lump.vdb"), "-o", path("b.exr")});
     EXPECT_EQ(again.status, 0) << again.err;
     const Picture other = picture(path("b.exr"));
-    for (const auto& channel : {"R", "B", "transmittance.R"})
-        EXPECT_EQ(difference(direct, other, channel), 0);
+    for (const auto& channel : {"R", "B", "transmittance.R"}) EXPECT_EQ(difference(direct, other, channel), 0);
 }
 
 TEST_F(Render, AnEmptyDensityIsAnEmptyPictureWithANote)
 {
     write_lump(path("empty.vdb"), scaled(1), [](const Coord&) { return false; });
-    const auto result =
-        run({path("empty.vdb"), "-o", path("a.exr"), "--resolution", "16", "--background", "0.25"});
+    const auto result = run({path("empty.vdb"), "-o", path("a.exr"), "--resolution", "16", "--background", "0.25"});
     EXPECT_EQ(result.status, 0) << result.err;
     EXPECT_NE(result.err.find("empty"), std::string::npos);
     EXPECT_EQ(picture(path("a.exr")).at(8, 8, "R"), 0.25f);
@@ -327,8 +316,7 @@ TEST_F(Render, RefusesInOneSentenceWithTheRightStatus)
     expect_refused(2, "--g", {in, "-o", out, "--phase", "rayleigh", "--g", "0.5"});
     expect_refused(2, "--g", {in, "-o", out, "--g", "1.5"});
     expect_refused(2, "--sun-irradiance", {in, "-o", out, "--sun-irradiance", "1,1,1"});
-    expect_refused(2, "direction",
-                   {in, "-o", out, "--camera", "0,0,9", "--look-at", "0,0,0", "--direction", "1,0,0"});
+    expect_refused(2, "direction", {in, "-o", out, "--camera", "0,0,9", "--look-at", "0,0,0", "--direction", "1,0,0"});
     expect_refused(1, "none.vdb", {path("none.vdb"), "-o", out});
     expect_refused(1, "no/a.exr", {in, "-o", path("no/a.exr")});
     EXPECT_EQ(scratch.list(), std::vector<std::string>{"lump.vdb"});
@@ -361,10 +349,9 @@ TEST_F(Render, TheThreeIntegratorsAgree)
         more.insert(more.end(), {"--integrator", name});
         return rendered(path("lump.vdb"), name + ".exr", more);
     };
-    const Picture cells = by("cells", {}), romberg = by("romberg", {}),
-                  steps = by("steps", {"--step", "0.05"});
+    const Picture cells = by("cells", {}), romberg = by("romberg", {}), steps = by("steps", {"--step", "0.05"});
     EXPECT_LT(difference(cells, romberg, "R"),
-              2e-3); // half floats, and what cells makes of the light within a voxel
+              2e-3);  // half floats, and what cells makes of the light within a voxel
     EXPECT_LT(difference(cells, steps, "R"), 2e-3);
     const Picture coarse = by("steps", {"--step", "4"});
     EXPECT_GT(difference(cells, coarse, "R"), 1e-2);  // the step is heeded
@@ -376,8 +363,7 @@ TEST_F(Render, AFullDiskIsStatusOne)
     expect_refused(1, "/dev/full", {path("lump.vdb"), "-o", "/dev/full", "--resolution", "16"});
     test::RunOptions full;
     full.stdout_to = "/dev/full";
-    EXPECT_EQ(test::run({program("render"), path("lump.vdb"), "-o", "-", "--resolution", "16"}, full).status,
-              1);
+    EXPECT_EQ(test::run({program("render"), path("lump.vdb"), "-o", "-", "--resolution", "16"}, full).status, 1);
 }
 
 TEST_F(Render, DryRunEstimatesAndWritesNothing)

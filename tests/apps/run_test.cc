@@ -67,8 +67,8 @@ TEST(Run, AReportThatGoesToNoFileIsNotPutInItsPlaceByASignal)
 TEST(Run, AnInterruptThatTheParentIgnoresIsIgnored)
 {
     const Scratch scratch;
-    const std::string line = "trap '' INT; " + program("echo_tool") + " -o " + (scratch / "out") +
-                             " --act sleep 2>" + (scratch / "err") + " & while ! grep -q sleeping " + (scratch / "err") +
+    const std::string line = "trap '' INT; " + program("echo_tool") + " -o " + (scratch / "out") + " --act sleep 2>" +
+                             (scratch / "err") + " & while ! grep -q sleeping " + (scratch / "err") +
                              " 2>/dev/null; do sleep 0.02; done; kill -INT $!; sleep 0.2; kill -TERM $!; wait $!";
     EXPECT_EQ(shell(line).status, 143);
     EXPECT_EQ(scratch.list(), Words{"err"});
@@ -201,8 +201,8 @@ TEST(Report, OfAFailureIsWrittenToo)
         int status;
         const char* said;
     } table[] = {{{"--act", "unconverged"}, 3, "residual 0.1"}, {{"--act", "input-error"}, 1, "no grid 'density'"},
-                 {{"--density", "x"}, 2, "--density: 'x'"}, {{"--nonsense"}, 2, "unknown option"},
-                 {{"--act", "cancelled"}, 130, "interrupted"}, {{"--act", "warn", "--werror"}, 1, "became 0"}};
+                 {{"--density", "x"}, 2, "--density: 'x'"},     {{"--nonsense"}, 2, "unknown option"},
+                 {{"--act", "cancelled"}, 130, "interrupted"},  {{"--act", "warn", "--werror"}, 1, "became 0"}};
     for (const auto& bad : table) {
         Words words = bad.words;
         words.insert(words.end(), {"-o", "/dev/null", "--json", scratch / "r.json"});

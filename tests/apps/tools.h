@@ -12,11 +12,11 @@ using Words = std::vector<std::string>;
 
 struct Tool {
     std::string name;
-    Words quick;              ///< options that make a run short
-    std::string extension;    ///< of what it writes; empty: it writes no file
-    bool reads = true;        ///< has an input
-    bool twice = false;       ///< takes two inputs
-    bool several = false;     ///< takes any number of inputs
+    Words quick;            ///< options that make a run short
+    std::string extension;  ///< of what it writes; empty: it writes no file
+    bool reads = true;      ///< has an input
+    bool twice = false;     ///< takes two inputs
+    bool several = false;   ///< takes any number of inputs
 
     /// A command line; `output` may be empty.
     Words command(const std::string& input, const std::string& output) const;

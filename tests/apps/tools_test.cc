@@ -4,7 +4,8 @@
 #include "support/size.h"
 
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/file/io.h"
+#include "vdbcloud/grid/grid_file.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>

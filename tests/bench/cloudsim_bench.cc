@@ -89,7 +89,8 @@ void effect(benchmark::State& state, const std::function<void(Parameters&)>& cha
     for (auto _ : state) sim->advance_to(time += 1);
 }
 
-template<typename T> void projection(benchmark::State& state)
+template<typename T>
+void projection(benchmark::State& state)
 {
     const Limit limit(Limit::max_allowed_parallelism, size_t(state.range(1)));
     const int n = int(state.range(0));
@@ -105,9 +106,11 @@ template<typename T> void projection(benchmark::State& state)
         benchmark::Counter(double(state.iterations()) * double(lattice.cells()), benchmark::Counter::kIsRate);
 }
 
-#define EFFECT(name, ...)                                                                                             \
-    BENCHMARK_CAPTURE(effect, name, [](Parameters & p) { __VA_ARGS__; })                                              \
-        ->Iterations(8)->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond)
+#define EFFECT(name, ...)                                                                                              \
+    BENCHMARK_CAPTURE(effect, name, [](Parameters& p) { __VA_ARGS__; })                                                \
+        ->Iterations(8)                                                                                                \
+        ->MeasureProcessCPUTime()                                                                                      \
+        ->Unit(benchmark::kMillisecond)
 EFFECT(default, (void)p);
 EFFECT(moisture_off, p.moisture = false);
 EFFECT(latent_heat_off, p.moist.latent_heat = false);
@@ -126,11 +129,28 @@ EFFECT(anelastic_on, p.anelastic = true);
 EFFECT(one_cell_wide, p.lattice.n[1] = 1);
 
 BENCHMARK(triad)->Arg(1)->Arg(2)->UseRealTime()->Unit(benchmark::kMillisecond);
-BENCHMARK(moist_rk3)->Args({128, 1})->Args({128, 2})->Iterations(10)->UseRealTime()->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
-BENCHMARK(moist_rk3_double)->Args({128, 1})->Iterations(10)->UseRealTime()->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
-BENCHMARK(dry_rk3)->Args({128, 1})->Iterations(10)->UseRealTime()->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
-BENCHMARK(fast_preset)->Args({128, 1})->Iterations(10)->UseRealTime()->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
-BENCHMARK(projection<float>)->Args({128, 1})->Args({128, 2})->Args({256, 1})->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(moist_rk3)->Args({128, 1})->Args({128, 2})->Iterations(10)->UseRealTime()->MeasureProcessCPUTime()->Unit(
+    benchmark::kMillisecond);
+BENCHMARK(moist_rk3_double)
+    ->Args({128, 1})
+    ->Iterations(10)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(dry_rk3)->Args({128, 1})->Iterations(10)->UseRealTime()->MeasureProcessCPUTime()->Unit(
+    benchmark::kMillisecond);
+BENCHMARK(fast_preset)
+    ->Args({128, 1})
+    ->Iterations(10)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(projection<float>)
+    ->Args({128, 1})
+    ->Args({128, 2})
+    ->Args({256, 1})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK(projection<double>)->Args({128, 1})->UseRealTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace

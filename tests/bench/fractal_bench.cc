@@ -1,9 +1,10 @@
 // What a fractal cloud costs, as multiples of the bare transform of its size on the same threads.
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/file/io.h"
 #include "vdbcloud/fractal/cloud_grid.h"
 #include "vdbcloud/fractal/cumulus.h"
 #include "vdbcloud/fractal/noise.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/grid_file.h"
 
 #include <benchmark/benchmark.h>
 #include <fftw3.h>
@@ -32,7 +33,8 @@ double cpu_seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
 struct Stopwatch {
     double total = 0;
-    template<typename F> auto operator()(F f)
+    template<typename F>
+    auto operator()(F f)
     {
         const double start = cpu_seconds();
         auto result = f();
@@ -77,8 +79,15 @@ void cumulus(benchmark::State& state)
     state.counters["x_noise_and_shape"] = (noise.total + shape.total) / bare.total;
     state.counters["Mvoxel"] = double(voxels) / 1e6;
 }
-BENCHMARK(cumulus)->ArgNames({"n", "threads"})->Args({128, 1})->Args({256, 1})->Args({256, 2})
-    ->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->MinWarmUpTime(0.1)->MinTime(2);
+BENCHMARK(cumulus)
+    ->ArgNames({"n", "threads"})
+    ->Args({128, 1})
+    ->Args({256, 1})
+    ->Args({256, 2})
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->MinWarmUpTime(0.1)
+    ->MinTime(2);
 
 /// Our transform of 256^3 reals against FFTW's own plan for it, both estimated and on one thread.
 void transform_against_fftw(benchmark::State& state)

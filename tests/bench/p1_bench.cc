@@ -1,5 +1,5 @@
-// The P1 solver against hypre's conjugate gradients with BoomerAMG on the same matrix, its growth with the grid, memory and
-// threads. Seconds are processor seconds of the process; all ratios are of one run.
+// The P1 solver against hypre's conjugate gradients with BoomerAMG on the same matrix, its growth with the grid, memory
+// and threads. Seconds are processor seconds of the process; all ratios are of one run.
 #include "vdbcloud/fractal/noise.h"
 #include "vdbcloud/scatter/p1_problem.h"
 
@@ -47,7 +47,8 @@ struct Problem {
     Problem(int n, float floor)
         : grid(cloud(n, floor)), index(*grid), density(index.gather(*grid)), exposed(exposed_voxels(index, density)),
           p1(index, density, exposed, {40, 0.999, nullptr, 0, true})
-    {}
+    {
+    }
     /// Isotropic emission in proportion to density, as the first scattering of a veiled sun would be.
     std::vector<double> rhs() const
     {
@@ -63,7 +64,10 @@ struct Problem {
 };
 
 double cpu_seconds() { return double(std::clock()) / CLOCKS_PER_SEC; }
-double wall_seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double wall_seconds()
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 struct Cost {
     double cpu = 0, wall = 0;
@@ -89,10 +93,15 @@ Cost ours(const Problem& problem)
 }
 
 #ifdef VDBCLOUD_HAS_HYPRE
-/// The same matrix and right-hand side through hypre, setup and solve, its settings for three dimensions (PMIS, extended+i).
+/// The same matrix and right-hand side through hypre, setup and solve, its settings for three dimensions (PMIS,
+/// extended+i).
 Cost hypre(const Problem& problem)
 {
-    static const bool started = [] { MPI_Init(nullptr, nullptr); HYPRE_Init(); return true; }();
+    static const bool started = [] {
+        MPI_Init(nullptr, nullptr);
+        HYPRE_Init();
+        return true;
+    }();
     (void)started;
     const Blocks& blocks = problem.index.blocks();
     const Stencil& a = problem.p1.stencil();
@@ -230,7 +239,12 @@ void threads(benchmark::State& state)
 }
 
 BENCHMARK(box)->Arg(64)->Arg(112)->Iterations(1)->Unit(benchmark::kSecond);
-BENCHMARK(sparse)->Args({64, 0})->Args({128, 1})->Args({256, test::full_size()})->Iterations(1)->Unit(benchmark::kSecond);
+BENCHMARK(sparse)
+    ->Args({64, 0})
+    ->Args({128, 1})
+    ->Args({256, test::full_size()})
+    ->Iterations(1)
+    ->Unit(benchmark::kSecond);
 BENCHMARK(threads)->Arg(128)->Iterations(1)->Unit(benchmark::kSecond);
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Work against precision: one cloud grown for 300 s in a slice by every accuracy preset on several grids, against a run on a
-// grid four times as fine as the finest. Prints a table for precision.gp; SIZE=full for the whole of it.
+// Work against precision: one cloud grown for 300 s in a slice by every accuracy preset on several grids, against a run
+// on a grid four times as fine as the finest. Prints a table for precision.gp; SIZE=full for the whole of it.
 //
 //     SIZE=full bench_precision > precision.txt && gnuplot -c precision.gp precision.txt precision.svg
 #include "support/size.h"
@@ -31,7 +31,8 @@ Outcome grow(int n, const std::function<void(Parameters&)>& change)
     p.lattice = {{n, 1, n}, {size / n, size / n, size / n}, {Side::Periodic, Side::Periodic}};
     p.bubbles.push_back({{2000, 0, 700}, 700, 600, 1.5, 1.5e-3, 0});
     change(p);
-    auto sim = Simulation::make(p, {"humid", {0, 800, 4000}, {300, 300, 314}, {0.014, 0.0135, 0.001}, {0, 0, 0}, {0, 0, 0}, 0});
+    auto sim = Simulation::make(
+        p, {"humid", {0, 800, 4000}, {300, 300, 314}, {0.014, 0.0135, 0.001}, {0, 0, 0}, {0, 0, 0}, 0});
     const std::clock_t before = std::clock();
     sim->advance_to(end);
     Outcome o;
@@ -54,7 +55,8 @@ std::vector<double> coarsened(const std::vector<double>& fine, int from, int to)
     std::vector<double> mean(size_t(to) * size_t(to), 0.0);
     for (int k = 0; k < from; ++k)
         for (int i = 0; i < from; ++i)
-            mean[size_t(k / ratio) * size_t(to) + size_t(i / ratio)] += fine[size_t(k) * size_t(from) + size_t(i)] / (ratio * ratio);
+            mean[size_t(k / ratio) * size_t(to) + size_t(i / ratio)] +=
+                fine[size_t(k) * size_t(from) + size_t(i)] / (ratio * ratio);
     return mean;
 }
 
@@ -78,12 +80,13 @@ void study()
     };
     const int finest = test::sized(32, 128);
     const Outcome reference = grow(4 * finest, accuracy(Accuracy::Accurate));
-    std::printf("# error: sum of differences over sum, against --accuracy accurate on %d x %d cells (%.0f CPU s)\n", 4 * finest,
-                4 * finest, reference.seconds);
+    std::printf("# error: sum of differences over sum, against --accuracy accurate on %d x %d cells (%.0f CPU s)\n",
+                4 * finest, 4 * finest, reference.seconds);
     std::printf("# method cells CPU_s MB error_of_q_l error_of_w steps divergence water_drift\n");
     const std::vector<std::pair<std::string, std::function<void(Parameters&)>>> methods{
-        {"fast", accuracy(Accuracy::Fast)}, {"default", accuracy(Accuracy::Default)}, {"accurate", accuracy(Accuracy::Accurate)},
-        {"forward-upwind", paper}, {"huge-dt-10s", huge(10, false)}, {"huge-dt-10s-MacCormack", huge(10, true)}};
+        {"fast", accuracy(Accuracy::Fast)},         {"default", accuracy(Accuracy::Default)},
+        {"accurate", accuracy(Accuracy::Accurate)}, {"forward-upwind", paper},
+        {"huge-dt-10s", huge(10, false)},           {"huge-dt-10s-MacCormack", huge(10, true)}};
     for (const auto& [name, change] : methods) {
         for (int n = 16; n <= finest; n *= 2) {
             const Outcome o = grow(n, change);

@@ -1,4 +1,5 @@
-// What a sweep costs: nanoseconds for each active voxel and direction, against size, fill, directions, degree and threads.
+// What a sweep costs: nanoseconds for each active voxel and direction, against size, fill, directions, degree and
+// threads.
 #include "vdbcloud/fractal/cloud_grid.h"
 #include "vdbcloud/fractal/cumulus.h"
 #include "vdbcloud/fractal/noise.h"
@@ -17,7 +18,8 @@ namespace {
 
 enum Scene {
     Cumulus,  ///< as fractalgen makes it: one body, an eighth of the box
-    Fractal   ///< noise above a threshold, a fifth of the box: pieces of every size down to the voxel, rough at every size of the grid
+    Fractal   ///< noise above a threshold, a fifth of the box: pieces of every size down to the voxel, rough at every
+              ///< size of the grid
 };
 
 /// The same cloud at every n: a larger one adds detail to it.
@@ -121,8 +123,8 @@ void sweeps(benchmark::State& state)
     state.counters["fill"] = voxels / double(m.index.blocks().count() * 512);
     state.counters["faces"] = double(m.face_count) / voxels;
     state.counters["bytes"] = double(m.sweep->bytes()) / voxels;
-    state.counters["each"] = benchmark::Counter(voxels * double(set.count()),
-                                                benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    state.counters["each"] = benchmark::Counter(
+        voxels * double(set.count()), benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 BENCHMARK(sweeps)
     ->ArgNames({"scene", "edge", "directions", "degree", "threads"})

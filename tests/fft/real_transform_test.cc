@@ -14,10 +14,10 @@
 namespace vdbcloud::fft {
 namespace {
 
-const Vec3i sizes[] = {{1, 1, 1},   {2, 2, 2}, {4, 6, 8},  {3, 5, 7},
-                       {11, 1, 13}, {1, 9, 2}, {5, 4, 33}, {6, 3, 64}};
+const Vec3i sizes[] = {{1, 1, 1}, {2, 2, 2}, {4, 6, 8}, {3, 5, 7}, {11, 1, 13}, {1, 9, 2}, {5, 4, 33}, {6, 3, 64}};
 
-template<typename Real> void randomize(RealField<Real>& f, uint64_t seed)
+template<typename Real>
+void randomize(RealField<Real>& f, uint64_t seed)
 {
     const auto& n = f.size();
     for (int i = 0; i < n[0]; ++i)
@@ -33,7 +33,8 @@ std::complex<double> wave(const Vec3i& n, const Vec3i& a, const Vec3i& x, int si
     return std::polar(1.0, sign * 2 * M_PI * turns);
 }
 
-template<typename Real> class RealTransformOf : public testing::Test {
+template<typename Real>
+class RealTransformOf : public testing::Test {
 protected:
     // Rounding grows as the logarithm of the number of points; fields are of order 1, sums of order
     // sqrt(points).
@@ -96,8 +97,7 @@ TYPED_TEST(RealTransformOf, ThereAndBackMultipliesByTheNumberOfPoints)
         for (int i = 0; i < n[0]; ++i)
             for (int j = 0; j < n[1]; ++j)
                 for (int k = 0; k < n[2]; ++k)
-                    ASSERT_NEAR(g(i, j, k) / n.product(), f(i, j, k),
-                                30 * std::numeric_limits<TypeParam>::epsilon());
+                    ASSERT_NEAR(g(i, j, k) / n.product(), f(i, j, k), 30 * std::numeric_limits<TypeParam>::epsilon());
     }
 }
 
@@ -131,11 +131,9 @@ TYPED_TEST(RealTransformOf, ThreadsDoNotChangeABit)
         RealTransform<TypeParam>(n).forward(f);
         std::vector<TypeParam> now;
         for (int i = 0; i < n[0]; ++i)
-            for (int j = 0; j < n[1]; ++j)
-                now.insert(now.end(), f.row(i, j), f.row(i, j) + 2 * f.modes_per_row());
+            for (int j = 0; j < n[1]; ++j) now.insert(now.end(), f.row(i, j), f.row(i, j) + 2 * f.modes_per_row());
         if (first.empty()) first = now;
-        ASSERT_EQ(std::memcmp(first.data(), now.data(), now.size() * sizeof(TypeParam)), 0)
-            << threads << " threads";
+        ASSERT_EQ(std::memcmp(first.data(), now.data(), now.size() * sizeof(TypeParam)), 0) << threads << " threads";
     }
 }
 

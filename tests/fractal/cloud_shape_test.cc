@@ -32,7 +32,8 @@ ShapeOptions smooth()  // nothing but the envelope, its edge as sharp as may be
 }
 
 /// Sum of f(density) over all voxels, times their volume; f(0) = 0.
-template<typename F> double integral(const CloudBlocks& cloud, F f)
+template<typename F>
+double integral(const CloudBlocks& cloud, F f)
 {
     double sum = 0;
     for (const auto& block : cloud.blocks)
@@ -42,7 +43,10 @@ template<typename F> double integral(const CloudBlocks& cloud, F f)
 
 /// Volume within the envelope: density rises as a smoothstep over 1.5 voxels inside, with mean 1/2 at half of
 /// that, so voxels above 1/2 fill the envelope less a skin of 0.75 voxels.
-double volume(const CloudBlocks& cloud) { return integral(cloud, [](float d) { return d > 0.5f; }); }
+double volume(const CloudBlocks& cloud)
+{
+    return integral(cloud, [](float d) { return d > 0.5f; });
+}
 
 const Vec3i size(80, 80, 60);  // cubes of edge 0.05
 constexpr double skin = 0.75 * 0.05;
@@ -105,8 +109,8 @@ TEST(CloudShape, ReachesTheCoverageAskedFor)
 }
 
 /// The density of one voxel by the formula of the header, all parts of the envelope looked at.
-double formula(const fft::RealField<float>& noise, const Envelope& envelope, const ShapeOptions& o,
-               const Vec3i& ijk, double threshold)
+double formula(const fft::RealField<float>& noise, const Envelope& envelope, const ShapeOptions& o, const Vec3i& ijk,
+               double threshold)
 {
     const Vec3i n = noise.size();
     const Vec3d h(domain.sides()[0] / n[0], domain.sides()[1] / n[1], domain.sides()[2] / n[2]);
@@ -115,8 +119,7 @@ double formula(const fft::RealField<float>& noise, const Envelope& envelope, con
     };
     const Vec3d x(domain.low + h * (Vec3d(ijk) + Vec3d(0.5)));
     const Vec3f y(x +
-                  o.warp * 4 *
-                      Vec3d(at(n[0] / 3, n[1] / 2), at(n[0] / 2, n[1] / 5), at(n[0] * 5 / 6, n[1] * 3 / 4)));
+                  o.warp * 4 * Vec3d(at(n[0] / 3, n[1] / 2), at(n[0] / 2, n[1] / 5), at(n[0] * 5 / 6, n[1] * 3 / 4)));
     const float px = y[0], py = y[1], pz = y[2];
     float depth;
     envelope.depth(envelope.all(), 1, &px, &py, &pz, &depth);
@@ -150,8 +153,7 @@ TEST(CloudShape, EveryVoxelIsWhatTheFormulaSays)
             double most = 0, mass = 0;
             for (int i = 0; i < size[0]; ++i)
                 for (int j = 0; j < size[1]; ++j)
-                    for (int k = (3 * i + 5 * j) % 7; k < size[2];
-                         k += 7) {  // a seventh, in every place of a block
+                    for (int k = (3 * i + 5 * j) % 7; k < size[2]; k += 7) {  // a seventh, in every place of a block
                         const double expected = formula(noise, *envelope, o, {i, j, k}, cloud.threshold);
                         most = std::max(most, std::abs(density.getValue({i, j, k}) - expected));
                         mass += expected;
@@ -213,8 +215,7 @@ TEST(CloudShape, RefusesOptionsOutsideTheirRange)
 
 TEST(CloudGrid, PutsVoxelCentresHalfAVoxelInside)
 {
-    const auto grid =
-        cloud_grid(shape_cloud(noise_for(size), domain, *sphere_envelope(domain.inset(0.2)), smooth()));
+    const auto grid = cloud_grid(shape_cloud(noise_for(size), domain, *sphere_envelope(domain.inset(0.2)), smooth()));
     EXPECT_TRUE(grid->indexToWorld(openvdb::Coord(0, 0, 0)).eq(Vec3d(-1.975, 1.025, 3.025), 1e-12));
     EXPECT_TRUE(grid->indexToWorld(openvdb::Coord(79, 79, 59)).eq(Vec3d(1.975, 4.975, 5.975), 1e-12));
     EXPECT_TRUE(grid->hasUniformVoxels());
@@ -231,8 +232,7 @@ TEST(CloudGrid, PutsVoxelCentresHalfAVoxelInside)
         ASSERT_TRUE(*it > 0 && *it <= 1);
     }
     EXPECT_LT((sum / mass - domain.centre()).length(), 1e-3);
-    const auto uneven =
-        cloud_grid(shape_cloud(noise_for({20, 40, 60}), domain, *sphere_envelope(domain), smooth()));
+    const auto uneven = cloud_grid(shape_cloud(noise_for({20, 40, 60}), domain, *sphere_envelope(domain), smooth()));
     EXPECT_TRUE(uneven->voxelSize().eq(Vec3d(0.2, 0.1, 0.05), 1e-12));
 }
 

@@ -21,9 +21,7 @@ TEST(SignedDistance, IsTheDistanceToTheNearestVoxelOfTheOtherKind)
         std::vector<uint8_t> set(size_t(n.product()));
         for (size_t v = 0; v < set.size(); ++v) set[v] = uniform(hash_bits(3, v)) < share;
         const auto d = signed_distance(n, h, set);
-        const auto at = [&](size_t v) {
-            return Vec3d(double(v / 84), double(v / 12 % 7), double(v % 12)) * h;
-        };
+        const auto at = [&](size_t v) { return Vec3d(double(v / 84), double(v / 12 % 7), double(v % 12)) * h; };
         for (size_t v = 0; v < set.size(); ++v) {
             double nearest = 1e15;
             for (size_t w = 0; w < set.size(); ++w)
@@ -52,11 +50,12 @@ FloatGridPtr ball(bool level_set)
     for (int i = -40; i <= 40; ++i)
         for (int j = -40; j <= 40; ++j)
             for (int k = -40; k <= 40; ++k) {
-                const double d =
-                    (grid->indexToWorld(openvdb::Coord(i, j, k)) - Vec3d(1, 2, 3)).length() - 1.2;
+                const double d = (grid->indexToWorld(openvdb::Coord(i, j, k)) - Vec3d(1, 2, 3)).length() - 1.2;
                 if (level_set) {
-                    if (std::abs(d) < 0.3) accessor.setValue({i, j, k}, float(d));
-                    else if (d < 0) accessor.setValueOff({i, j, k}, -0.3f);
+                    if (std::abs(d) < 0.3)
+                        accessor.setValue({i, j, k}, float(d));
+                    else if (d < 0)
+                        accessor.setValueOff({i, j, k}, -0.3f);
                 } else if (d < 0) {
                     accessor.setValue({i, j, k}, 5.0f);
                 }
@@ -90,8 +89,7 @@ TEST(MaskEnvelope, HasTheDepthOfTheBodyInWorldSpace)
 TEST(MaskEnvelope, KnowsItsBounds)
 {
     const auto box = mask_bounds(*ball(false));
-    for (int d = 0; d < 3;
-         ++d) {  // around a turned box: at least the ball, at most sqrt(2) of it, and a voxel
+    for (int d = 0; d < 3; ++d) {  // around a turned box: at least the ball, at most sqrt(2) of it, and a voxel
         EXPECT_LT(box.low[d], Vec3d(1, 2, 3)[d] - 1.15);
         EXPECT_GT(box.low[d], Vec3d(1, 2, 3)[d] - 1.2 * std::sqrt(2) - 0.1);
         EXPECT_GT(box.high[d], Vec3d(1, 2, 3)[d] + 1.15);

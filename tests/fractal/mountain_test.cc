@@ -62,7 +62,7 @@ TEST(Mountain, LevelSetHasTheSlopeStatisticsAskedFor)
     for (double beta : {3.0, 3.6, 4.4}) {
         MountainOptions o;
         o.ridges = o.peak = 0;  // heights are the noise, scaled
-        o.relief = 0.02;  // gentle: where it is steep a distance is not a height
+        o.relief = 0.02;        // gentle: where it is steep a distance is not a height
         Spectrum s;
         s.beta = beta;
         const Box square{{0, 0, 0}, {2, 1, 2}};
@@ -110,8 +110,7 @@ TEST(Mountain, LevelSetIsASignedDistanceToTheHeights)
     // Over every column the surface is where the heights say; inside is below.
     const auto surface = surface_of(*grid, size);
     double mean = 0;
-    for (size_t c = 0; c < surface.size(); ++c)
-        mean += std::abs(surface[c] - field.height[c]) / double(surface.size());
+    for (size_t c = 0; c < surface.size(); ++c) mean += std::abs(surface[c] - field.height[c]) / double(surface.size());
     EXPECT_LT(mean, 0.1 * h);
     for (int i = 5; i < size[0] - 5; i += 7)
         for (int k = 5; k < size[2] - 5; k += 7) {

@@ -1,8 +1,8 @@
 // Spectral synthesis against the spectrum that was asked for, mode by mode.
 #include "vdbcloud/fractal/noise.h"
 
-#include "vdbcloud/core/error.h"
 #include "support/size.h"
+#include "vdbcloud/core/error.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -28,8 +28,7 @@ void for_modes(Field& field, const std::function<void(const Vec3i&, std::complex
             for (int c = 0; c <= n[2] / 2; ++c) {
                 const Vec3i m(2 * a < n[0] ? a : a - n[0], 2 * b < n[1] ? b : b - n[1], c);
                 const double turns = 0.5 * (double(m[0]) / n[0] + double(m[1]) / n[1] + double(m[2]) / n[2]);
-                visit(m, std::complex<double>(field.modes(a, b)[c]) *
-                             std::polar(1.0 / n.product(), -2 * M_PI * turns));
+                visit(m, std::complex<double>(field.modes(a, b)[c]) * std::polar(1.0 / n.product(), -2 * M_PI * turns));
             }
 }
 
@@ -43,8 +42,7 @@ bool inside(const Vec3i& m, const Vec3i& n)
 double kappa(const Vec3i& m, const Vec3d& sides, const Vec3d& stretch)
 {
     const double longest = std::max({sides[0], sides[1], sides[2]});
-    return Vec3d(m[0] * stretch[0] / sides[0], m[1] * stretch[1] / sides[1], m[2] * stretch[2] / sides[2])
-               .length() *
+    return Vec3d(m[0] * stretch[0] / sides[0], m[1] * stretch[1] / sides[1], m[2] * stretch[2] / sides[2]).length() *
            longest;
 }
 
@@ -66,8 +64,7 @@ double slope(Field& field, const Vec3d& sides, const Spectrum& s, double from, d
     for (int i = 0; i < shells; ++i) {
         if (count[i] < 8) continue;
         const double lx = log_k[i] / count[i], ly = std::log(power[i] / count[i]);
-        w += count[i], x += count[i] * lx, y += count[i] * ly, xx += count[i] * lx * lx,
-            xy += count[i] * lx * ly;
+        w += count[i], x += count[i] * lx, y += count[i] * ly, xx += count[i] * lx * lx, xy += count[i] * lx * ly;
     }
     return (w * xy - x * y) / (w * xx - x * x);
 }
@@ -132,7 +129,7 @@ TEST(Noise, ModesAreComplexGaussiansOfTheStatedPower)
     ASSERT_GT(count, 10000);
     const double error = 4 / std::sqrt(count);  // four standard errors of a mean of unit variance
     EXPECT_LT(std::abs(mean / count), error);
-    EXPECT_LT(std::abs(square / count), error * std::sqrt(2));   // no preferred phase
+    EXPECT_LT(std::abs(square / count), error * std::sqrt(2));  // no preferred phase
     EXPECT_NEAR(second / count, 1, error);
     EXPECT_NEAR(fourth / count, 2, error * std::sqrt(20));  // <|F|^4> = 2 <|F|^2>^2; its variance is 24 - 4
     EXPECT_NEAR(plane / plane_count, 1,
@@ -151,8 +148,7 @@ TEST(Noise, IsRealWithMeanZeroAndAboutUnitVariance)
         const auto f = synthesize(n, {1, 1, 1}, s);
         for (int i = 0; i < n[0]; ++i)
             for (int j = 0; j < n[1]; ++j)
-                for (int k = 0; k < n[2]; ++k)
-                    mean += f(i, j, k), variance += double(f(i, j, k)) * f(i, j, k);
+                for (int k = 0; k < n[2]; ++k) mean += f(i, j, k), variance += double(f(i, j, k)) * f(i, j, k);
     }
     EXPECT_NEAR(mean / fields / n.product(), 0, 1e-6);
     EXPECT_NEAR(variance / fields / n.product(), 1,
@@ -182,7 +178,9 @@ TEST(Noise, ALargerSizeAddsDetailToTheSameShape)
     std::vector<std::complex<double>> kept(17 * 17 * 9);
     const auto at = [](const Vec3i& m) { return ((m[0] + 8) * 17 + m[1] + 8) * 9 + m[2]; };
     const auto low = [](const Vec3i& m) { return std::abs(m[0]) <= 5 && std::abs(m[1]) <= 5 && m[2] <= 5; };
-    for_modes(coarse, [&](const Vec3i& m, std::complex<double> f) { if (low(m)) kept[at(m)] = f; });
+    for_modes(coarse, [&](const Vec3i& m, std::complex<double> f) {
+        if (low(m)) kept[at(m)] = f;
+    });
     int compared = 0;
     for_modes(fine, [&](const Vec3i& m, std::complex<double> f) {
         if (!low(m)) return;

@@ -22,7 +22,8 @@ TEST(Digest, DoesNotDependOnHowTheBytesAreCut)
     whole.add(bytes.data(), bytes.size());
     for (const size_t step : {1, 7, 31, 32, 33, 500}) {
         Digest parts;
-        for (size_t at = 0; at < bytes.size(); at += step) parts.add(bytes.data() + at, std::min(step, bytes.size() - at));
+        for (size_t at = 0; at < bytes.size(); at += step)
+            parts.add(bytes.data() + at, std::min(step, bytes.size() - at));
         EXPECT_EQ(parts.hex(), whole.hex()) << step;
     }
     EXPECT_EQ(whole.hex().size(), 32u);
@@ -62,7 +63,9 @@ TEST(GridDigest, ChangesWithEverythingThatMatters)
     EXPECT_EQ(changed([](FloatGrid& g) { g.setName("other"), g.setSaveFloatAsHalf(true); }), same);
     EXPECT_EQ(changed([](FloatGrid& g) { g.tree().touchLeaf(Coord(900)); }), same) << "a leaf with nothing active";
     const std::vector<std::function<void(FloatGrid&)>> changes = {
-        [](FloatGrid& g) { g.tree().setValue(Coord(1, 2, 3), std::nextafter(g.tree().getValue(Coord(1, 2, 3)), 1.0f)); },
+        [](FloatGrid& g) {
+            g.tree().setValue(Coord(1, 2, 3), std::nextafter(g.tree().getValue(Coord(1, 2, 3)), 1.0f));
+        },
         [](FloatGrid& g) { g.tree().setValueOff(Coord(0)); },
         [](FloatGrid& g) { g.tree().setValueOn(Coord(100, 0, 0)); },
         [](FloatGrid& g) { g.tree().addTile(1, Coord(64, 0, 0), 0.25f, true); },

@@ -1,6 +1,6 @@
 // Metadata as numbers, vectors and text, whoever wrote it.
 #include "vdbcloud/core/error.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/metadata.h"
 
 #include "support/grids.h"
 

@@ -2,7 +2,8 @@
 #include "vdbcloud/light/transmittance_grid.h"
 
 #include "vdbcloud/core/error.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/digest.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 
 #include "support/fields.h"

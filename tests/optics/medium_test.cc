@@ -3,7 +3,7 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 
 #include <gtest/gtest.h>
@@ -84,8 +84,7 @@ TEST(Medium, RefusesWhatAFileMayClaim)
         FAIL() << "took an unknown phase function";
     } catch (const InputError& error) {
         EXPECT_NE(std::string(error.what()).find("henyey-greenstein"), std::string::npos);
-        EXPECT_EQ(std::string(error.what()).find('\x1b'), std::string::npos)
-            << "printed what a file said, uncleaned";
+        EXPECT_EQ(std::string(error.what()).find('\x1b'), std::string::npos) << "printed what a file said, uncleaned";
     }
     MetaMap number;
     set_number(number, schema::albedo, 0.5);  // a scalar where a vector belongs

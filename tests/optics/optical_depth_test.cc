@@ -10,8 +10,8 @@
 namespace vdbcloud {
 namespace {
 
-using test::box;
 using openvdb::Coord;
+using test::box;
 
 constexpr double far = 1e30;
 
@@ -34,7 +34,8 @@ void expect_exact(const FloatGrid& grid, int rays, const char* what)
     for (int n = 0; n < rays; ++n) {
         const auto ray = random_ray(grid, uint64_t(n));
         const double expected = test::integral_of_interpolant(grid, ray, 0, far);
-        // Both sums are exact for the interpolant: what remains is the rounding of crossings at distances of 1e3 voxels.
+        // Both sums are exact for the interpolant: what remains is the rounding of crossings at distances of 1e3
+        // voxels.
         EXPECT_NEAR(density_depth(map, ray, 0, far), expected, 1e-9 * (1 + expected)) << what << ", ray " << n;
         sum += expected;
     }
@@ -70,7 +71,8 @@ TEST(OpticalDepth, MissesNothingOnRaysAlongFacesEdgesAndThroughCorners)
 {
     auto grid = box({24, 24, 24}, 1, [](Coord ijk) { return test::clumps(ijk, 5, 1.0) + 0.1; });
     const BrickMap map(*grid);
-    const Vec3d directions[] = {{1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {1, 1, 0}, {-1, 0, 1}, {1, 1, 1}, {-1, 1, -1}, {1, 2, 3}};
+    const Vec3d directions[] = {{1, 0, 0},  {0, -1, 0}, {0, 0, 1},   {1, 1, 0},
+                                {-1, 0, 1}, {1, 1, 1},  {-1, 1, -1}, {1, 2, 3}};
     for (const Vec3d& d : directions)
         for (const double shift : {0.0, 0.5, 1e-13}) {
             const Vec3d w = d.unit(), through(8 + shift, 8, 8 + shift);
@@ -161,7 +163,8 @@ TEST(OpticalDepth, OfAnEmptyGridIsZeroAndAFrustumIsRefused)
 {
     const auto empty = openvdb::FloatGrid::create(0.0f);
     EXPECT_EQ(density_depth(BrickMap(*empty), {{0, 0, 0}, {1, 0, 0}}, 0, far), 0);
-    empty->setTransform(openvdb::math::Transform::createFrustumTransform(openvdb::BBoxd(Vec3d(0), Vec3d(10)), 0.5, 10, 1));
+    empty->setTransform(
+        openvdb::math::Transform::createFrustumTransform(openvdb::BBoxd(Vec3d(0), Vec3d(10)), 0.5, 10, 1));
     EXPECT_THROW(BrickMap{*empty}, InputError);
 }
 

@@ -53,8 +53,7 @@ TEST_P(AnyPhaseFunction, HasTheLegendreMomentsItNames)
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, AnyPhaseFunction,
-                         testing::Values(Case{PhaseKind::Isotropic, 0.5, 0},
-                                         Case{PhaseKind::Rayleigh, 0.5, 0},
+                         testing::Values(Case{PhaseKind::Isotropic, 0.5, 0}, Case{PhaseKind::Rayleigh, 0.5, 0},
                                          Case{PhaseKind::HenyeyGreenstein, 0, 0},
                                          Case{PhaseKind::HenyeyGreenstein, 0.85, 0.85},
                                          Case{PhaseKind::HenyeyGreenstein, -0.6, -0.6},

@@ -35,8 +35,7 @@ bool equal(const Film& a, const Film& b, const PixelWindow& w)
 {
     for (int j = w.y0; j < w.y1; ++j)
         for (int i = w.x0; i < w.x1; ++i)
-            if (std::memcmp(a.pixel(i, j), b.pixel(i, j), sizeof(float) * size_t(a.channels())) != 0)
-                return false;
+            if (std::memcmp(a.pixel(i, j), b.pixel(i, j), sizeof(float) * size_t(a.channels())) != 0) return false;
     return true;
 }
 
@@ -105,8 +104,7 @@ TEST(Film, EstimatesTheVarianceOfAPixelsMean)
     options.samples = 400;
     Film film({2, 2, 1, {}}, layers);
     // Grey, uniform in [0, 1) across the pixel: the variance of one sample is 1/12.
-    expose(film, options,
-           factory([](double x, double, double* out) { out[0] = out[1] = out[2] = x - std::floor(x); }));
+    expose(film, options, factory([](double x, double, double* out) { out[0] = out[1] = out[2] = x - std::floor(x); }));
     EXPECT_NEAR(film.pixel(1, 1)[5] * 400 * 12, 1, 0.02);  // unbiased to 1/n, strata change it by less
 }
 
@@ -141,9 +139,7 @@ TEST(Film, ACropHasThePixelsOfTheWhole)
 TEST(Film, NamesThePixelAndLayerOfWhatIsNotFinite)
 {
     Film film({8, 8, 1, {}}, layers);
-    const auto bad = [](double x, double y, double* out) {
-        out[7] = x == 3.5 && y == 6.5 ? std::nan("") : 0;
-    };
+    const auto bad = [](double x, double y, double* out) { out[7] = x == 3.5 && y == 6.5 ? std::nan("") : 0; };
     try {
         expose(film, {}, factory(bad));
         FAIL() << "took a NaN";

@@ -11,8 +11,8 @@ namespace {
 /// 4 pi times Henyey-Greenstein.
 double lobe(double g, double c) { return (1 - g * g) / std::pow(1 + g * g - 2 * g * c, 1.5); }
 
-/// R by orders: off the forward direction the sum over all l of (2l+1) P_l e^(x g^l) is sum over n >= 1 of x^n / n! lobe(g^n), as
-/// a lobe convolved with itself has g^2; what degrees up to L have of it is taken off.
+/// R by orders: off the forward direction the sum over all l of (2l+1) P_l e^(x g^l) is sum over n >= 1 of x^n / n!
+/// lobe(g^n), as a lobe convolved with itself has g^2; what degrees up to L have of it is taken off.
 double by_orders(double g, int degree, double c, double x)
 {
     const double f = std::pow(g, degree + 1);

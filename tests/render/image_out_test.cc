@@ -106,13 +106,10 @@ TEST_F(ImageOut, ExrHasItsChannelsWithTheirTypes)
 {
     write_image(path("a.exr"), film_of(size), a_view(), metadata());
     const Read image = read(path("a.exr"));
-    const auto type = [&](const char* name) {
-        return image.spec.channelformat(image.spec.channelindex(name));
-    };
+    const auto type = [&](const char* name) { return image.spec.channelformat(image.spec.channelindex(name)); };
     for (const char* name : {"R", "G", "B", "A", "direct_sun.R", "direct_sun.B"})
         EXPECT_EQ(type(name), OIIO::TypeDesc::HALF);
-    for (const char* name : {"Z", "transmittance.R", "transmittance.B"})
-        EXPECT_EQ(type(name), OIIO::TypeDesc::FLOAT);
+    for (const char* name : {"Z", "transmittance.R", "transmittance.B"}) EXPECT_EQ(type(name), OIIO::TypeDesc::FLOAT);
     EXPECT_EQ(image.spec.nchannels, 11);  // the background is not asked for
     EXPECT_EQ(image.spec.channelindex("background.R"), -1);
     EXPECT_EQ(image.spec.alpha_channel, image.spec.channelindex("A"));
@@ -157,8 +154,7 @@ TEST_F(ImageOut, ExrSaysHowItWasMadeAndFromWhere)
     EXPECT_EQ(spec.get_string_attribute("vdbcloud:integrator"), "cells");
     EXPECT_FLOAT_EQ(spec.get_float_attribute("vdbcloud:exposure"), 1.5f);
     EXPECT_EQ(spec.get_string_attribute("DateTime"), metadata().date_time);
-    EXPECT_NEAR(spec.get_float_attribute("screenWindowWidth"), 2 * std::tan(20 * 3.14159265358979 / 180),
-                1e-6);
+    EXPECT_NEAR(spec.get_float_attribute("screenWindowWidth"), 2 * std::tan(20 * 3.14159265358979 / 180), 1e-6);
 
     const auto matrix = [&](const char* key, const Matrix44& expected) {
         const auto* found = spec.find_attribute(key, OIIO::TypeDesc::TypeMatrix44);
@@ -241,8 +237,7 @@ TEST_F(ImageOut, ValuesBeyondHalfAreStoredAsFloatAndTold)
     Film film = film_of(size);
     film.pixel(3, 3)[0] = 1e6f;
     std::vector<std::string> told;
-    write_image(path("a.exr"), film, a_view(), metadata(), {},
-                [&](const std::string& s) { told.push_back(s); });
+    write_image(path("a.exr"), film, a_view(), metadata(), {}, [&](const std::string& s) { told.push_back(s); });
     const Read image = read(path("a.exr"));
     EXPECT_EQ(image.at(3, 3, "R"), 1e6f);
     EXPECT_EQ(image.spec.channelformat(image.spec.channelindex("direct_sun.R")), OIIO::TypeDesc::HALF);
@@ -268,8 +263,7 @@ TEST_F(ImageOut, AFullDiskIsAnErrorForBothFormats)
 TEST_F(ImageOut, LeavesNothingHalfWrittenAndNothingBehind)
 {
     EXPECT_THROW(write_image(path("no/such/folder.exr"), film_of(size), a_view(), metadata()), IoError);
-    EXPECT_THROW(write_image(folder.string() + "/.", film_of(size), a_view(), metadata()),
-                 std::runtime_error);
+    EXPECT_THROW(write_image(folder.string() + "/.", film_of(size), a_view(), metadata()), std::runtime_error);
     write_image(path("a.exr"), film_of(size), a_view(), metadata());
     ImageOptions keep;
     keep.no_clobber = true;

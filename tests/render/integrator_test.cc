@@ -60,7 +60,8 @@ CameraView view_along(const FloatGrid& grid, const Vec3d& direction, int n)
     return {camera, size};
 }
 
-Film render(const Scene& scene, const CameraView& view, const IntegratorOptions& options = {}, RenderCost* cost = nullptr)
+Film render(const Scene& scene, const CameraView& view, const IntegratorOptions& options = {},
+            RenderCost* cost = nullptr)
 {
     Film film(view.size(), render_layers(scene, {"all"}));
     const auto took = render_image(film, scene, view, {}, options);
@@ -105,9 +106,7 @@ double sun_behind_error(const FloatGridPtr& density, double sigma_t, const Vec3d
 {
     const Medium m = medium(sigma_t, 0.9, 0.4);
     const auto film = render(sunlit(density, m, to_sun, o), view_along(*density, -to_sun, 48));
-    return worst(film, [&](double T, int c) {
-        return 0.9 * PhaseFunction(m)(-1) * irradiance[c] * (1 - T * T) / 2;
-    });
+    return worst(film, [&](double T, int c) { return 0.9 * PhaseFunction(m)(-1) * irradiance[c] * (1 - T * T) / 2; });
 }
 
 double sun_ahead_error(const FloatGridPtr& density, double sigma_t, const Vec3d& to_sun, const TransmittanceOptions& o)
@@ -123,9 +122,8 @@ FloatGridPtr fractal_cloud(int n)
     Spectrum spectrum;
     spectrum.seed = 5;
     const auto noise = synthesize(Vec3i(n), Vec3d(1), spectrum);
-    return box({n, n, n}, 1, [&](Coord ijk) {
-        return std::clamp(0.4 * double(noise(ijk[0], ijk[1], ijk[2])), 0.0, 1.0);
-    });
+    return box({n, n, n}, 1,
+               [&](Coord ijk) { return std::clamp(0.4 * double(noise(ijk[0], ijk[1], ijk[2])), 0.0, 1.0); });
 }
 
 TEST(Integrator, WithTheSunBehindOneSeesHalfOfOneMinusTSquared)
@@ -160,8 +158,8 @@ TEST(Integrator, MeetsTheIdentitiesAtSecondOrderInTheLightGridsSpacing)
 
 TEST(Integrator, SeesACubeFromItsSideAsTheClosedFormSays)
 {
-    // Side view at depth d below the top: w0 p(90) E (1 - exp(-tau)) exp(-sigma d). In the voxel where density ramps to 0 at
-    // the side the light has a shorter way, a term of first order in h: 5e-3 of the brightest at 128.
+    // Side view at depth d below the top: w0 p(90) E (1 - exp(-tau)) exp(-sigma d). In the voxel where density ramps to
+    // 0 at the side the light has a shorter way, a term of first order in h: 5e-3 of the brightest at 128.
     const int n = 128;
     const double h = 1.0 / n, sigma = 4;
     const auto cube = box({n, n, n}, h, [](Coord) { return 1.0; });
@@ -174,7 +172,8 @@ TEST(Integrator, SeesACubeFromItsSideAsTheClosedFormSays)
     const int direct = film.offset(film.find("direct_sun"));
     int counted = 0;
     for (int j = 0; j < 64; ++j) {
-        const double y = upright.ray(32, j + 0.5).origin[1], d = (n - 0.5) * h - y;  // the top is half a voxel above the last centre
+        const double y = upright.ray(32, j + 0.5).origin[1],
+                     d = (n - 0.5) * h - y;  // the top is half a voxel above the last centre
         if (d < 0.05 || d > 0.95) continue;
         ++counted;
         const double brightest = 0.8 * PhaseFunction(medium(1, 1, 0.3))(0) * 2 * (1 - std::exp(-sigma));
@@ -338,7 +337,8 @@ TEST(Integrator, TwoOverlappingVolumesAreTheirSum)
     auto merged = sunlit(sum, m, {0.3, 1, 0.2}), two = sunlit(a, m, {0.3, 1, 0.2});
     two.volumes.push_back(sunlit(b, m, {0.3, 1, 0.2}).volumes[0]);
     const auto view = view_along(*a, {0.4, -0.3, 1}, 24);
-    EXPECT_LT(difference(render(merged, view), render(two, view)), 1e-4);  // lights' depths stored as float exponentials
+    EXPECT_LT(difference(render(merged, view), render(two, view)),
+              1e-4);  // lights' depths stored as float exponentials
 
     // The second volume moved half a voxel is another medium: the sum must notice.
     auto moved = b->deepCopy();
@@ -358,7 +358,9 @@ TEST(Integrator, TheSceneScaledTurnedAndMovedGivesTheSamePicture)
     transform->postRotate(-2.1, openvdb::math::Z_AXIS);
     transform->postTranslate(Vec3d(3, -5, 1));
     moved->setTransform(transform);
-    const auto turn = [&](const Vec3d& v) { return (transform->indexToWorld(v) - transform->indexToWorld(Vec3d(0))) / 0.01; };
+    const auto turn = [&](const Vec3d& v) {
+        return (transform->indexToWorld(v) - transform->indexToWorld(Vec3d(0))) / 0.01;
+    };
     const Vec3d to_sun(0.3, 1, 0.2), direction(1, -0.3, 0.4);
     const auto view = view_along(*plain, direction, 24);
     Camera camera = view.camera();

@@ -54,15 +54,13 @@ TEST(View, ExposesInStops)
     ViewOptions srgb{ViewKind::Srgb, 1};
     EXPECT_LT((displayed(radiance, srgb) - Vec3d(srgb_encode(0.1), srgb_encode(0.2), 1)).length(), 1e-15);
     ViewOptions film{ViewKind::Filmic, 0};
-    EXPECT_LT((displayed(radiance, film) - Vec3d(srgb_encode(0.05), srgb_encode(0.1), srgb_encode(filmic(4))))
-                  .length(),
+    EXPECT_LT((displayed(radiance, film) - Vec3d(srgb_encode(0.05), srgb_encode(0.1), srgb_encode(filmic(4)))).length(),
               1e-15);
 }
 
 TEST(View, KnowsItsNames)
 {
-    for (const auto kind : {ViewKind::Srgb, ViewKind::Filmic, ViewKind::None})
-        EXPECT_EQ(view_kind(name(kind)), kind);
+    for (const auto kind : {ViewKind::Srgb, ViewKind::Filmic, ViewKind::None}) EXPECT_EQ(view_kind(name(kind)), kind);
     EXPECT_THROW(view_kind("agx"), InputError);
 }
 

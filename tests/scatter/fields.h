@@ -6,7 +6,8 @@
 
 namespace vdbcloud::test {
 
-/// Voxels 0 .. n - 1 of edges h [world unit] (lengths along x, y, z), active where f > 0. Voxel 0's centre is the world's origin.
+/// Voxels 0 .. n - 1 of edges h [world unit] (lengths along x, y, z), active where f > 0. Voxel 0's centre is the
+/// world's origin.
 FloatGridPtr field(const Vec3i& n, const Vec3d& h, const std::function<double(const Vec3i&)>& f);
 
 /// The same with a transform of our choice: columns are the world vectors of one voxel step along x, y, z.

@@ -1,8 +1,9 @@
-// P1 with Levermore and Pomraning's limiter: its function, its two limits, and a layer against the differential equation.
+// P1 with Levermore and Pomraning's limiter: its function, its two limits, and a layer against the differential
+// equation.
 #include "vdbcloud/scatter/multiple_scattering.h"
 
-#include "vdbcloud/core/vdb.h"
 #include "support/voxel_field.h"
+#include "vdbcloud/core/vdb.h"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +17,8 @@ constexpr double pi = 3.14159265358979323846;
 TEST(FluxLimiter, IsOneInThickMediaAndKeepsFluxBelowFluenceInThin)
 {
     EXPECT_DOUBLE_EQ(levermore_pomraning(0), 1);
-    EXPECT_NEAR(levermore_pomraning(0.00999999), levermore_pomraning(0.01000001), 1e-9) << "the series meets the formula";
+    EXPECT_NEAR(levermore_pomraning(0.00999999), levermore_pomraning(0.01000001), 1e-9)
+        << "the series meets the formula";
     double before = 0;
     for (double r = 1e-3; r < 1e6; r *= 1.5) {
         const double flux = levermore_pomraning(r) * r / 3;  // of phi

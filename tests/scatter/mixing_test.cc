@@ -27,7 +27,8 @@ std::vector<double> iterate(Mixing::Arrays& x, int depth, int steps, const std::
 
 constexpr size_t n = 9000;  // more than one piece of a sum
 
-/// x <- r x + 1, r one of four rates that take turns, one of which grows and one of which changes sign: fixed point 1 / (1 - r).
+/// x <- r x + 1, r one of four rates that take turns, one of which grows and one of which changes sign: fixed point 1 /
+/// (1 - r).
 void affine(Mixing::Arrays& x)
 {
     constexpr float rate[4] = {0.9f, 0.5f, 1.5f, -0.8f};

@@ -37,7 +37,8 @@ std::vector<Ordinates> all_sets()
 {
     std::vector<Ordinates> sets;
     for (int polar = 0; polar < 3; ++polar)
-        for (int count : {8, 16, 32, 64, 72, 128, 256, 288, 512}) sets.push_back(ordinates(OrdinateKind::Product, count, 0, polar));
+        for (int count : {8, 16, 32, 64, 72, 128, 256, 288, 512})
+            sets.push_back(ordinates(OrdinateKind::Product, count, 0, polar));
     for (int count : {8, 24, 48, 80, 120, 168}) sets.push_back(ordinates(OrdinateKind::LevelSymmetric, count, 0));
     return sets;
 }
@@ -118,8 +119,10 @@ TEST(Ordinates, RoundCountsUpToWhatThereIsAndToWhatTheDegreeNeeds)
     EXPECT_EQ(count(32, 3), 64u);
     EXPECT_EQ(count(64, 3), 64u);
     EXPECT_EQ(count(64, 7), 256u);
-    for (int asked : {8, 32, 64, 128, 256, 512}) {  // layers: the same counts and degrees, more polar points where that leaves 8 azimuths
-        const Ordinates cloud = ordinates(OrdinateKind::Product, asked, 1), layer = ordinates(OrdinateKind::Product, asked, 1, 1, true);
+    for (int asked : {8, 32, 64, 128, 256,
+                      512}) {  // layers: the same counts and degrees, more polar points where that leaves 8 azimuths
+        const Ordinates cloud = ordinates(OrdinateKind::Product, asked, 1),
+                        layer = ordinates(OrdinateKind::Product, asked, 1, 1, true);
         EXPECT_EQ(cloud.count(), layer.count());
         EXPECT_EQ(cloud.degree, layer.degree);
         const auto heights = [](const Ordinates& set) {

@@ -2,11 +2,11 @@
 #include "vdbcloud/scatter/beam.h"
 #include "vdbcloud/scatter/multiple_scattering.h"
 
-#include "vdbcloud/core/error.h"
-#include "vdbcloud/core/random.h"
 #include "scatter/fields.h"
 #include "support/p1_forms.h"
 #include "support/size.h"
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/random.h"
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,8 @@ constexpr double pi = 3.14159265358979323846;
 struct Case {
     explicit Case(const FloatGridPtr& grid_, std::array<bool, 3> periodic = {false, false, false})
         : grid(grid_), index(*grid_, {periodic}), density(index.gather(*grid_)), exposed(exposed_voxels(index, density))
-    {}
+    {
+    }
     FloatGridPtr grid;
     VoxelIndex index;
     std::vector<float> density;
@@ -76,8 +77,13 @@ SlabOutcome slab(int n, double tau, double w0, double g, double mu, bool delta, 
     const Solved s = solve(p1, source);
     EXPECT_TRUE(s.solve.converged) << n << ' ' << tau << ' ' << w0 << ' ' << g << ' ' << s.solve.residual;
     const double area = 64 * h * h;
-    SlabOutcome o{s.budget.out[Blocks::YPlus] / area, s.budget.out[Blocks::YMinus] / area, 0, s.budget.defect,
-                  source.deposited / area, lost / area, 0};
+    SlabOutcome o{s.budget.out[Blocks::YPlus] / area,
+                  s.budget.out[Blocks::YMinus] / area,
+                  0,
+                  s.budget.defect,
+                  source.deposited / area,
+                  lost / area,
+                  0};
     double largest = 0;
     const double scaled_tau = tau * p1.scaling(0).extinction;
     for (int j = 0; j < n; ++j) {
@@ -155,7 +161,8 @@ TEST(Layers, InSeriesAreExactOnTheGrid)
 {
     const int n = 16;
     const double h = 1.0 / n, sigma[2] = {300, 0.01};
-    Case c(test::field(Vec3i(8, n, 8), Vec3d(h), [&](const Vec3i& p) { return sigma[p.y() / 5 % 2]; }), {true, false, true});
+    Case c(test::field(Vec3i(8, n, 8), Vec3d(h), [&](const Vec3i& p) { return sigma[p.y() / 5 % 2]; }),
+           {true, false, true});
     const P1Operator p1(c.index, c.density, c.exposed, {1, 1, nullptr, 0, true});
     double tau = 0;
     for (int j = 0; j < n; ++j) tau += sigma[j / 5 % 2] * h;
@@ -182,14 +189,15 @@ double sphere_error(int R, double sigma_R, double w0, bool sky)
     const int n = 2 * R + 2;
     const double h = 1.0 / R, sigma = sigma_R;
     const Vec3d centre(n / 2 - 0.5);
-    Case c(test::field(Vec3i(n), Vec3d(h), [&](const Vec3i& p) {
-        return (Vec3d(p.x(), p.y(), p.z()) - centre).length() < R ? 1.0 : 0.0;
-    }));
+    Case c(test::field(Vec3i(n), Vec3d(h),
+                       [&](const Vec3i& p) { return (Vec3d(p.x(), p.y(), p.z()) - centre).length() < R ? 1.0 : 0.0; }));
     const P1Operator p1(c.index, c.density, c.exposed, {sigma, w0, nullptr, 0, true});
     P1Source source(p1);
     std::vector<float> one(c.index.blocks().slots(), 1.0f);
-    if (sky) add_sky(p1, 1 / (4 * pi), source);
-    else add_emission(p1, one, 1 / (4 * pi), source);
+    if (sky)
+        add_sky(p1, 1 / (4 * pi), source);
+    else
+        add_emission(p1, one, 1 / (4 * pi), source);
     const Solved s = solve(p1, source, 1e-8);
     const P1Sphere exact{1.0, 1 / (3 * sigma), sigma * (1 - w0), sky ? 0.0 : 1.0, sky ? 1.0 : 0.0};
     double error = 0;
@@ -227,11 +235,13 @@ double bumpy(const Vec3i& p, uint64_t seed)
 TEST(Furnace, IsExactInAnyDensityFromAZeroGuess)
 {
     const std::pair<const char*, FloatGridPtr> cases[] = {
-        {"salt and pepper with voids", test::field(Vec3i(20, 22, 18), Vec3d(0.1), [](const Vec3i& p) { return bumpy(p, 3); })},
+        {"salt and pepper with voids",
+         test::field(Vec3i(20, 22, 18), Vec3d(0.1), [](const Vec3i& p) { return bumpy(p, 3); })},
         {"thin as 1e-12", test::field(Vec3i(16), Vec3d(1), [](const Vec3i&) { return 1e-12; })},
         {"100 a voxel", test::field(Vec3i(16), Vec3d(1), [](const Vec3i&) { return 100.0; })},
         {"one voxel", test::field(Vec3i(1), Vec3d(1), [](const Vec3i&) { return 1.0; })},
-        {"two clouds far apart", test::field(Vec3i(200, 4, 4), Vec3d(1), [](const Vec3i& p) { return p.x() < 5 || p.x() > 190 ? 1.0 : 0.0; })},
+        {"two clouds far apart",
+         test::field(Vec3i(200, 4, 4), Vec3d(1), [](const Vec3i& p) { return p.x() < 5 || p.x() > 190 ? 1.0 : 0.0; })},
         {"stretched voxels", test::field(Vec3i(16), Vec3d(0.1, 0.3, 1), [](const Vec3i& p) { return bumpy(p, 5); })},
     };
     for (const auto& [name, grid] : cases)
@@ -253,12 +263,14 @@ TEST(Furnace, IsExactInAnyDensityFromAZeroGuess)
 TEST(Sun, OnHardMediaConvergesAndBalances)
 {
     const std::pair<const char*, FloatGridPtr> cases[] = {
-        {"salt and pepper with voids", test::field(Vec3i(20, 22, 18), Vec3d(1), [](const Vec3i& p) { return bumpy(p, 3); })},
+        {"salt and pepper with voids",
+         test::field(Vec3i(20, 22, 18), Vec3d(1), [](const Vec3i& p) { return bumpy(p, 3); })},
         {"thin as 1e-12", test::field(Vec3i(16), Vec3d(1), [](const Vec3i&) { return 1e-12; })},
         {"100 a voxel", test::field(Vec3i(16), Vec3d(1), [](const Vec3i&) { return 100.0; })},
         {"1e4 deep", test::field(Vec3i(8, 200, 8), Vec3d(1), [](const Vec3i&) { return 50.0; })},
         {"one voxel", test::field(Vec3i(1), Vec3d(1), [](const Vec3i&) { return 1.0; })},
-        {"two clouds far apart", test::field(Vec3i(200, 4, 4), Vec3d(1), [](const Vec3i& p) { return p.x() < 5 || p.x() > 190 ? 1.0 : 0.0; })},
+        {"two clouds far apart",
+         test::field(Vec3i(200, 4, 4), Vec3d(1), [](const Vec3i& p) { return p.x() < 5 || p.x() > 190 ? 1.0 : 0.0; })},
     };
     for (const auto& [name, grid] : cases)
         for (double g : {0.0, 0.85, 0.99, -0.9})
@@ -278,7 +290,8 @@ TEST(Sun, OnHardMediaConvergesAndBalances)
                 EXPECT_TRUE(std::isfinite(c.budget.smallest) && std::isfinite(c.budget.largest)) << name;
                 EXPECT_GT(c.budget.largest, 0) << name;
                 EXPECT_EQ(c.budget.negative > 0, c.budget.smallest < -1e-7 * c.budget.largest) << name;
-                if (g == 0 && std::string(name) != "salt and pepper with voids" && std::string(name) != "thin as 1e-12") {
+                if (g == 0 && std::string(name) != "salt and pepper with voids" &&
+                    std::string(name) != "thin as 1e-12") {
                     EXPECT_EQ(c.budget.negative, 0) << name << ' ' << c.budget.smallest;
                 }
                 // What a medium of 1e-12 takes from the beam is a difference of doubles near 1.
@@ -397,7 +410,8 @@ TEST(ScatterP1, SharesSolutionsBetweenChannelsAndStampsWhatItMade)
     sun.irradiance = Vec3d(0, 0, 4);
     ScatterReport blue;
     scatter_p1(*grid, nullptr, nullptr, grey, {sun}, {}, {}, blue);
-    EXPECT_NEAR(blue.channel[2].budget.largest, 2 * report.channel[0].budget.largest, 1e-5 * blue.channel[2].budget.largest);
+    EXPECT_NEAR(blue.channel[2].budget.largest, 2 * report.channel[0].budget.largest,
+                1e-5 * blue.channel[2].budget.largest);
     EXPECT_EQ(blue.channel[0].budget.largest, 0);
 }
 
@@ -438,19 +452,23 @@ TEST(ReentryShare, TellsASphereFromTwoSheetsThatFaceEachOther)
         return reentry_share(p1, source, phi, 20000);
     };
     const Vec3d middle(15.5);
-    EXPECT_LT(share(test::field(Vec3i(32), Vec3d(1), [&](const Vec3i& p) {
-                  return (Vec3d(p.x(), p.y(), p.z()) - middle).length() < 15 ? 1.0 : 0.0;
-              })), 0.01);
+    EXPECT_LT(share(test::field(
+                  Vec3i(32), Vec3d(1),
+                  [&](const Vec3i& p) { return (Vec3d(p.x(), p.y(), p.z()) - middle).length() < 15 ? 1.0 : 0.0; })),
+              0.01);
     // Wide sheets of two voxels, 6 apart: nearly all of the light of the inner sides, half of the whole.
-    EXPECT_NEAR(share(test::field(Vec3i(96, 10, 96), Vec3d(1), [](const Vec3i& p) { return p.y() < 2 || p.y() > 7 ? 1.0 : 0.0; })),
+    EXPECT_NEAR(share(test::field(Vec3i(96, 10, 96), Vec3d(1),
+                                  [](const Vec3i& p) { return p.y() < 2 || p.y() > 7 ? 1.0 : 0.0; })),
                 0.45, 0.06);
 }
 
 TEST(VoxelIndex, RefusesShearAndSaysSo)
 {
-    const auto sheared = test::field(Vec3i(4), Vec3d(1, 0, 0), Vec3d(0.3, 1, 0), Vec3d(0, 0, 1), [](const Vec3i&) { return 1.0; });
+    const auto sheared =
+        test::field(Vec3i(4), Vec3d(1, 0, 0), Vec3d(0.3, 1, 0), Vec3d(0, 0, 1), [](const Vec3i&) { return 1.0; });
     EXPECT_THROW(VoxelIndex{*sheared}, InputError);
-    const auto rotated = test::field(Vec3i(4), Vec3d(0.6, 0.8, 0), Vec3d(-1.6, 1.2, 0), Vec3d(0, 0, 3), [](const Vec3i&) { return 1.0; });
+    const auto rotated = test::field(Vec3i(4), Vec3d(0.6, 0.8, 0), Vec3d(-1.6, 1.2, 0), Vec3d(0, 0, 3),
+                                     [](const Vec3i&) { return 1.0; });
     const VoxelIndex index(*rotated);
     EXPECT_NEAR(index.spacing()[1], 2, 1e-12);
     EXPECT_NEAR(index.axis(1)[0], -0.8, 1e-12);

@@ -1,12 +1,13 @@
-// Sweeps that close P1, held to exact transport in slabs, and what they must keep: furnace, energy, symmetry, convergence.
+// Sweeps that close P1, held to exact transport in slabs, and what they must keep: furnace, energy, symmetry,
+// convergence.
 #include "vdbcloud/scatter/second_moment.h"
 
+#include "fields.h"
+#include "support/size.h"
+#include "support/slab_exact.h"
+#include "support/voxel_field.h"
 #include "vdbcloud/core/random.h"
 #include "vdbcloud/scatter/multiple_scattering.h"
-#include "fields.h"
-#include "support/slab_exact.h"
-#include "support/size.h"
-#include "support/voxel_field.h"
 
 #include <gtest/gtest.h>
 
@@ -23,7 +24,8 @@ constexpr double pi = 3.14159265358979323846;
 struct Cloud {
     explicit Cloud(const FloatGridPtr& of, std::array<bool, 3> periodic = {false, false, false})
         : grid(of), index(*of, {periodic}), density(index.gather(*of)), exposed(exposed_voxels(index, density))
-    {}
+    {
+    }
     FloatGridPtr grid;
     VoxelIndex index;
     std::vector<float> density;
@@ -46,7 +48,8 @@ struct Result {
     double extinction = 1;
 };
 
-/// P1, then sweeps; from degree 2 on the start is the degree-1 solution, uncollided light that only it counts as such included.
+/// P1, then sweeps; from degree 2 on the start is the degree-1 solution, uncollided light that only it counts as such
+/// included.
 Result solve(const Cloud& c, const Lit& lit, ClosureOptions options)
 {
     options.solve.tolerance = 1e-8;
@@ -106,11 +109,18 @@ Result solve(const Cloud& c, const Lit& lit, ClosureOptions options)
 
 /// A slab of n voxels along y, lit from +y.
 struct Slab {
-    Slab(double tau, int n) : cloud(test::voxel_field(Vec3i(8, n, 8), Vec3d(1.0 / n), [&](const Vec3i&) { return tau; }), {true, false, true}), count(n)
-    {}
+    Slab(double tau, int n)
+        : cloud(test::voxel_field(Vec3i(8, n, 8), Vec3d(1.0 / n), [&](const Vec3i&) { return tau; }),
+                {true, false, true}),
+          count(n)
+    {
+    }
     /// A field at voxel j from the top.
     template<typename T>
-    double at(const std::vector<T>& field, int j) const { return field[cloud.index.blocks().slot(Vec3i(3, count - 1 - j, 3))]; }
+    double at(const std::vector<T>& field, int j) const
+    {
+        return field[cloud.index.blocks().slot(Vec3i(3, count - 1 - j, 3))];
+    }
     double area() const { return 64.0 / count / count; }
     Cloud cloud;
     int count;
@@ -137,11 +147,13 @@ double clumps(const Vec3i& p, uint64_t seed)
 double billows(const Vec3i& p, int n)
 {
     const Vec3d x = (Vec3d(p.x(), p.y(), p.z()) + Vec3d(0.5)) / n - Vec3d(0.5);
-    const double value = 0.35 - std::sqrt(x.dot(x)) + 0.12 * std::sin(17 * x.x() + 3) * std::sin(15 * x.y()) * std::sin(19 * x.z() + 1);
+    const double value =
+        0.35 - std::sqrt(x.dot(x)) + 0.12 * std::sin(17 * x.x() + 3) * std::sin(15 * x.y()) * std::sin(19 * x.z() + 1);
     return value > 0 ? std::min(1.0, 6 * value) : 0;
 }
 
-/// Radiance that leaves a slab upwards (`up`) along a cosine, from isotropic sources at cell centres taken linear between them.
+/// Radiance that leaves a slab upwards (`up`) along a cosine, from isotropic sources at cell centres taken linear
+/// between them.
 double emergent(const Slab& slab, const Result& r, const Lit& lit, double tau, double mu, bool up)
 {
     const int n = slab.count, steps = 8;
@@ -181,13 +193,16 @@ TEST(SecondMoment, AgreesWithExactSlabs)
             const test::SlabExact exact({tau, lit.w0, 0, 0.6, {0.3, 1.0}, 24});
             const double most = tau < 1 ? bound.thin : bound.thick, cell = tau / n;
             const double line = most + 0.2 * cell * cell;  // radiance: what a straight line between centres leaves
-            const double reflected = r.budget.out[Blocks::YPlus] / slab.area(), transmitted = r.budget.out[Blocks::YMinus] / slab.area();
+            const double reflected = r.budget.out[Blocks::YPlus] / slab.area(),
+                         transmitted = r.budget.out[Blocks::YMinus] / slab.area();
             EXPECT_NEAR(reflected / exact.reflected(), 1, most) << tau << ' ' << bound.directions;
             EXPECT_NEAR(transmitted / exact.transmitted(), 1, most) << tau << ' ' << bound.directions;
             for (int k = 0; k < 2; ++k) {
                 const double mu = k ? 1.0 : 0.3;
-                EXPECT_NEAR(emergent(slab, r, lit, tau, mu, true) / exact.emergent_top(k), 1, line) << tau << ' ' << bound.directions << ' ' << mu;
-                EXPECT_NEAR(emergent(slab, r, lit, tau, mu, false) / exact.emergent_bottom(k), 1, line) << tau << ' ' << bound.directions << ' ' << mu;
+                EXPECT_NEAR(emergent(slab, r, lit, tau, mu, true) / exact.emergent_top(k), 1, line)
+                    << tau << ' ' << bound.directions << ' ' << mu;
+                EXPECT_NEAR(emergent(slab, r, lit, tau, mu, false) / exact.emergent_bottom(k), 1, line)
+                    << tau << ' ' << bound.directions << ' ' << mu;
             }
             EXPECT_LT(r.budget.defect, 1e-6);
             EXPECT_TRUE(r.report.converged);
@@ -199,7 +214,8 @@ TEST(SecondMoment, AgreesWithExactSlabs)
                 square += off * off / 32;
                 worst = std::max(worst, std::abs(off));
             }
-            EXPECT_LT(worst, most + 0.05 * cell * cell) << tau << ' ' << bound.directions;  // at every depth: second order in the voxel
+            EXPECT_LT(worst, most + 0.05 * cell * cell)
+                << tau << ' ' << bound.directions;  // at every depth: second order in the voxel
             if (tau == 1) {
                 error[which] = std::abs(reflected / exact.reflected() - 1);
                 wave[which] = std::sqrt(square);
@@ -212,13 +228,15 @@ TEST(SecondMoment, AgreesWithExactSlabs)
 
 TEST(SecondMoment, TransmitsRightAtAnyOpticalDepthOfAVoxel)
 {
-    for (const auto& [per_voxel, tau] : {std::pair(0.25, 16.0), {4.0, 16.0}, {4.0, 1000.0}, {16.0, 1000.0}, {60.0, 960.0}}) {
+    for (const auto& [per_voxel, tau] :
+         {std::pair(0.25, 16.0), {4.0, 16.0}, {4.0, 1000.0}, {16.0, 1000.0}, {60.0, 960.0}}) {
         Slab slab(tau, int(std::lround(tau / per_voxel)));
         Lit lit;
         lit.w0 = 1;
         const Result r = solve(slab.cloud, lit, options(32, 15, 1, 1e-3));
         const test::SlabExact exact({tau, 1, 0, 1, {}, 16});
-        EXPECT_NEAR(r.budget.out[Blocks::YMinus] / slab.area() / exact.transmitted(), 1, 0.02) << per_voxel << ' ' << tau;
+        EXPECT_NEAR(r.budget.out[Blocks::YMinus] / slab.area() / exact.transmitted(), 1, 0.02)
+            << per_voxel << ' ' << tau;
         EXPECT_LT(r.budget.defect, 1e-6);
         EXPECT_TRUE(r.report.converged);
     }
@@ -226,10 +244,16 @@ TEST(SecondMoment, TransmitsRightAtAnyOpticalDepthOfAVoxel)
 
 TEST(SecondMoment, ScattersForwardWithASuitableDegree)
 {
-    // Degree 3 suits where light is scattered often enough to forget; a slab of tau 1 at g = 0.85 takes 5. Of what passes, most is
-    // what delta scaling says is not scattered: T is the sum of both.
-    for (const auto& [g, degree, directions, tau] : {std::tuple(0.5, 3, 64, 1.0), {0.5, 1, 32, 16.0}, {0.85, 5, 144, 0.1}, {0.85, 5, 144, 1.0},
-                                                     {0.85, 7, 256, 1.0}, {0.85, 3, 64, 4.0}, {0.85, 1, 32, 16.0}, {0.85, 3, 64, 64.0}}) {
+    // Degree 3 suits where light is scattered often enough to forget; a slab of tau 1 at g = 0.85 takes 5. Of what
+    // passes, most is what delta scaling says is not scattered: T is the sum of both.
+    for (const auto& [g, degree, directions, tau] : {std::tuple(0.5, 3, 64, 1.0),
+                                                     {0.5, 1, 32, 16.0},
+                                                     {0.85, 5, 144, 0.1},
+                                                     {0.85, 5, 144, 1.0},
+                                                     {0.85, 7, 256, 1.0},
+                                                     {0.85, 3, 64, 4.0},
+                                                     {0.85, 1, 32, 16.0},
+                                                     {0.85, 3, 64, 64.0}}) {
         Slab slab(tau, 64);
         Lit lit;
         lit.w0 = 0.999;
@@ -238,9 +262,12 @@ TEST(SecondMoment, ScattersForwardWithASuitableDegree)
         const Result r = solve(slab.cloud, lit, options(directions, 15, degree, 1e-3));
         EXPECT_TRUE(r.report.converged);
         const test::SlabExact exact({tau, lit.w0, g, 0.6, {}, 24});
-        EXPECT_NEAR(r.budget.out[Blocks::YPlus] / slab.area() / exact.reflected(), 1, 0.03) << g << ' ' << degree << ' ' << tau;
+        EXPECT_NEAR(r.budget.out[Blocks::YPlus] / slab.area() / exact.reflected(), 1, 0.03)
+            << g << ' ' << degree << ' ' << tau;
         EXPECT_NEAR((r.budget.out[Blocks::YMinus] / slab.area() + 0.6 * std::exp(-r.extinction * tau / 0.6)) /
-                        (exact.transmitted() + 0.6 * std::exp(-tau / 0.6)), 1, 0.03) << g << ' ' << degree << ' ' << tau;
+                        (exact.transmitted() + 0.6 * std::exp(-tau / 0.6)),
+                    1, 0.03)
+            << g << ' ' << degree << ' ' << tau;
     }
 }
 
@@ -265,8 +292,8 @@ TEST(SecondMoment, ConvergesInAtMostFifteenIterations)
 
 TEST(SecondMoment, ConvergesInSaltAndPepper)
 {
-    // Densities over six decades and voids, voxel by voxel; of the scale 1000 on, the thickest voxels are some hundred mean free paths
-    // and exchange light across pores with others alike, where the plain iteration grows.
+    // Densities over six decades and voids, voxel by voxel; of the scale 1000 on, the thickest voxels are some hundred
+    // mean free paths and exchange light across pores with others alike, where the plain iteration grows.
     for (const auto& [sigma, most] : {std::pair(1.0, 15), {10.0, 15}, {100.0, 15}, {1000.0, 15}, {10000.0, 30}})
         for (const auto& [g, degree, directions] : {std::tuple(0.0, 1, 32), {0.85, 3, 64}}) {
             Cloud c(test::voxel_field(Vec3i(32), Vec3d(1.0 / 32), [](const Vec3i& p) { return clumps(p, 3); }));
@@ -313,7 +340,8 @@ TEST(SecondMoment, TellsHowFarItIs)
 
 TEST(SecondMoment, IsAsSymmetricAsItsDirections)
 {
-    // A ball lit by a sky of one radiance: 48 images of each voxel with a level-symmetric set, 16 with a product set about y.
+    // A ball lit by a sky of one radiance: 48 images of each voxel with a level-symmetric set, 16 with a product set
+    // about y.
     Cloud c(test::voxel_field(Vec3i(16), Vec3d(1.0 / 16), [](const Vec3i& p) {
         const Vec3d x = (Vec3d(p.x(), p.y(), p.z()) - Vec3d(7.5)) / 8;
         return std::max(0.0, 1 - x.dot(x));
@@ -336,7 +364,8 @@ TEST(SecondMoment, IsAsSymmetricAsItsDirections)
                 if (kind == OrdinateKind::Product && axes[1] != 1) continue;
                 for (int signs = 0; signs < 8; ++signs) {
                     Vec3i image;
-                    for (int a = 0; a < 3; ++a) image[a] = signs >> a & 1 ? 15 - p[axes[size_t(a)]] : p[axes[size_t(a)]];
+                    for (int a = 0; a < 3; ++a)
+                        image[a] = signs >> a & 1 ? 15 - p[axes[size_t(a)]] : p[axes[size_t(a)]];
                     worst = std::max(worst, std::abs(r.phi[c.index.blocks().slot(image)] - own));
                 }
             } while (std::next_permutation(axes.begin(), axes.end()));
@@ -350,7 +379,8 @@ TEST(SecondMoment, IsAsSymmetricAsItsDirections)
 double second_cube(int gap, double sigma, double emission_of_first)
 {
     const int far = 16 + gap;
-    Cloud c(test::voxel_clouds({{Vec3i(0, 0, 0), Vec3i(15, 15, 15)}, {Vec3i(far, 0, 0), Vec3i(far + 15, 15, 15)}}, Vec3d(1.0 / 16), 1.0));
+    Cloud c(test::voxel_clouds({{Vec3i(0, 0, 0), Vec3i(15, 15, 15)}, {Vec3i(far, 0, 0), Vec3i(far + 15, 15, 15)}},
+                               Vec3d(1.0 / 16), 1.0));
     const P1Operator plain(c.index, c.density, c.exposed, {sigma, 0.5, nullptr, 0, true, 1});
     const auto open = closure_exposed(plain);
     const P1Operator p1(c.index, c.density, open, {sigma, 0.5, nullptr, 0, true, 1});
@@ -374,8 +404,8 @@ double second_cube(int gap, double sigma, double emission_of_first)
 
 TEST(SecondMoment, CarriesLightFromCloudToCloud)
 {
-    // Optically thin cubes (tau 0.08): what the second has of the first is int int j / r^2 over both volumes. 512 directions see
-    // a cube at 2 edges' distance as some 20 beams; P1 alone gives it nothing.
+    // Optically thin cubes (tau 0.08): what the second has of the first is int int j / r^2 over both volumes. 512
+    // directions see a cube at 2 edges' distance as some 20 beams; P1 alone gives it nothing.
     constexpr int n = 8, gap = 32;
     double exact = 0;
     for (int a = 0; a < n * n * n; ++a)
@@ -389,8 +419,9 @@ TEST(SecondMoment, CarriesLightFromCloudToCloud)
 
 TEST(SecondMoment, TakesTheAlbedoOfEachVoxelFromItsTint)
 {
-    // Through scatter_p1, at every degree's own scaling, whose beam differs from voxel to voxel: a tint of one value is that albedo. Densities are
-    // scaled before they are interpolated, so nothing but single precision lies between the two.
+    // Through scatter_p1, at every degree's own scaling, whose beam differs from voxel to voxel: a tint of one value is
+    // that albedo. Densities are scaled before they are interpolated, so nothing but single precision lies between the
+    // two.
     const auto grid = test::voxel_field(Vec3i(24), Vec3d(1.0 / 24), [](const Vec3i& p) { return billows(p, 24); });
     const auto tint = test::constant_like(*grid, Vec3f(0.9f, 0.9f, 0.9f));
     Medium medium;

@@ -1,4 +1,5 @@
-// The perturbation series: its radius, its sums and its Galerkin form against direct solves of the same discrete problem.
+// The perturbation series: its radius, its sums and its Galerkin form against direct solves of the same discrete
+// problem.
 #include "vdbcloud/scatter/series.h"
 
 #include "scatter/fields.h"
@@ -15,7 +16,8 @@ namespace {
 struct Slab {
     Slab(int n, double tau_)
         : grid(test::field(Vec3i(8, n, 8), Vec3d(1.0 / n), [](const Vec3i&) { return 1.0; })),
-          index(*grid, {{true, false, true}}), density(index.gather(*grid)), exposed(exposed_voxels(index, density)), tau(tau_)
+          index(*grid, {{true, false, true}}), density(index.gather(*grid)), exposed(exposed_voxels(index, density)),
+          tau(tau_)
     {
         sun.to_light = Vec3d(0.6, 0.8, 0);
         sources.beams.emplace_back(periodic_beam_depths(index, exposed, density, sun), 2.0);
@@ -71,7 +73,8 @@ TEST_P(Series, SumsToTheDirectSolutionInsideItsRadius)
     const auto [g, delta] = GetParam();
     const Slab slab(32, 4);
     SeriesOptions options;
-    const auto series = albedo_series(slab.index, slab.density, slab.exposed, slab.medium(1, g, delta), slab.sources, options);
+    const auto series =
+        albedo_series(slab.index, slab.density, slab.exposed, slab.medium(1, g, delta), slab.sources, options);
     ASSERT_EQ(series.size(), 9u);
     EXPECT_TRUE(series.converged);
     const double beta = 0.2 / series.ratio(), albedo = 1 - beta;
@@ -94,14 +97,16 @@ TEST_P(Series, OfGalerkinHoldsWhereTheSumDiverges)
     const Slab slab(128, 64);
     SeriesOptions options;
     options.galerkin = true;
-    const auto series = albedo_series(slab.index, slab.density, slab.exposed, slab.medium(1, g, delta), slab.sources, options);
+    const auto series =
+        albedo_series(slab.index, slab.density, slab.exposed, slab.medium(1, g, delta), slab.sources, options);
     const auto exact = slab.direct(0.99, g, delta);
     EXPECT_LT(slab.error(series, series_coefficients(series.albedo, series.table, 0.99), exact), 1e-5);
     EXPECT_GT(slab.error(series, partial_sum(series, 0.99), exact), 10);
     EXPECT_GT(0.01 * series.ratio(), 1);
 }
 
-INSTANTIATE_TEST_SUITE_P(Media, Series, testing::Values(SeriesCase{0, true}, SeriesCase{0.5, false}, SeriesCase{0.5, true}));
+INSTANTIATE_TEST_SUITE_P(Media, Series,
+                         testing::Values(SeriesCase{0, true}, SeriesCase{0.5, false}, SeriesCase{0.5, true}));
 
 TEST(Series, GrowsByTheInverseOfTheSlabsRadius)
 {
@@ -110,8 +115,10 @@ TEST(Series, GrowsByTheInverseOfTheSlabsRadius)
         const Slab slab(128, tau);
         SeriesOptions options;
         options.order = 10;
-        const auto series = albedo_series(slab.index, slab.density, slab.exposed, slab.medium(1, g, false), slab.sources, options);
-        // The critical slab, w0 = 1 + r: phi = cos(B x) with D B^2 = r, D = 1 / (3 (1 - w0 g)), B tan(B tau / 2) = 1 / (2 D).
+        const auto series =
+            albedo_series(slab.index, slab.density, slab.exposed, slab.medium(1, g, false), slab.sources, options);
+        // The critical slab, w0 = 1 + r: phi = cos(B x) with D B^2 = r, D = 1 / (3 (1 - w0 g)), B tan(B tau / 2) = 1 /
+        // (2 D).
         double low = 1e-6, high = 0.3;
         for (int k = 0; k < 200; ++k) {
             const double r = (low + high) / 2, d = 1 / (3 * (1 - (1 + r) * g)), b = std::sqrt(r / d);
@@ -128,11 +135,13 @@ TEST(Series, TableInterpolatesAndEndsWhereItSays)
     SeriesOptions options;
     options.galerkin = true;
     options.order = 6;
-    const auto series = albedo_series(slab.index, slab.density, slab.exposed, slab.medium(1, 0.5, true), slab.sources, options);
+    const auto series =
+        albedo_series(slab.index, slab.density, slab.exposed, slab.medium(1, 0.5, true), slab.sources, options);
     for (double albedo : {1.0, 0.9999, 0.997, 0.97, 0.9}) {
         SeriesOptions single = options;
         single.least_albedo = albedo < 1 ? albedo : 0.999;
-        const auto there = albedo_series(slab.index, slab.density, slab.exposed, slab.medium(1, 0.5, true), slab.sources, single);
+        const auto there =
+            albedo_series(slab.index, slab.density, slab.exposed, slab.medium(1, 0.5, true), slab.sources, single);
         const size_t row = albedo < 1 ? 0 : there.albedo.size() - 1;
         const auto c = series_coefficients(series.albedo, series.table, albedo);
         for (size_t j = 0; j < 7; ++j)

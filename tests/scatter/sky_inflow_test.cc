@@ -20,7 +20,8 @@ struct Layer {
         : grid(test::voxel_field(Vec3i(8, n, 8), Vec3d(1.0 / n), [](const Vec3i&) { return 1.0; })),
           index(*grid, {{true, false, true}}), density(index.gather(*grid)), exposed(exposed_voxels(index, density)),
           p1(index, density, exposed, {tau, 1, nullptr, 0, true}), area(64.0 / n / n)
-    {}
+    {
+    }
     double transmitted(const P1Source& source, const std::vector<double>& phi) const
     {
         const P1Budget b = budget(p1, source, phi);
@@ -46,7 +47,8 @@ Sky sky_above()
 
 TEST(SkyInflow, EntersP1ThroughEachSideWithItsOwnStrength)
 {
-    // Marshak, w0 = 1: the net flux is (J_top - J_bottom) / (1 + 3/4 tau), layers and boundaries being exact on the grid.
+    // Marshak, w0 = 1: the net flux is (J_top - J_bottom) / (1 + 3/4 tau), layers and boundaries being exact on the
+    // grid.
     const Layer layer(2, 16);
     const Sky sky = sky_above();
     P1Source source(layer.p1);
@@ -81,7 +83,8 @@ TEST(SkyInflow, EntersSweepsAlongEachDirectionWithItsOwn)
             closure.set_sky(sky_along(layer.index, sky, 0, closure.set().direction));
         else {  // the same power, spread evenly over each half
             std::vector<float> even;
-            for (const Vec3d& s : closure.set().direction) even.push_back(float(sky.mean_inflow(Vec3d(0, s[1] < 0 ? 1 : -1, 0))[0]));
+            for (const Vec3d& s : closure.set().direction)
+                even.push_back(float(sky.mean_inflow(Vec3d(0, s[1] < 0 ? 1 : -1, 0))[0]));
             closure.set_sky(even);
         }
         P1Source base(p1), source(p1);
@@ -100,7 +103,8 @@ TEST(SkyInflow, EntersSweepsAlongEachDirectionWithItsOwn)
     for (size_t k = 0; k < node.size(); ++k) {
         const double mu = (node[k] + 1) / 2, w = pi * weight[k];  // 2 pi dmu
         const test::SlabExact beam({tau, 1, 0, mu, {}, 16});
-        exact += w * sky.radiance(Vec3d(std::sqrt(1 - mu * mu), mu, 0))[0] * (beam.transmitted() + mu * std::exp(-tau / mu));
+        exact +=
+            w * sky.radiance(Vec3d(std::sqrt(1 - mu * mu), mu, 0))[0] * (beam.transmitted() + mu * std::exp(-tau / mu));
         exact += w * sky.radiance(Vec3d(std::sqrt(1 - mu * mu), -mu, 0))[0] * beam.reflected();
     }
     // 128 directions err by 0.13 % under a beam; here the inflow itself is known at 8 heights only.

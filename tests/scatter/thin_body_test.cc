@@ -1,8 +1,8 @@
 // A thin body in the sun: what P1 itself says there, and what the picture is given of it.
-#include "vdbcloud/core/vdb.h"
-#include "vdbcloud/scatter/multiple_scattering.h"
-#include "vdbcloud/scatter/beam.h"
 #include "scatter/fields.h"
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/scatter/beam.h"
+#include "vdbcloud/scatter/multiple_scattering.h"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +17,8 @@ struct ThinBall {
     static constexpr double tau = 0.01, centre = (n - 1) / 2.0, radius = 12;
 
     explicit ThinBall(double g)
-        : grid(test::field(Vec3i(n), Vec3d(1 / radius), [](const Vec3i& p) { return from_centre(p).length() < radius ? 1.0 : 0.0; })),
+        : grid(test::field(Vec3i(n), Vec3d(1 / radius),
+                           [](const Vec3i& p) { return from_centre(p).length() < radius ? 1.0 : 0.0; })),
           index(*grid), density(index.gather(*grid)), exposed(exposed_voxels(index, density)),
           p1(index, density, exposed, {tau, 1, nullptr, g, true}), source(p1)
     {
@@ -46,7 +47,8 @@ TEST(ThinBody, IsNegativeOnItsLitSideWhereP1IsSo)
 {
     // To first order in tau' = sigma_t' R the solution of P1 with Marshak's condition on the true sphere is
     //     phi = tau' E (2/3 + 3 g' x / R):   what leaves is what scatters, 4 pi R^2 phi / 2, and F = -D grad phi + g'/(1-g') E
-    // has no part of its own along x. At the lit pole it is negative from g' = 2/9 on, that is g = 2/7: no defect of the grid.
+    // has no part of its own along x. At the lit pole it is negative from g' = 2/9 on, that is g = 2/7: no defect of
+    // the grid.
     for (double g : {0.0, 0.2, 0.5, 0.85}) {
         const ThinBall ball(g);
         const double scaled_g = g / (1 + g);
@@ -77,10 +79,13 @@ TEST(ThinBody, GivesThePictureARadianceThatIsNotNegative)
     int64_t seen = 0;
     for (size_t slot = 0; slot < ball.index.blocks().count() * 512; ++slot) {
         if (!ball.index.blocks().active(slot)) continue;
-        const Vec3d f(flux[0][slot], flux[1][slot], flux[2][slot]), f0(before[0][slot], before[1][slot], before[2][slot]);
+        const Vec3d f(flux[0][slot], flux[1][slot], flux[2][slot]),
+            f0(before[0][slot], before[1][slot], before[2][slot]);
         EXPECT_LE(f.length(), std::max(0.0, ball.phi[slot]) / 3 * (1 + 1e-6));
-        if (f0.length() > std::max(0.0, ball.phi[slot]) / 3) ++seen;
-        else EXPECT_EQ(f, f0);
+        if (f0.length() > std::max(0.0, ball.phi[slot]) / 3)
+            ++seen;
+        else
+            EXPECT_EQ(f, f0);
         EXPECT_GE(f.dot(f0), 0);
     }
     EXPECT_EQ(limited, seen);

@@ -39,8 +39,8 @@ TEST(Camera, SendsKnownPixelsThroughKnownPoints)
         return Vec3d(ray.origin - ray.direction * (ray.origin[2] / ray.direction[2]));
     };
     expect_near(hit(100, 50), Vec3d(0, 0, 0), 1e-14);
-    expect_near(hit(200, 50), Vec3d(4, 0, 0), 1e-12);   // x of the picture is to the right
-    expect_near(hit(100, 0), Vec3d(0, 2, 0), 1e-12);    // its y is down, and half as high as wide
+    expect_near(hit(200, 50), Vec3d(4, 0, 0), 1e-12);  // x of the picture is to the right
+    expect_near(hit(100, 0), Vec3d(0, 2, 0), 1e-12);   // its y is down, and half as high as wide
     expect_near(hit(0, 100), Vec3d(-4, -2, 0), 1e-12);
 }
 
@@ -128,8 +128,7 @@ TEST_P(AnyProjection, CameraSpaceIsLeftHandedWithDepthAlongZ)
     EXPECT_NEAR(homogeneous(ray.origin + 5.0 * ray.direction, m)[2], v.depth(77, 300, 5), 1e-12);
 }
 
-INSTANTIATE_TEST_SUITE_P(Both, AnyProjection,
-                         testing::Values(Projection::Perspective, Projection::Orthographic));
+INSTANTIATE_TEST_SUITE_P(Both, AnyProjection, testing::Values(Projection::Perspective, Projection::Orthographic));
 
 TEST(Camera, LooksStraightUpAndDownToo)
 {

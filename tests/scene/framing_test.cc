@@ -49,8 +49,7 @@ std::vector<Placement> placements()
     std::vector<Placement> out{Placement{}};
     for (int k = 0; k < 40; ++k) {
         const auto u = [k](int d) { return uniform(hash_bits(7, uint64_t(k), uint64_t(d))) * 2 - 1; };
-        out.push_back(
-            {Vec3d(u(0), u(1), u(2)), pi * u(3), std::pow(10.0, 4 * u(4)), Vec3d(u(5), u(6), u(7)) * 20.0});
+        out.push_back({Vec3d(u(0), u(1), u(2)), pi * u(3), std::pow(10.0, 4 * u(4)), Vec3d(u(5), u(6), u(7)) * 20.0});
     }
     return out;
 }
@@ -59,8 +58,7 @@ class Framing : public testing::TestWithParam<Projection> {};
 
 TEST_P(Framing, HoldsEveryCornerWithinTheMarginAndTouchesIt)
 {
-    for (const ImageSize& size :
-         {ImageSize{512, 512, 1, {}}, ImageSize{640, 200, 1, {}}, ImageSize{100, 300, 1.5, {}}})
+    for (const ImageSize& size : {ImageSize{512, 512, 1, {}}, ImageSize{640, 200, 1, {}}, ImageSize{100, 300, 1.5, {}}})
         for (const Placement& where : placements()) {
             FramingOptions options;
             options.projection = GetParam();
@@ -75,8 +73,7 @@ TEST_P(Framing, HoldsEveryCornerWithinTheMarginAndTouchesIt)
                 top = std::min(top, at[1]);
                 bottom = std::min(bottom, 1 - at[1]);
             }
-            const double slack =
-                1e-9 * (1 + where.shift.length() / where.scale); // rounding far from the origin
+            const double slack = 1e-9 * (1 + where.shift.length() / where.scale);  // rounding far from the origin
             EXPECT_GE(std::min({left, right, top, bottom}), 0.1 - slack);
             // As large as it fits: both edges of one axis are reached.
             EXPECT_NEAR(std::min(std::max(left, right), std::max(top, bottom)), 0.1, slack);
@@ -118,12 +115,11 @@ TEST(DefaultView, IsNearlyLevelFromTheFrontWhicheverWayIsUp)
 {
     const Vec3d y = default_view_direction(Vec3d(0, 1, 0));
     EXPECT_NEAR(y.length(), 1, 1e-14);
-    EXPECT_LT(y[2], -0.5);           // from +Z
-    EXPECT_LT(y[0], 0);              // and +X
-    EXPECT_GT(y[1], 0);              // a little upwards
+    EXPECT_LT(y[2], -0.5);  // from +Z
+    EXPECT_LT(y[0], 0);     // and +X
+    EXPECT_GT(y[1], 0);     // a little upwards
     EXPECT_LT(y[1], 0.3);
-    const Vec3d z =
-        default_view_direction(Vec3d(0, 0, 2)); // +Y to +Z takes +Z to -Y: a front view of a Z-up program
+    const Vec3d z = default_view_direction(Vec3d(0, 0, 2));  // +Y to +Z takes +Z to -Y: a front view of a Z-up program
     EXPECT_NEAR(z[2], y[1], 1e-14);
     EXPECT_NEAR(z[1], -y[2], 1e-14);
     EXPECT_NEAR(default_view_direction(Vec3d(0, -1, 0)).dot(Vec3d(0, -1, 0)), y[1], 1e-14);

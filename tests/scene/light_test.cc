@@ -3,7 +3,8 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 
 #include <gtest/gtest.h>

@@ -10,7 +10,8 @@
 namespace vdbcloud::sim::test {
 
 /// A dry Boussinesq box without any effect, in double, with unlimited scalars: to be adorned.
-inline Parameters bare(std::array<int, 3> n, std::array<double, 3> size, Side x = Side::Periodic, Side y = Side::Periodic)
+inline Parameters bare(std::array<int, 3> n, std::array<double, 3> size, Side x = Side::Periodic,
+                       Side y = Side::Periodic)
 {
     Parameters p;
     p.lattice = {n, {size[0] / n[0], size[1] / n[1], size[2] / n[2]}, {x, y}};
@@ -41,13 +42,15 @@ inline std::vector<double> all_cloud(const Simulation& s)
 }
 
 /// f(x, y, z) at the places of `q`.
-inline std::vector<double> values_at(const Lattice& l, Quantity q, const std::function<double(double, double, double)>& f)
+inline std::vector<double> values_at(const Lattice& l, Quantity q,
+                                     const std::function<double(double, double, double)>& f)
 {
     std::vector<double> values;
     const double sx = q == Quantity::U ? 0 : 0.5, sy = q == Quantity::V ? 0 : 0.5, sz = q == Quantity::W ? 0 : 0.5;
     for (int k = 0; k < l.n[2]; ++k)
         for (int j = 0; j < l.n[1]; ++j)
-            for (int i = 0; i < l.n[0]; ++i) values.push_back(f((i + sx) * l.h[0], (j + sy) * l.h[1], (k + sz) * l.h[2]));
+            for (int i = 0; i < l.n[0]; ++i)
+                values.push_back(f((i + sx) * l.h[0], (j + sy) * l.h[1], (k + sz) * l.h[2]));
     return values;
 }
 

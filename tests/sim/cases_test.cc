@@ -1,6 +1,6 @@
-// Published cases, at two or (SIZE=full) three resolutions. Their published values come from compressible equations; ours
-// are the Boussinesq set's own, so that what is asserted is convergence, ranges that theory gives, and what must be conserved.
-// Each prints a line of the table in docs/cloudsim.md.
+// Published cases, at two or (SIZE=full) three resolutions. Their published values come from compressible equations;
+// ours are the Boussinesq set's own, so that what is asserted is convergence, ranges that theory gives, and what must
+// be conserved. Each prints a line of the table in docs/cloudsim.md.
 #include "air.h"
 #include "support/size.h"
 
@@ -17,8 +17,8 @@ struct Current {
     double front, coldest, rise, sink;
 };
 
-/// Straka et al. 1993: a cold bubble of -15 K falls and spreads, viscosity 75 m^2/s, 900 s; half of the domain, with a wall
-/// for its symmetry.
+/// Straka et al. 1993: a cold bubble of -15 K falls and spreads, viscosity 75 m^2/s, 900 s; half of the domain, with a
+/// wall for its symmetry.
 Current density_current(double h)
 {
     Parameters p = bare({int(25600 / h), 1, int(6400 / h)}, {25600, 25600, 6400}, Side::Wall);
@@ -36,8 +36,8 @@ Current density_current(double h)
         const double a = theta[size_t(i)] - 299, d = theta[size_t(i) + 1] - 299;
         if (a < 0 && d >= 0) c.front = (i + 0.5 + a / (a - d)) * h;
     }
-    std::printf("| density current | %.0f m | front %.2f km, theta'_min %.2f K, w %.1f..%.1f m/s |\n", h, c.front / 1000, c.coldest,
-                c.sink, c.rise);
+    std::printf("| density current | %.0f m | front %.2f km, theta'_min %.2f K, w %.1f..%.1f m/s |\n", h,
+                c.front / 1000, c.coldest, c.sink, c.rise);
     return c;
 }
 
@@ -83,7 +83,8 @@ TEST(Cases, TheWarmBubbleRisesToNearlyTheSameHeightOnEveryGrid)
     double coarse, middle, fine;
     warm_bubble(2 * h, coarse), warm_bubble(h, middle);
     const Budget b = warm_bubble(h / 2, fine);
-    // Without viscosity the rim of the bubble sharpens for ever: extremes do not converge, the height of the heat nearly does.
+    // Without viscosity the rim of the bubble sharpens for ever: extremes do not converge, the height of the heat
+    // nearly does.
     EXPECT_NEAR(fine / middle, 1, 0.04);
     EXPECT_NEAR(middle / coarse, 1, 0.04);
     EXPECT_GT(b.w_max, 8);
@@ -91,8 +92,8 @@ TEST(Cases, TheWarmBubbleRisesToNearlyTheSameHeightOnEveryGrid)
     EXPECT_LE(b.theta_max, 302 + 1e-9);
 }
 
-/// An isolated thermal: Scorer 1957, w = C sqrt(b r), r grows as alpha z. Radius from the second moment of dye that begins as heat does (of a
-/// uniform sphere, <x^2 + y^2> = 2/5 r^2), between two times.
+/// An isolated thermal: Scorer 1957, w = C sqrt(b r), r grows as alpha z. Radius from the second moment of dye that
+/// begins as heat does (of a uniform sphere, <x^2 + y^2> = 2/5 r^2), between two times.
 void thermal(int n, double& alpha, double& c)
 {
     const double size = 4000, h = size / n;
@@ -113,7 +114,8 @@ void thermal(int n, double& alpha, double& c)
             const double excess = dye[cell];
             const double x = (double(cell % size_t(n)) + 0.5) * h - 2000;
             const double y = (double(cell / size_t(n) % size_t(n)) + 0.5) * h - 2000;
-            sum += excess, height += excess * (double(cell / size_t(n * n)) + 0.5) * h, spread += excess * (x * x + y * y);
+            sum += excess, height += excess * (double(cell / size_t(n * n)) + 0.5) * h,
+                spread += excess * (x * x + y * y);
         }
         z[step] = height / sum, r[step] = std::sqrt(2.5 * spread / sum), heat = sum * h * h * h;
     }
@@ -121,8 +123,8 @@ void thermal(int n, double& alpha, double& c)
     const double radius = 0.5 * (r[0] + r[1]), w = (z[1] - z[0]) / (times[1] - times[0]);
     const double b = 9.81 / 300 * heat / (4 * M_PI / 3 * radius * radius * radius);
     c = w / std::sqrt(b * radius);
-    std::printf("| thermal | %.0f m | alpha %.3f, C %.2f, radius %.0f -> %.0f m, height %.0f -> %.0f m |\n", h, alpha, c, r[0],
-                r[1], z[0], z[1]);
+    std::printf("| thermal | %.0f m | alpha %.3f, C %.2f, radius %.0f -> %.0f m, height %.0f -> %.0f m |\n", h, alpha,
+                c, r[0], r[1], z[0], z[1]);
 }
 
 TEST(Cases, AnIsolatedThermalEntrainsAsLaboratoryOnesDo)

@@ -54,8 +54,8 @@ std::unique_ptr<Simulation> wave_box(const Wave& wave, int n, ScalarScheme schem
     p.dt = 1;  // N dt = 0.02: what is left of the error is the grid's
     auto sim = Simulation::make(p, wave.sounding());
     sim->set(Quantity::U, values_at(p.lattice, Quantity::U, [&](double x, double, double z) {
-        return -wave.amplitude * wave.m / wave.k * std::sin(wave.k * x) * std::cos(wave.m * z);
-    }));
+                 return -wave.amplitude * wave.m / wave.k * std::sin(wave.k * x) * std::cos(wave.m * z);
+             }));
     sim->set(Quantity::W, values_at(p.lattice, Quantity::W, [&](double x, double, double z) { return wave.w(x, z); }));
     sim->start();
     return sim;
@@ -67,9 +67,8 @@ double wave_error(int n, ScalarScheme scheme)
     auto sim = wave_box(wave, n, scheme);
     const double t = 0.7 * 2 * M_PI / wave.omega();
     sim->advance_to(t);
-    const auto exact = values_at(sim->parameters().lattice, Quantity::W, [&](double x, double, double z) {
-        return wave.w(x, z) * std::cos(wave.omega() * t);
-    });
+    const auto exact = values_at(sim->parameters().lattice, Quantity::W,
+                                 [&](double x, double, double z) { return wave.w(x, z) * std::cos(wave.omega() * t); });
     return rms(all(*sim, Quantity::W), exact) / wave.amplitude;
 }
 
@@ -88,8 +87,8 @@ TEST(Flow, TheFrequencyOfAnInternalWaveIsTheAnalyticOne)
     // Where the projection of w on the mode passes zero for the first time, at a quarter of the period.
     const Wave wave;
     auto sim = wave_box(wave, 32, ScalarScheme::Limited5);
-    const auto mode = values_at(sim->parameters().lattice, Quantity::W,
-                                [&](double x, double, double z) { return wave.w(x, z); });
+    const auto mode =
+        values_at(sim->parameters().lattice, Quantity::W, [&](double x, double, double z) { return wave.w(x, z); });
     const auto projected = [&] {
         const auto w = all(*sim, Quantity::W);
         double sum = 0;
@@ -121,11 +120,11 @@ std::vector<double> convect(TimeScheme scheme, int steps)
     p.dt = end / steps;
     auto sim = Simulation::make(p, Sounding::uniform(300));
     sim->set(Quantity::Theta, values_at(p.lattice, Quantity::Theta, [](double x, double, double z) {
-        return 300 + 0.5 * std::cos(2 * M_PI * x / 1600) * std::sin(M_PI * z / 1600) + 2e-3 * z;
-    }));
+                 return 300 + 0.5 * std::cos(2 * M_PI * x / 1600) * std::sin(M_PI * z / 1600) + 2e-3 * z;
+             }));
     sim->set(Quantity::U, values_at(p.lattice, Quantity::U, [](double x, double, double z) {
-        return 2 * std::sin(2 * M_PI * x / 1600 + 1) * std::cos(M_PI * z / 1600);
-    }));
+                 return 2 * std::sin(2 * M_PI * x / 1600 + 1) * std::cos(M_PI * z / 1600);
+             }));
     sim->start();
     sim->advance_to(end);
     EXPECT_EQ(sim->budget().steps, uint64_t(steps)) << "the step was split: the test needs a smaller one";
@@ -135,8 +134,10 @@ std::vector<double> convect(TimeScheme scheme, int steps)
 TEST(Flow, TimeStepsHaveTheirOrderWithFrictionAndPressure)
 {
     const auto exact = convect(TimeScheme::Rk3, 512);
-    const struct { TimeScheme scheme; double order; } cases[] = {
-        {TimeScheme::Euler, 1}, {TimeScheme::Rk2, 2}, {TimeScheme::Rk3, 3}};
+    const struct {
+        TimeScheme scheme;
+        double order;
+    } cases[] = {{TimeScheme::Euler, 1}, {TimeScheme::Rk2, 2}, {TimeScheme::Rk3, 3}};
     for (const auto& c : cases) {
         const double coarse = rms(convect(c.scheme, 32), exact), fine = rms(convect(c.scheme, 64), exact);
         EXPECT_NEAR(std::log2(coarse / fine), c.order, 0.2) << "order " << c.order;
@@ -189,11 +190,11 @@ TEST(Flow, EnergyOfAnInviscidFlowDoesNotGrow)
     Parameters p = bare({24, 24, 24}, {1, 1, 1});
     auto sim = Simulation::make(p, Sounding::uniform(300));
     sim->set(Quantity::U, values_at(p.lattice, Quantity::U, [](double x, double y, double z) {
-        return std::sin(2 * M_PI * x) * std::cos(2 * M_PI * y) * std::cos(M_PI * z);
-    }));
+                 return std::sin(2 * M_PI * x) * std::cos(2 * M_PI * y) * std::cos(M_PI * z);
+             }));
     sim->set(Quantity::V, values_at(p.lattice, Quantity::V, [](double x, double y, double z) {
-        return -std::cos(2 * M_PI * x) * std::sin(2 * M_PI * y) * std::cos(M_PI * z);
-    }));
+                 return -std::cos(2 * M_PI * x) * std::sin(2 * M_PI * y) * std::cos(M_PI * z);
+             }));
     sim->start();
     double before = sim->budget().kinetic;
     ASSERT_GT(before, 0.05);

@@ -48,8 +48,13 @@ TEST(Hard, AnInversionOfTwentyKelvinInOneCellIsALid)
         Parameters p = moist({32, 1, 32}, {3200, 3200, 3200}, precision);
         p.dye = true;
         p.bubbles.push_back({{1600, 0, 500}, 500, 400, 2, 1e-3, 1});
-        const Sounding capped{"capped", {0, 1599, 1601, 3200}, {300, 300, 320, 324}, {0.013, 0.013, 0.002, 0.002}, {0, 0, 0, 0},
-                              {0, 0, 0, 0}, 0};
+        const Sounding capped{"capped",
+                              {0, 1599, 1601, 3200},
+                              {300, 300, 320, 324},
+                              {0.013, 0.013, 0.002, 0.002},
+                              {0, 0, 0, 0},
+                              {0, 0, 0, 0},
+                              0};
         auto sim = Simulation::make(p, capped);
         sim->advance_to(1200);
         expect_kept(*sim);

@@ -1,6 +1,6 @@
-// A given moist flow made a solution by sources in every equation: momentum, heat and water. Then all that the model does at
-// once - advection, pressure, buoyancy of vapour and cloud, saturation by temperature, friction, viscosity, diffusion -
-// must converge to it with its order in h and in dt.
+// A given moist flow made a solution by sources in every equation: momentum, heat and water. Then all that the model
+// does at once - advection, pressure, buoyancy of vapour and cloud, saturation by temperature, friction, viscosity,
+// diffusion - must converge to it with its order in h and in dt.
 #include "air.h"
 
 #include <gtest/gtest.h>
@@ -32,15 +32,21 @@ struct Mode {
     Jet at(const At& p) const
     {
         const double px = a * p.x + phase_x, py = b * p.y + phase_y, pz = m * p.z + phase_z, pt = w * p.t + shift;
-        const double cx = std::cos(px), cy = std::cos(py), cz = std::cos(pz), ct = std::cos(pt), f = c * cx * cy * cz * ct;
-        return {f, -w * c * cx * cy * cz * std::sin(pt), -a * c * std::sin(px) * cy * cz * ct, -b * c * cx * std::sin(py) * cz * ct,
-                -m * c * cx * cy * std::sin(pz) * ct, -(a * a + b * b + m * m) * f};
+        const double cx = std::cos(px), cy = std::cos(py), cz = std::cos(pz), ct = std::cos(pt),
+                     f = c * cx * cy * cz * ct;
+        return {f,
+                -w * c * cx * cy * cz * std::sin(pt),
+                -a * c * std::sin(px) * cy * cz * ct,
+                -b * c * cx * std::sin(py) * cz * ct,
+                -m * c * cx * cy * std::sin(pz) * ct,
+                -(a * a + b * b + m * m) * f};
     }
 };
 
 constexpr double sine = -M_PI / 2, length = 2000, height = 1000, end = 60;
 
-/// The given flow: solenoidal, with a pressure of its own, in a wind; saturated everywhere, or on the crests of a wave of water only.
+/// The given flow: solenoidal, with a pressure of its own, in a wind; saturated everywhere, or on the crests of a wave
+/// of water only.
 struct Flow {
     bool deep, straddling;
     double a = 2 * M_PI / length, b = deep ? 2 * M_PI / length : 0, m = M_PI / height, w = 2 * M_PI / 300;
@@ -79,7 +85,8 @@ struct Flow {
         return p;
     }
 
-    /// Buoyancy at any height, to a function of it: g (theta/theta0 + 0.608 q_v - q_l), in a column of one theta_l and one q_t.
+    /// Buoyancy at any height, to a function of it: g (theta/theta0 + 0.608 q_v - q_l), in a column of one theta_l and
+    /// one q_t.
     double buoyancy(const At& p, const Parameters& q) const
     {
         const Constants& k = q.constants;
@@ -88,7 +95,8 @@ struct Flow {
         level.exner = 1 - k.g * p.z / (k.cp * theta_v);
         level.pressure = 1e5 * std::pow(level.exner, k.cp / k.r_dry);
         level.heat = k.latent_heat / k.cp / level.exner;
-        const double q_t = water(p).f, q_l = Thermodynamics(k, q.moist, true).cloud_water(level, theta(p).f - k.theta0, q_t);
+        const double q_t = water(p).f,
+                     q_l = Thermodynamics(k, q.moist, true).cloud_water(level, theta(p).f - k.theta0, q_t);
         return k.g * ((theta(p).f + level.heat * q_l) / k.theta0 + 0.608 * (q_t - q_l) - q_l);
     }
 
@@ -108,13 +116,12 @@ struct Flow {
         };
         add(Quantity::U, [=](const At& at) { return moved(flow.u(at), at, flow.pressure(at).x); });
         add(Quantity::V, [=](const At& at) { return moved(flow.v(at), at, flow.pressure(at).y); });
-        add(Quantity::W, [=](const At& at) { return moved(flow.up(at), at, flow.pressure(at).z - flow.buoyancy(at, p)); });
-        add(Quantity::Theta, [=](const At& at) {
-            return flow.transported(flow.theta(at), at) - flow.kappa * flow.theta(at).laplacian;
-        });
-        add(Quantity::Water, [=](const At& at) {
-            return flow.transported(flow.water(at), at) - flow.kappa * flow.water(at).laplacian;
-        });
+        add(Quantity::W,
+            [=](const At& at) { return moved(flow.up(at), at, flow.pressure(at).z - flow.buoyancy(at, p)); });
+        add(Quantity::Theta,
+            [=](const At& at) { return flow.transported(flow.theta(at), at) - flow.kappa * flow.theta(at).laplacian; });
+        add(Quantity::Water,
+            [=](const At& at) { return flow.transported(flow.water(at), at) - flow.kappa * flow.water(at).laplacian; });
         for (const Quantity q : {Quantity::U, Quantity::V, Quantity::W, Quantity::Theta, Quantity::Water})
             if (sim->has(q)) sim->set(q, given(q, p, 0));
         sim->start();
@@ -125,8 +132,12 @@ struct Flow {
     {
         return values_at(p.lattice, q, [&](double x, double y, double z) {
             const At at{x, y, z, t};
-            return (q == Quantity::U ? u(at) : q == Quantity::V ? v(at) : q == Quantity::W ? up(at)
-                    : q == Quantity::Theta ? theta(at) : water(at)).f;
+            return (q == Quantity::U       ? u(at)
+                    : q == Quantity::V     ? v(at)
+                    : q == Quantity::W     ? up(at)
+                    : q == Quantity::Theta ? theta(at)
+                                           : water(at))
+                .f;
         });
     }
 };
@@ -148,13 +159,16 @@ Errors errors(const Flow& flow, int n)
     size_t dry = 0;
     for (size_t c = 0; c < theta.size(); ++c) {
         const Level& level = sim->column().level[c / (theta.size() / size_t(p.lattice.n[2]))];
-        cloud.push_back(thermo.cloud_water(level, theta[c] - thermo.reference().theta, water[c] - thermo.reference().water));
+        cloud.push_back(
+            thermo.cloud_water(level, theta[c] - thermo.reference().theta, water[c] - thermo.reference().water));
         dry += cloud.back() == 0;
     }
     EXPECT_LT(std::abs(sim->budget().water_drift), 1e-11);  // sources included
     EXPECT_EQ(sim->budget().fault, "");
-    if (flow.straddling) EXPECT_TRUE(dry > cloud.size() / 10 && dry < cloud.size() * 9 / 10) << dry;
-    else EXPECT_EQ(dry, 0u);
+    if (flow.straddling)
+        EXPECT_TRUE(dry > cloud.size() / 10 && dry < cloud.size() * 9 / 10) << dry;
+    else
+        EXPECT_EQ(dry, 0u);
     return {std::hypot(error(Quantity::U), error(Quantity::V), error(Quantity::W)), error(Quantity::Theta),
             1e3 * error(Quantity::Water), 1e3 * rms(all_cloud(*sim), cloud)};
 }
@@ -165,7 +179,8 @@ void expect_order(const char* what, const Flow& flow, int n, double order)
     const auto rate = [](double a, double b) { return std::log2(a / b); };
     const double speed = rate(coarse.speed, fine.speed), theta = rate(coarse.theta, fine.theta);
     const double water = rate(coarse.water, fine.water), cloud = rate(coarse.cloud, fine.cloud);
-    std::printf("| %s | %d to %d | %.2f | %.2f | %.2f | %.2f | %.1e |\n", what, n, 2 * n, speed, theta, water, cloud, fine.speed);
+    std::printf("| %s | %d to %d | %.2f | %.2f | %.2f | %.2f | %.1e |\n", what, n, 2 * n, speed, theta, water, cloud,
+                fine.speed);
     EXPECT_GT(speed, order) << what;
     EXPECT_GT(theta, order) << what;
     EXPECT_GT(water, order) << what;

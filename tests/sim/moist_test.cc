@@ -74,8 +74,9 @@ Parameters moist_box(int n, Precision precision)
     return p;
 }
 
-/// Largest difference of velocities between an everywhere saturated run and its dry twin, over the largest velocity. The bubble of 1 K
-/// overturns within 300 s and rolls up. `sounding_water` is what the environment says, from which fields are counted.
+/// Largest difference of velocities between an everywhere saturated run and its dry twin, over the largest velocity.
+/// The bubble of 1 K overturns within 300 s and rolls up. `sounding_water` is what the environment says, from which
+/// fields are counted.
 double twin_difference(Precision precision, double end, double sounding_water)
 {
     Parameters moist = moist_box(32, precision);
@@ -101,7 +102,8 @@ double twin_difference(Precision precision, double end, double sounding_water)
     const auto w = all(*a, Quantity::W);
     EXPECT_GT(largest(w), 0.1);
     return std::max(largest_difference(w, all(*b, Quantity::W)),
-                    largest_difference(all(*a, Quantity::U), all(*b, Quantity::U))) / largest(w);
+                    largest_difference(all(*a, Quantity::U), all(*b, Quantity::U))) /
+           largest(w);
 }
 
 TEST(MoistFlow, SaturatedEverywhereMovesLikeItsDryTwin)
@@ -125,8 +127,9 @@ double growth_error(bool saturated, double friction)
     Sounding s{"layer", {0, height}, {300, 300 + slope * height}, {0, 0}, {0, 0}, {0, 0}, 0};
     const double heat = p.constants.latent_heat / p.constants.cp;
     if (saturated) {
-        // theta_l rises so that theta = theta_l + (L/cp)(q_t - q_s(z)) has the same gradient everywhere: stable dry, and
-        // unstable by what the vapour gives. Saturation is linear enough only if taken as it is, so build theta_l from it.
+        // theta_l rises so that theta = theta_l + (L/cp)(q_t - q_s(z)) has the same gradient everywhere: stable dry,
+        // and unstable by what the vapour gives. Saturation is linear enough only if taken as it is, so build theta_l
+        // from it.
         p.moisture = true;
         p.moist.by = SaturationBy::Height;
         p.q_scale_height = 4000;
@@ -147,13 +150,13 @@ double growth_error(bool saturated, double friction)
     const auto mode = [&](double x, double, double z) { return std::cos(k * x) * std::sin(m * z); };
     // The growing mode: theta' = -slope w / rate.
     const double a = 1e-5;
-    sim->set(Quantity::W, values_at(p.lattice, Quantity::W, [&](double x, double y, double z) { return a * mode(x, y, z); }));
+    sim->set(Quantity::W,
+             values_at(p.lattice, Quantity::W, [&](double x, double y, double z) { return a * mode(x, y, z); }));
     sim->set(Quantity::U, values_at(p.lattice, Quantity::U, [&](double x, double, double z) {
-        return -a * m / k * std::sin(k * x) * std::cos(m * z);
-    }));
-    std::vector<double> theta = values_at(p.lattice, Quantity::Theta, [&](double x, double y, double z) {
-        return -slope * a * mode(x, y, z) / rate;
-    });
+                 return -a * m / k * std::sin(k * x) * std::cos(m * z);
+             }));
+    std::vector<double> theta = values_at(
+        p.lattice, Quantity::Theta, [&](double x, double y, double z) { return -slope * a * mode(x, y, z) / rate; });
     const auto base = all(*sim, Quantity::Theta);
     for (size_t i = 0; i < theta.size(); ++i) theta[i] += base[i];
     sim->set(Quantity::Theta, theta);
@@ -198,12 +201,14 @@ TEST(MoistFlow, CloudBaseIsTheLiftingLevel)
     q.bubbles = {{{2000, 0, 500}, 800, 450, 1, 0, 0}};
     q.lattice = {{64, 1, 80}, {50, 50, 25}, {Side::Periodic, Side::Periodic}};
     const double water = 0.014;
-    auto moist = Simulation::make(q, {"mixed", {0, 700, 2000}, {300, 300, 303}, {water, water, 0.004}, {0, 0, 0}, {0, 0, 0}, 0});
+    auto moist =
+        Simulation::make(q, {"mixed", {0, 700, 2000}, {300, 300, 303}, {water, water, 0.004}, {0, 0, 0}, {0, 0, 0}, 0});
     moist->advance_to(600);
     double lift = 0;
     for (double a = 0, b = 2000; b - a > 1e-6;) {
         lift = 0.5 * (a + b);
-        const double exner = 1 - 9.81 * lift / (1004 * 300 * (1 + 0.608 * water)), pressure = 1e5 * std::pow(exner, 1004 / 287.05);
+        const double exner = 1 - 9.81 * lift / (1004 * 300 * (1 + 0.608 * water)),
+                     pressure = 1e5 * std::pow(exner, 1004 / 287.05);
         (thermo.saturation(300 * exner, pressure) > water ? a : b) = lift;
     }
     ASSERT_GT(moist->budget().cloud_max, 1e-4);
@@ -244,7 +249,8 @@ TEST(MoistFlow, BudgetsCloseAndNothingLeavesItsBounds)
         p.scalar_scheme = ScalarScheme::Limited5;
         p.bubbles.push_back({{1200, 1200, 500}, 600, 450, 2, 2e-3, 0});
         p.noise = {0.1, 1e-4, 1000, 3};
-        auto sim = Simulation::make(p, {"s", {0, 800, 2400}, {300, 300, 306}, {0.014, 0.013, 0}, {0, 0, 0}, {0, 0, 0}, 0});
+        auto sim =
+            Simulation::make(p, {"s", {0, 800, 2400}, {300, 300, 306}, {0.014, 0.013, 0}, {0, 0, 0}, {0, 0, 0}, 0});
         sim->advance_to(600);
         const Budget b = sim->budget();
         const bool single = precision == Precision::Float;
@@ -286,8 +292,8 @@ TEST(MoistFlow, ASymmetricStartStaysSymmetric)
     }
 }
 
-/// Cloud in a wave of water that a uniform wind carries while it diffuses: q_t = mean + a exp(-kappa k^2 t) sin k(x - U t), an
-/// exact solution, with q_l = max(q_t - q_s(z), 0). Returns the mean error of q_l over its mean.
+/// Cloud in a wave of water that a uniform wind carries while it diffuses: q_t = mean + a exp(-kappa k^2 t) sin k(x - U
+/// t), an exact solution, with q_l = max(q_t - q_s(z), 0). Returns the mean error of q_l over its mean.
 double moving_cloud_error(int n, double mean)
 {
     const double length = 4000, k = 2 * M_PI / length, wind = 10, kappa = 2000, end = 100, a = 2e-3;
@@ -321,7 +327,8 @@ double moving_cloud_error(int n, double mean)
 TEST(MoistFlow, ACloudThatIsCarriedAndMixedConvergesAtSecondOrder)
 {
     for (const double mean : {0.03, 0.0195}) {  // everywhere saturated; saturated on the crests only
-        const double coarse = moving_cloud_error(16, mean), middle = moving_cloud_error(32, mean), fine = moving_cloud_error(64, mean);
+        const double coarse = moving_cloud_error(16, mean), middle = moving_cloud_error(32, mean),
+                     fine = moving_cloud_error(64, mean);
         EXPECT_GT(std::log2(coarse / middle), 1.7) << mean;
         EXPECT_GT(std::log2(middle / fine), 1.8) << mean;
     }
@@ -343,8 +350,8 @@ std::vector<double> lifted(double end, double dt, double& cloud)
     }
     auto sim = Simulation::make(p, s);
     sim->set(Quantity::Theta, values_at(p.lattice, Quantity::Theta, [](double x, double, double z) {
-        return 300 + 0.3 * std::cos(2 * M_PI * x / 2400) * std::sin(M_PI * z / 2400);
-    }));
+                 return 300 + 0.3 * std::cos(2 * M_PI * x / 2400) * std::sin(M_PI * z / 2400);
+             }));
     sim->start();
     sim->advance_to(end);
     cloud = sim->budget().cloud_max;

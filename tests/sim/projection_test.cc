@@ -1,4 +1,5 @@
-// The projection: what it leaves is round-off, what has no divergence it leaves alone, for every kind of side and shape.
+// The projection: what it leaves is round-off, what has no divergence it leaves alone, for every kind of side and
+// shape.
 #include "vdbcloud/sim/projection.h"
 
 #include "vdbcloud/core/random.h"
@@ -10,7 +11,8 @@
 namespace vdbcloud::sim {
 namespace {
 
-template<typename T> struct Winds {
+template<typename T>
+struct Winds {
     Field<T> u, v, w;
     explicit Winds(const Lattice& l)
     {
@@ -58,7 +60,8 @@ protected:
         for (int k = 0; k <= nz; ++k) rho.face[size_t(k)] = std::exp(-1.5 * k / nz);
         return rho;
     }
-    template<typename T> static double remaining_divergence()
+    template<typename T>
+    static double remaining_divergence()
     {
         const Lattice l = lattice();
         Projection<T> projection(l, density());
@@ -130,16 +133,16 @@ TEST_P(ProjectionOf, TheChangeIsOrthogonalToWhatIsKept)
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, ProjectionOf,
-    testing::Values(Case{{16, 12, 10}, {1, 1, 1}, Side::Periodic, Side::Periodic, false},
-                    Case{{15, 13, 11}, {1, 2, 0.5}, Side::Periodic, Side::Periodic, false},
-                    Case{{16, 12, 10}, {1, 1, 1}, Side::Wall, Side::Wall, false},
-                    Case{{16, 12, 10}, {1, 1, 1}, Side::Open, Side::Open, false},
-                    Case{{9, 14, 17}, {20, 3, 1}, Side::Wall, Side::Periodic, true},
-                    Case{{12, 9, 17}, {3, 1, 20}, Side::Periodic, Side::Open, true},
-                    Case{{24, 1, 16}, {1, 1, 1}, Side::Periodic, Side::Periodic, false},
-                    Case{{1, 24, 16}, {1, 1, 1}, Side::Periodic, Side::Wall, false},
-                    Case{{2, 3, 2}, {1, 1, 1}, Side::Periodic, Side::Wall, false},
-                    Case{{64, 64, 64}, {10, 10, 10}, Side::Periodic, Side::Periodic, true}));
+                         testing::Values(Case{{16, 12, 10}, {1, 1, 1}, Side::Periodic, Side::Periodic, false},
+                                         Case{{15, 13, 11}, {1, 2, 0.5}, Side::Periodic, Side::Periodic, false},
+                                         Case{{16, 12, 10}, {1, 1, 1}, Side::Wall, Side::Wall, false},
+                                         Case{{16, 12, 10}, {1, 1, 1}, Side::Open, Side::Open, false},
+                                         Case{{9, 14, 17}, {20, 3, 1}, Side::Wall, Side::Periodic, true},
+                                         Case{{12, 9, 17}, {3, 1, 20}, Side::Periodic, Side::Open, true},
+                                         Case{{24, 1, 16}, {1, 1, 1}, Side::Periodic, Side::Periodic, false},
+                                         Case{{1, 24, 16}, {1, 1, 1}, Side::Periodic, Side::Wall, false},
+                                         Case{{2, 3, 2}, {1, 1, 1}, Side::Periodic, Side::Wall, false},
+                                         Case{{64, 64, 64}, {10, 10, 10}, Side::Periodic, Side::Periodic, true}));
 
 TEST(Projection, OfAPlaneWaveIsItsTransversePart)
 {

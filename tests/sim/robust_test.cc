@@ -158,7 +158,8 @@ double carried_error(int n, bool maccormack)
     auto sim = Simulation::make(p, {"wind", {0}, {300}, {0}, {10}, {5}, 0});
     const auto blob = [&](double t) {
         return values_at(p.lattice, Quantity::Dye, [&, t](double x, double y, double) {
-            const double r = std::hypot(std::remainder(x - 500 - 10 * t, 1000), std::remainder(y - 500 - 5 * t, 1000)) / 300;
+            const double r =
+                std::hypot(std::remainder(x - 500 - 10 * t, 1000), std::remainder(y - 500 - 5 * t, 1000)) / 300;
             return r < 1 ? std::pow(std::cos(M_PI / 2 * r), 4) : 0.0;
         });
     };
@@ -181,8 +182,8 @@ TEST(Robust, HugeStepsAreOfFirstOrderAndOfSecondWithMacCormack)
     EXPECT_LT(std::log2(linear[0] / linear[1]), 1.3);
     EXPECT_GT(std::log2(corrected[0] / corrected[1]), 1.6);
     EXPECT_LT(corrected[1], 0.4 * linear[1]);  // clamping flattens the peak
-    std::printf("huge steps, error at 48 and 96 cells: %.3f %.3f, with MacCormack %.4f %.4f\n", linear[0], linear[1], corrected[0],
-                corrected[1]);
+    std::printf("huge steps, error at 48 and 96 cells: %.3f %.3f, with MacCormack %.4f %.4f\n", linear[0], linear[1],
+                corrected[0], corrected[1]);
 }
 
 TEST(Robust, HugeStepsMayKeepTheirBudgets)
@@ -262,7 +263,8 @@ void watch(Simulation& sim, bool single)
         ASSERT_GE(b.water_min, 0);
         if (b.new_extrema >= 0 && p.time_scheme != TimeScheme::HugeStep) {
             // What divergence is left compresses what it carries: nothing to see but in boxes far from cubes in float.
-            ASSERT_LE(b.new_extrema, (single ? 1e-5 : 1e-12) + 200 * b.divergence) << "after " << b.time << " s, " << b.steps << " steps";
+            ASSERT_LE(b.new_extrema, (single ? 1e-5 : 1e-12) + 200 * b.divergence)
+                << "after " << b.time << " s, " << b.steps << " steps";
         }
         for (const double q : all_cloud(sim)) ASSERT_GE(q, 0);
     }
@@ -291,19 +293,25 @@ bool check_random(uint64_t seed)
     p.rain = p.moisture && chance(0.3), p.dye = chance(0.3), p.subgrid = chance(0.3);
     p.moist = {SaturationBy(below(2)), !chance(0.1), chance(0.7), chance(0.7)};
     p.friction_time = chance(0.5) ? never : from({1e-9, 0.1, 10, 1000, 1e12});
-    p.viscosity = chance(0.7) ? 0 : from({0.01, 1, 100, 1e4}), p.diffusivity = chance(0.7) ? 0 : from({0.01, 1, 100, 1e4});
+    p.viscosity = chance(0.7) ? 0 : from({0.01, 1, 100, 1e4}),
+    p.diffusivity = chance(0.7) ? 0 : from({0.01, 1, 100, 1e4});
     p.radiation = p.moisture && chance(0.3) ? from({1, 70, 5000}) : 0;
     p.sponge = chance(0.5) ? 0 : from({1e-3, 0.05, 5});
     p.wind_relaxation = chance(0.7) ? never : from({1, 600});
     p.constants.g = chance(0.9) ? 9.81 : from({0, 1, 100});
     p.floor.heat = chance(0.5) ? 0 : from({-1, 0.1, 50});
     p.floor.moisture = chance(0.5) ? 0 : from({1e-4, 0.05});
-    if (chance(0.4)) p.floor.patches.push_back({{100 * random(), 100 * random()}, h, from({0.1, 100}), from({0, 0.1}), 1});
+    if (chance(0.4))
+        p.floor.patches.push_back({{100 * random(), 100 * random()}, h, from({0.1, 100}), from({0, 0.1}), 1});
     if (chance(0.6)) {
         const double lx = p.lattice.n[0] * p.lattice.h[0], ly = p.lattice.n[1] * p.lattice.h[1],
                      lz = p.lattice.n[2] * p.lattice.h[2];
-        p.bubbles.push_back({{lx * random(), ly * random(), lz * random()}, 2 * h, 2 * p.lattice.h[2], from({-30, 2, 200}),
-                             from({0, 1e-3, 0.3}), from({0, 1})});
+        p.bubbles.push_back({{lx * random(), ly * random(), lz * random()},
+                             2 * h,
+                             2 * p.lattice.h[2],
+                             from({-30, 2, 200}),
+                             from({0, 1e-3, 0.3}),
+                             from({0, 1})});
     }
     p.noise = {from({0, 0.1, 10}), from({0, 1e-4, 0.02}), never, seed};
     p.time_scheme = TimeScheme(below(4));
@@ -311,19 +319,24 @@ bool check_random(uint64_t seed)
     p.momentum_scheme = MomentumScheme(below(2));
     p.dt = chance(0.5) ? 0 : from({0.1, 10, 600});
     p.cfl = from({0.1, 0.5, 0.7, 0.75});
-    Sounding s{"random", {0, 500, 520, 4000}, {300, 300, 300 + from({0, 20}), 300 + from({-5, 0, 15, 60})},
-               {from({0, 0.01, 0.03}), 0.01, 0.01, from({0, 0.005, 0.05})}, {from({0, 5, 80}), 0, 0, 10}, {0, from({0, -40}), 0, 0}, 0};
+    Sounding s{"random",
+               {0, 500, 520, 4000},
+               {300, 300, 300 + from({0, 20}), 300 + from({-5, 0, 15, 60})},
+               {from({0, 0.01, 0.03}), 0.01, 0.01, from({0, 0.005, 0.05})},
+               {from({0, 5, 80}), 0, 0, 10},
+               {0, from({0, -40}), 0, 0},
+               0};
 
     p.maccormack = p.time_scheme == TimeScheme::HugeStep && chance(0.5);
     p.fix_budget = p.time_scheme == TimeScheme::HugeStep && chance(0.5);
 
     std::ostringstream traits;
-    traits << "scheme " << int(p.time_scheme) << int(p.scalar_scheme) << int(p.momentum_scheme) << " precision " << int(p.precision)
-           << " cells " << p.lattice.n[0] << ' ' << p.lattice.n[1] << ' ' << p.lattice.n[2] << " h " << p.lattice.h[0] << ' '
-           << p.lattice.h[1] << ' ' << p.lattice.h[2] << " sides " << int(p.lattice.side[0]) << int(p.lattice.side[1])
-           << " diffusivity " << p.diffusivity << " viscosity " << p.viscosity << " subgrid " << p.subgrid << " rain " << p.rain
-           << " momentum " << p.momentum << " dt " << p.dt << " cfl " << p.cfl << " g " << p.constants.g << " anelastic "
-           << p.anelastic;
+    traits << "scheme " << int(p.time_scheme) << int(p.scalar_scheme) << int(p.momentum_scheme) << " precision "
+           << int(p.precision) << " cells " << p.lattice.n[0] << ' ' << p.lattice.n[1] << ' ' << p.lattice.n[2] << " h "
+           << p.lattice.h[0] << ' ' << p.lattice.h[1] << ' ' << p.lattice.h[2] << " sides " << int(p.lattice.side[0])
+           << int(p.lattice.side[1]) << " diffusivity " << p.diffusivity << " viscosity " << p.viscosity << " subgrid "
+           << p.subgrid << " rain " << p.rain << " momentum " << p.momentum << " dt " << p.dt << " cfl " << p.cfl
+           << " g " << p.constants.g << " anelastic " << p.anelastic;
     SCOPED_TRACE(traits.str());
     std::unique_ptr<Simulation> sim;
     try {

@@ -1,9 +1,9 @@
 // The solver on problems whose answer is known: applied naively, manufactured, or constant by construction.
 #include "vdbcloud/solve/relaxation.h"
 
+#include "support/size.h"
 #include "vdbcloud/core/random.h"
 #include "vdbcloud/fractal/noise.h"
-#include "support/size.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -24,16 +24,17 @@ Blocks masked(const Vec3i& n, const std::function<bool(const Vec3i&)>& inside)
             for (int z = 0; z < n.z(); z += 8) {
                 Block block{Vec3i(x / 8, y / 8, z / 8), {}};
                 for (int i = 0; i < 512; ++i)
-                    if (inside(Vec3i(x + i / 64, y + i / 8 % 8, z + i % 8))) block.mask[i / 64] |= uint64_t(1) << (i % 64);
+                    if (inside(Vec3i(x + i / 64, y + i / 8 % 8, z + i % 8)))
+                        block.mask[i / 64] |= uint64_t(1) << (i % 64);
                 blocks.push_back(block);
             }
     return Blocks(std::move(blocks));
 }
 
-/// Faces of conductance k(upper, lower) harmonic between voxels of conductivity `k`, `outside` at exposed faces, `absorption`.
+/// Faces of conductance k(upper, lower) harmonic between voxels of conductivity `k`, `outside` at exposed faces,
+/// `absorption`.
 struct Problem {
-    Problem(const Blocks& blocks, const Field& k, double outside, const Field& absorption)
-        : stencil(blocks)
+    Problem(const Blocks& blocks, const Field& k, double outside, const Field& absorption) : stencil(blocks)
     {
         for (size_t slot = 0; slot < blocks.count() * 512; ++slot) {
             if (!blocks.active(slot)) continue;
@@ -86,7 +87,8 @@ Outcome solve_for_one(const Blocks& blocks, const Problem& problem, double toler
 TEST(Stencil, AppliesWhatItsDefinitionSays)
 {
     const auto blocks = masked(Vec3i(24, 16, 24), [](const Vec3i& p) { return noise(1, p) < 0.7; });
-    const Problem problem(blocks, [](const Vec3i& p) { return 0.1 + noise(2, p); }, 0.3, constant(0.01));
+    const Problem problem(
+        blocks, [](const Vec3i& p) { return 0.1 + noise(2, p); }, 0.3, constant(0.01));
     const auto x = field(blocks, [](const Vec3i& p) { return noise(3, p); });
     std::vector<double> y(blocks.slots(), 0.0);
     const double xy = apply(problem.stencil, x, y);
@@ -105,13 +107,15 @@ TEST(Stencil, AppliesWhatItsDefinitionSays)
     EXPECT_NEAR(xy, expected_xy, 1e-9);
 }
 
-/// Largest error of -laplace u + u = f with u = cos(pi x) cos(2 pi y) cos(pi z) on the unit cube, no flux through its walls.
+/// Largest error of -laplace u + u = f with u = cos(pi x) cos(2 pi y) cos(pi z) on the unit cube, no flux through its
+/// walls.
 double manufactured_error(int n)
 {
     const auto blocks = box_blocks(Vec3i(n, n, n));
     const double h = 1.0 / n, pi = 3.14159265358979323846;
     const auto u = [&](const Vec3i& p) {
-        return std::cos(pi * (p.x() + 0.5) * h) * std::cos(2 * pi * (p.y() + 0.5) * h) * std::cos(pi * (p.z() + 0.5) * h);
+        return std::cos(pi * (p.x() + 0.5) * h) * std::cos(2 * pi * (p.y() + 0.5) * h) *
+               std::cos(pi * (p.z() + 0.5) * h);
     };
     const Problem problem(blocks, constant(1), 0, constant(h * h));
     Multigrid multigrid(problem.stencil);
@@ -160,9 +164,12 @@ TEST(ConjugateGradient, TakesAsManyIterationsOnCloudsWhoseDensityFallsToNothing)
         spectrum.seed = 5;
         spectrum.beta = 4.2;
         const auto noise_field = synthesize(Vec3i(n, n, n), Vec3d(1), spectrum);
-        const auto density = [&](const Vec3i& p) { return std::pow(std::clamp(3 * (double(noise_field(p.x(), p.y(), p.z())) - 0.3), 0.0, 1.0), 3); };
+        const auto density = [&](const Vec3i& p) {
+            return std::pow(std::clamp(3 * (double(noise_field(p.x(), p.y(), p.z())) - 0.3), 0.0, 1.0), 3);
+        };
         const auto cloud = masked(Vec3i(n, n, n), [&](const Vec3i& p) { return density(p) > 0; });
-        const Problem problem(cloud, [&](const Vec3i& p) { return n / (60 * std::max(1e-10, density(p))); }, 0.5, constant(1e-4));
+        const Problem problem(
+            cloud, [&](const Vec3i& p) { return n / (60 * std::max(1e-10, density(p))); }, 0.5, constant(1e-4));
         Multigrid multigrid(problem.stencil);
         auto b = field(cloud, density);
         std::vector<double> x;
@@ -172,7 +179,8 @@ TEST(ConjugateGradient, TakesAsManyIterationsOnCloudsWhoseDensityFallsToNothing)
         fewest = std::min(fewest, solve.iterations);
         most = std::max(most, solve.iterations);
         const auto sizes = multigrid.sizes();  // every level is a third of the one before, or less
-        for (size_t level = 1; level < sizes.size(); ++level) EXPECT_LT(3 * sizes[level], sizes[level - 1]) << n << ' ' << level;
+        for (size_t level = 1; level < sizes.size(); ++level)
+            EXPECT_LT(3 * sizes[level], sizes[level - 1]) << n << ' ' << level;
     }
     EXPECT_LE(most, 16);
     EXPECT_LE(most, 1.5 * fewest);
@@ -238,8 +246,10 @@ TEST(ConjugateGradient, WrapsPeriodicAxesAlsoWithAnOddNumberOfBlocks)
 
 TEST(ConjugateGradient, GivesTheSameBitsOnAnyNumberOfThreads)
 {
-    const auto blocks = masked(Vec3i(48, 48, 48), [](const Vec3i& p) { return noise(9, Vec3i(p.x() / 5, p.y() / 5, p.z() / 5)) < 0.6; });
-    const Problem problem(blocks, [](const Vec3i& p) { return std::pow(10.0, 2 * noise(4, p)); }, 0.5, constant(1e-3));
+    const auto blocks = masked(Vec3i(48, 48, 48),
+                               [](const Vec3i& p) { return noise(9, Vec3i(p.x() / 5, p.y() / 5, p.z() / 5)) < 0.6; });
+    const Problem problem(
+        blocks, [](const Vec3i& p) { return std::pow(10.0, 2 * noise(4, p)); }, 0.5, constant(1e-3));
     const auto solve = [&](int threads) {
         tbb::global_control limit(tbb::global_control::max_allowed_parallelism, size_t(threads));
         Multigrid multigrid(problem.stencil);
@@ -254,7 +264,8 @@ TEST(ConjugateGradient, GivesTheSameBitsOnAnyNumberOfThreads)
 TEST(Relaxation, AgreesWithConjugateGradients)
 {
     const auto blocks = masked(Vec3i(16, 16, 16), [](const Vec3i& p) { return noise(2, p) < 0.8; });
-    const Problem problem(blocks, [](const Vec3i& p) { return 0.2 + noise(4, p); }, 0.3, constant(0.01));
+    const Problem problem(
+        blocks, [](const Vec3i& p) { return 0.2 + noise(4, p); }, 0.3, constant(0.01));
     SolveOptions options;
     options.tolerance = 1e-8;
     options.max_iterations = 2000;

@@ -32,7 +32,8 @@ inline double clumps(const openvdb::Coord& ijk, uint64_t seed, double top)
     const auto phase = [&](int n) { return 6.28 * uniform(hash_bits(seed, uint64_t(n))); };
     const double v = std::sin(0.41 * ijk[0] + phase(0)) + std::sin(0.37 * ijk[1] + phase(1)) +
                      std::sin(0.43 * ijk[2] + phase(2)) + std::sin(0.23 * (ijk[0] + ijk[1] - ijk[2]) + phase(3)) +
-                     0.3 * uniform(hash_bits(seed, uint64_t(uint32_t(ijk[0])), uint64_t(uint32_t(ijk[1])), uint64_t(uint32_t(ijk[2]))));
+                     0.3 * uniform(hash_bits(seed, uint64_t(uint32_t(ijk[0])), uint64_t(uint32_t(ijk[1])),
+                                             uint64_t(uint32_t(ijk[2]))));
     return v > 0.3 ? top * std::min(1.0, (v - 0.3) / 1.5) : 0.0;
 }
 
@@ -79,9 +80,7 @@ inline double integral_of_interpolant(const FloatGrid& grid, const WorldRay& ray
             centre[1] > box.max()[1] + 1 || centre[2] < box.min()[2] - 1 || centre[2] > box.max()[2] + 1)
             continue;
         const double x[3] = {-0.7745966692414834, 0, 0.7745966692414834}, w[3] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
-        for (int q = 0; q < 3; ++q)
-            sum += w[q] * half *
-                   trilinear(accessor, o + (mid + x[q] * half) * d);
+        for (int q = 0; q < 3; ++q) sum += w[q] * half * trilinear(accessor, o + (mid + x[q] * half) * d);
     }
     return sum;
 }

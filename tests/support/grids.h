@@ -1,7 +1,7 @@
 #pragma once
 // Small grids that tests write and read.
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/grid_file.h"
 
 #include <cmath>
 #include <string>

@@ -49,7 +49,8 @@ struct P1Slab {
     double transmitted() const { return flux(tau) + j1; }
 };
 
-/// A sphere of radius R with constant coefficients D and sigma_a, uniform source Q and isotropic inflow of phi_sky = 4 J.
+/// A sphere of radius R with constant coefficients D and sigma_a, uniform source Q and isotropic inflow of phi_sky = 4
+/// J.
 struct P1Sphere {
     double R, D, sigma_a, Q, phi_sky;
 

@@ -48,11 +48,13 @@ inline void with_input(const std::string& bytes, const std::function<void()>& wo
         try {
             work();
         } catch (...) {
-            for (char rest[4096]; ::read(0, rest, sizeof rest) > 0;) {}  // so that the feeder can end
+            for (char rest[4096]; ::read(0, rest, sizeof rest) > 0;) {
+            }  // so that the feeder can end
             feeder.join();
             throw;
         }
-        for (char rest[4096]; ::read(0, rest, sizeof rest) > 0;) {}
+        for (char rest[4096]; ::read(0, rest, sizeof rest) > 0;) {
+        }
     }
     feeder.join();
 }

@@ -49,8 +49,10 @@ struct Pipe {
     }
     for (const std::string& entry : options.environment) {
         const size_t equals = entry.find('=');
-        if (equals == std::string::npos) ::unsetenv(entry.c_str());
-        else ::setenv(entry.substr(0, equals).c_str(), entry.substr(equals + 1).c_str(), 1);
+        if (equals == std::string::npos)
+            ::unsetenv(entry.c_str());
+        else
+            ::setenv(entry.substr(0, equals).c_str(), entry.substr(equals + 1).c_str(), 1);
     }
     std::vector<char*> words;
     for (const std::string& word : command) words.push_back(const_cast<char*>(word.c_str()));
@@ -85,8 +87,10 @@ public:
             if (files[1].revents && !take(err, result_.err)) err = -1;
             if (files[2].revents) {
                 const ssize_t n = ::write(in, options_.input.data() + sent, options_.input.size() - sent);
-                if (n > 0) sent += size_t(n);
-                else if (errno != EAGAIN && errno != EINTR) sent = options_.input.size();
+                if (n > 0)
+                    sent += size_t(n);
+                else if (errno != EAGAIN && errno != EINTR)
+                    sent = options_.input.size();
             }
             tend();
         }
@@ -193,9 +197,6 @@ std::string read_text(const std::string& path)
     return {std::istreambuf_iterator<char>(file), {}};
 }
 
-void write_text(const std::string& path, const std::string& bytes)
-{
-    std::ofstream(path, std::ios::binary) << bytes;
-}
+void write_text(const std::string& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
 
 }  // namespace vdbcloud::test

@@ -1,5 +1,6 @@
 #pragma once
-// How big a heavy check is: the environment variable SIZE=full asks for the whole of it, otherwise a CI-sized part runs.
+// How big a heavy check is: the environment variable SIZE=full asks for the whole of it, otherwise a CI-sized part
+// runs.
 #include <cstdlib>
 #include <string_view>
 
@@ -13,6 +14,9 @@ inline bool full_size()
 
 /// `full` under SIZE=full, else `ci`.
 template<typename T>
-T sized(T ci, T full) { return full_size() ? full : ci; }
+T sized(T ci, T full)
+{
+    return full_size() ? full : ci;
+}
 
 }  // namespace vdbcloud::test

@@ -95,8 +95,8 @@ SlabExact::Layer SlabExact::doubled_to(double tau) const
         for (int j = 0; j < size_; ++j) {
             const double in = o_.w0 * thin / (4 * mu_[i] * mu_[j]);
             layer.r[i * size_ + j] = in * backward_[i * size_ + j] * mean_of_exp(thin * (1 / mu_[i] + 1 / mu_[j]));
-            layer.t[i * size_ + j] = in * forward_[i * size_ + j] * std::exp(-thin / mu_[j]) *
-                                     mean_of_exp(thin * (1 / mu_[i] - 1 / mu_[j]));
+            layer.t[i * size_ + j] =
+                in * forward_[i * size_ + j] * std::exp(-thin / mu_[j]) * mean_of_exp(thin * (1 / mu_[i] - 1 / mu_[j]));
         }
     for (int k = 0; k < doublings; ++k) layer = add(layer, layer);
     return layer;
@@ -104,7 +104,8 @@ SlabExact::Layer SlabExact::doubled_to(double tau) const
 
 SlabExact::Layer SlabExact::add(const Layer& upper, const Layer& lower) const
 {
-    // S = (1 - Ra Rb)^-1 Ra Rb as a series of squares: it converges however thick the layers are, the largest eigenvalue being < 1.
+    // S = (1 - Ra Rb)^-1 Ra Rb as a series of squares: it converges however thick the layers are, the largest
+    // eigenvalue being < 1.
     Matrix power = product(upper.r, lower.r), s = power;
     for (int k = 0; k < 64; ++k) {
         // s_2m = s_m + p^m + p^m s_m, and so on: s holds 2^k terms.

@@ -1,5 +1,6 @@
 #pragma once
-// Exact transport in a homogeneous plane-parallel slab, by adding and doubling: the truth that approximations are held to.
+// Exact transport in a homogeneous plane-parallel slab, by adding and doubling: the truth that approximations are held
+// to.
 #include <cstddef>
 #include <vector>
 
@@ -8,8 +9,8 @@ namespace vdbcloud::test {
 /// A slab of optical depth `tau`, albedo w0, Henyey-Greenstein g, lit at depth 0 by a beam of irradiance 1
 /// (perpendicular to itself) with cosine mu0 to the inward normal. Azimuthal means of radiance; all of it collided.
 ///
-/// Discrete ordinates: `n` half-range Gauss points a hemisphere, and mu0 and `view` as points of weight zero. Thin layers of
-/// optical depth below 1e-12 scatter once; they are doubled and added. Shares no code with the library.
+/// Discrete ordinates: `n` half-range Gauss points a hemisphere, and mu0 and `view` as points of weight zero. Thin
+/// layers of optical depth below 1e-12 scatter once; they are doubled and added. Shares no code with the library.
 /// Source: van de Hulst 1963; Hansen & Travis 1974, section 3.
 class SlabExact {
     using size_t = std::size_t;

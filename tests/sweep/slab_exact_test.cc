@@ -35,9 +35,9 @@ double h_function(double mu)
 
 TEST(SlabExact, AgreesWithVanDeHulstsHenyeyGreensteinSlab)
 {
-    // van de Hulst 1980, vol. 2, table 35 (g = 0.75, albedo 0.9, tau 2, normal incidence): total reflectance 0.09739, total
-    // transmittance 0.66096. Taken from those who quote the table, Wang, Jacques & Zheng 1995 (doi 10.1016/0169-2607(95)01640-F) and
-    // Monte Carlo programs checked against them; the book was not at hand.
+    // van de Hulst 1980, vol. 2, table 35 (g = 0.75, albedo 0.9, tau 2, normal incidence): total reflectance 0.09739,
+    // total transmittance 0.66096. Taken from those who quote the table, Wang, Jacques & Zheng 1995
+    // (doi 10.1016/0169-2607(95)01640-F) and Monte Carlo programs checked against them; the book was not at hand.
     SlabExact slab({2.0, 0.9, 0.75, 1.0, {}, 24});
     EXPECT_NEAR(slab.reflected(), 0.09739, 1e-5);
     EXPECT_NEAR(slab.transmitted() + std::exp(-2.0), 0.66096, 1e-5);
@@ -45,8 +45,8 @@ TEST(SlabExact, AgreesWithVanDeHulstsHenyeyGreensteinSlab)
 
 TEST(SlabExact, OfGreatDepthHasTheHFunctionsRadianceAndMilnesExtrapolation)
 {
-    // Chandrasekhar 1960: I(mu) = (1 / 4 pi) mu0 / (mu + mu0) H(mu) H(mu0) for irradiance 1. H solves its own equation here; its first moment is
-    // 2 / sqrt(3) in closed form, and his table ends with H(1) = 2.9078.
+    // Chandrasekhar 1960: I(mu) = (1 / 4 pi) mu0 / (mu + mu0) H(mu) H(mu0) for irradiance 1. H solves its own equation
+    // here; its first moment is 2 / sqrt(3) in closed form, and his table ends with H(1) = 2.9078.
     double moment = 0;
     for (int i = 0; i < 200; ++i) moment += (i + 0.5) / 200 * h_function((i + 0.5) / 200) / 200;
     EXPECT_NEAR(moment, 2 / std::sqrt(3.0), 1e-3);
@@ -66,7 +66,8 @@ TEST(SlabExact, ConservesWhatItDoesNotAbsorbAndIsContinuousInside)
     for (double g : {0.0, 0.85})
         for (double tau : {0.1, 1.0, 16.0}) {
             SlabExact slab({tau, 1, g, 0.7, {}, 24});
-            EXPECT_NEAR(slab.reflected() + slab.transmitted() + 0.7 * std::exp(-tau / 0.7), 0.7, 1e-6) << tau << ' ' << g;
+            EXPECT_NEAR(slab.reflected() + slab.transmitted() + 0.7 * std::exp(-tau / 0.7), 0.7, 1e-6)
+                << tau << ' ' << g;
             for (double part : {0.25, 0.5}) {
                 const auto in = slab.at(part * tau);  // net flux of everything is the same at all depths
                 EXPECT_NEAR(in.flux + 0.7 * std::exp(-part * tau / 0.7), 0.7 - slab.reflected(), 1e-6);

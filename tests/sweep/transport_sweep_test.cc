@@ -1,11 +1,11 @@
 // Sweeps through voxels: the fast one against its definition, and that one against what can be integrated by hand.
 #include "vdbcloud/sweep/transport_sweep.h"
 
+#include "support/voxel_field.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
 #include "vdbcloud/scatter/harmonics.h"
 #include "vdbcloud/scatter/ordinates.h"
-#include "support/voxel_field.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -92,7 +92,9 @@ TEST(TransportSweep, IsItsDefinitionInAnyDensityAndForAnyThreadCount)
         Medium m(test::voxel_field(Vec3i(44, 39, 41), h, [](const Vec3i& p) { return clumps(p, 11); }));
         m.add_source([](const Vec3i& p) { return 1 + 0.5 * std::sin(0.3 * p.x() + 0.2 * p.y() - 0.4 * p.z()); });
         for (int k = 1; k < 4; ++k)
-            m.add_source([k](const Vec3i& p) { return 0.2 * uniform(hash_bits(k, uint64_t(p.x()), uint64_t(p.y()), uint64_t(p.z()))); });
+            m.add_source([k](const Vec3i& p) {
+                return 0.2 * uniform(hash_bits(k, uint64_t(p.x()), uint64_t(p.y()), uint64_t(p.z())));
+            });
         for (const auto& [kind, count] : {std::pair(OrdinateKind::Product, 64), {OrdinateKind::LevelSymmetric, 24}}) {
             const SweepSet set = set_of(ordinates(kind, count, 1), 1, 2, 0.3);
             SweepResult slow, fast, again;
@@ -170,12 +172,13 @@ std::vector<Symmetry> symmetries(int kept)
 
 TEST(TransportSweep, HasTheSymmetriesOfItsQuadrature)
 {
-    // The image of a medium has the image of its light: fluence and flux in every voxel, and what passes its faces. Voids, gaps between blocks and
-    // rays through edges of blocks included.
+    // The image of a medium has the image of its light: fluence and flux in every voxel, and what passes its faces.
+    // Voids, gaps between blocks and rays through edges of blocks included.
     constexpr int n = 32;
     const auto density = [](const Vec3i& p) { return clumps(p, 23); };
     const auto source = [](const Vec3i& p) { return 1 + std::sin(0.7 * p.x() + 0.1 * p.y() - 0.3 * p.z()); };
-    for (const auto& [kind, count, kept] : {std::tuple(OrdinateKind::LevelSymmetric, 24, -1), {OrdinateKind::Product, 32, 1}}) {
+    for (const auto& [kind, count, kept] :
+         {std::tuple(OrdinateKind::LevelSymmetric, 24, -1), {OrdinateKind::Product, 32, 1}}) {
         const SweepSet set = set_of(ordinates(kind, count, 1, 1), 0, 1, 0.3);
         Medium m(test::voxel_field(Vec3i(n), Vec3d(0.8), density));
         m.add_source(source);
@@ -207,11 +210,13 @@ TEST(TransportSweep, HasTheSymmetriesOfItsQuadrature)
                 asymmetry = std::max(asymmetry, double(std::abs(mirrored.moments[0][slot] - result.moments[0][slot])));
                 for (int a = 0; a < 3; ++a) {
                     const float here = result.moments[size_t(moment_of[symmetry.permutation[size_t(a)]])][slot];
-                    ASSERT_NEAR(mirrored.moments[size_t(moment_of[a])][there], symmetry.flip[size_t(a)] ? -here : here, 2e-5);
+                    ASSERT_NEAR(mirrored.moments[size_t(moment_of[a])][there], symmetry.flip[size_t(a)] ? -here : here,
+                                2e-5);
                 }
             }
             std::map<std::pair<uint32_t, uint8_t>, FaceTally> of_face;
-            for (size_t f = 0; f < image.faces.size(); ++f) of_face[{image.faces[f].slot, image.faces[f].face}] = mirrored.tally[f];
+            for (size_t f = 0; f < image.faces.size(); ++f)
+                of_face[{image.faces[f].slot, image.faces[f].face}] = mirrored.tally[f];
             for (size_t f = 0; f < m.faces.size(); ++f) {
                 const auto there = image.index.blocks().slot(symmetry.image(blocks.voxel(m.faces[f].slot), n));
                 const FaceTally& tally = of_face.at({uint32_t(there), symmetry.image(m.faces[f].face)});
@@ -310,7 +315,8 @@ TEST(TransportSweep, IsExactInLayersForSourcesLinearInOpticalDepth)
         const double mu = std::abs(s.y()), slope = s.y() > 0 ? b : -b;
         // The first half voxel has the constant q of its voxel.
         const double first = sigma * h / 2 / mu, edge = s.y() > 0 ? 0.5 : n - 0.5;
-        const double q_first = a + b * sigma * h * edge, start = 3 * std::exp(-first) + q_first * (1 - std::exp(-first));
+        const double q_first = a + b * sigma * h * edge,
+                     start = 3 * std::exp(-first) + q_first * (1 - std::exp(-first));
         for (int j = 0; j < n; ++j) {
             const double depth = std::abs(j + 0.5 - edge) * sigma * h;
             const double q = a + b * sigma * h * (j + 0.5);
@@ -325,7 +331,8 @@ TEST(TransportSweep, CarriesLightAcrossAWideGap)
     // An emitting cloud and a dark one, 40 000 voxels apart along x: only directions along the gap see it.
     for (int gap : {20, 40000}) {
         const int far = 16 + gap;
-        Medium m(test::voxel_clouds({{Vec3i(0, 0, 0), Vec3i(15, 15, 15)}, {Vec3i(far, 0, 0), Vec3i(far + 15, 15, 15)}}, Vec3d(1.0), 0.2));
+        Medium m(test::voxel_clouds({{Vec3i(0, 0, 0), Vec3i(15, 15, 15)}, {Vec3i(far, 0, 0), Vec3i(far + 15, 15, 15)}},
+                                    Vec3d(1.0), 0.2));
         m.add_source([&](const Vec3i& p) { return p.x() < 16 ? 1.0 : 0.0; });
         SweepSet set;
         set.source_terms = set.moment_terms = 1;
@@ -335,14 +342,15 @@ TEST(TransportSweep, CarriesLightAcrossAWideGap)
         TransportSweep(m.index, m.faces).run(set, m.fields(), result);
         const double left = 1 - std::exp(-0.2 * 16);
         for (int i = 0; i < 16; ++i)
-            EXPECT_NEAR(result.moments[0][m.index.blocks().slot(Vec3i(far + i, 7, 3))], left * std::exp(-0.2 * (i + 0.5)), 1e-5);
+            EXPECT_NEAR(result.moments[0][m.index.blocks().slot(Vec3i(far + i, 7, 3))],
+                        left * std::exp(-0.2 * (i + 0.5)), 1e-5);
     }
 }
 
 TEST(TransportSweep, AttenuatesABeamAtFirstOrder)
 {
-    // Inflow 1 through a smooth ball without source: L at the centre is exp(-tau) of the exact density. Each plane interpolates once,
-    // at O(h^2), and there are O(1/h) of them.
+    // Inflow 1 through a smooth ball without source: L at the centre is exp(-tau) of the exact density. Each plane
+    // interpolates once, at O(h^2), and there are O(1/h) of them.
     double error[3];
     for (int k = 0; k < 3; ++k) {
         const int n = 16 << k;
@@ -360,7 +368,10 @@ TEST(TransportSweep, AttenuatesABeamAtFirstOrder)
         TransportSweep(m.index, m.faces).run(set, m.fields(), result);
         double mean = 0;  // of the eight voxels about the centre; tau is even to first order about it
         for (int c = 0; c < 8; ++c)
-            mean += result.moments[0][m.index.blocks().slot(Vec3i(n / 2 - (c & 1), n / 2 - (c >> 1 & 1), n / 2 - (c >> 2)))] / 8;
+            mean +=
+                result
+                    .moments[0][m.index.blocks().slot(Vec3i(n / 2 - (c & 1), n / 2 - (c >> 1 & 1), n / 2 - (c >> 2)))] /
+                8;
         const double tau = 3 * (1 - 2.0 / 3 + 1.0 / 5);  // int_0^1 3 (1 - r^2)^2
         error[k] = std::abs(mean - std::exp(-tau));
     }
@@ -371,7 +382,8 @@ TEST(TransportSweep, AttenuatesABeamAtFirstOrder)
 
 TEST(TransportSweep, BalancesToFirstOrder)
 {
-    // What a glowing ball sends through its staircase of faces against what it emits and does not take back; hard and soft edge.
+    // What a glowing ball sends through its staircase of faces against what it emits and does not take back; hard and
+    // soft edge.
     for (const auto& [hard, most] : {std::pair(true, 0.10), {false, 0.02}}) {
         double defect[2];
         for (int k = 0; k < 2; ++k) {
@@ -384,7 +396,8 @@ TEST(TransportSweep, BalancesToFirstOrder)
             }));
             m.add_source([](const Vec3i&) { return std::sqrt(4 * 3.14159265358979323846); });
             SweepResult result;
-            TransportSweep(m.index, m.faces).run(set_of(ordinates(OrdinateKind::Product, 32, 1), 0, 0, 0), m.fields(), result);
+            TransportSweep(m.index, m.faces)
+                .run(set_of(ordinates(OrdinateKind::Product, 32, 1), 0, 0, 0), m.fields(), result);
             double gain = 0, out = 0;
             for (size_t slot = 0; slot < m.index.blocks().count() * 512; ++slot)
                 gain += m.sigma[slot] * h * std::sqrt(4 * 3.14159265358979323846) *

@@ -12,18 +12,27 @@ OPENVDB_USE_VERSION_NAMESPACE
 namespace OPENVDB_VERSION_NAME {
 class GridBase;
 class MetaMap;
-template<typename TreeT> class Grid;
-namespace math { class Transform; class Coord; class CoordBBox; }
+template<typename TreeT>
+class Grid;
+namespace math {
+class Transform;
+class Coord;
+class CoordBBox;
+}  // namespace math
 namespace tree {
-template<typename RootNodeT> class Tree;
-template<typename ChildT> class RootNode;
-template<typename ChildT, uint32_t Log2Dim> class InternalNode;
-template<typename T, uint32_t Log2Dim> class LeafNode;
+template<typename RootNodeT>
+class Tree;
+template<typename ChildT>
+class RootNode;
+template<typename ChildT, uint32_t Log2Dim>
+class InternalNode;
+template<typename T, uint32_t Log2Dim>
+class LeafNode;
 template<typename T>
 using Standard = Tree<RootNode<InternalNode<InternalNode<LeafNode<T, 3>, 4>, 5>>>;
-}
-}
-}
+}  // namespace tree
+}  // namespace OPENVDB_VERSION_NAME
+}  // namespace openvdb
 
 namespace vdbcloud {
 using Vec3d = openvdb::math::Vec3<double>;

@@ -17,9 +17,9 @@ constexpr double pi = 3.14159265358979323846;
 fftw_r2r_kind kind(AxisEnd end, bool forward)
 {
     switch (end) {
-        case AxisEnd::Periodic: return forward ? FFTW_R2HC : FFTW_HC2R;
-        case AxisEnd::Even: return forward ? FFTW_REDFT10 : FFTW_REDFT01;
-        default: return forward ? FFTW_RODFT10 : FFTW_RODFT01;
+    case AxisEnd::Periodic: return forward ? FFTW_R2HC : FFTW_HC2R;
+    case AxisEnd::Even: return forward ? FFTW_REDFT10 : FFTW_REDFT01;
+    default: return forward ? FFTW_RODFT10 : FFTW_RODFT01;
     }
 }
 
@@ -28,22 +28,25 @@ double length(AxisEnd end, int n) { return end == AxisEnd::Periodic ? n : 2.0 * 
 double half_phase(AxisEnd end, int m, int n)
 {
     switch (end) {
-        case AxisEnd::Periodic: return pi * m / n;
-        case AxisEnd::Even: return pi * m / (2.0 * n);
-        default: return pi * (m + 1) / (2.0 * n);
+    case AxisEnd::Periodic: return pi * m / n;
+    case AxisEnd::Even: return pi * m / (2.0 * n);
+    default: return pi * (m + 1) / (2.0 * n);
     }
 }
 
 /// FFTW's two precisions under one name each.
-template<typename Real> struct Names;
-template<> struct Names<double> {
+template<typename Real>
+struct Names;
+template<>
+struct Names<double> {
     using Complex = fftw_complex;
     static constexpr auto plan_r2c = fftw_plan_guru_dft_r2c, plan_c2r = fftw_plan_guru_dft_c2r;
     static constexpr auto plan_r2r = fftw_plan_guru_r2r;
     static constexpr auto execute_r2c = fftw_execute_dft_r2c, execute_c2r = fftw_execute_dft_c2r;
     static constexpr auto execute_r2r = fftw_execute_r2r;
 };
-template<> struct Names<float> {
+template<>
+struct Names<float> {
     using Complex = fftwf_complex;
     static constexpr auto plan_r2c = fftwf_plan_guru_dft_r2c, plan_c2r = fftwf_plan_guru_dft_c2r;
     static constexpr auto plan_r2r = fftwf_plan_guru_r2r;
@@ -52,7 +55,8 @@ template<> struct Names<float> {
 };
 
 /// Plans and runs in place.
-template<typename Real> struct Fftw : Names<Real> {
+template<typename Real>
+struct Fftw : Names<Real> {
     using N = Names<Real>;
     using Complex = typename N::Complex;
 
@@ -70,14 +74,27 @@ template<typename Real> struct Fftw : Names<Real> {
     {
         return N::plan_r2r(2, d, 0, nullptr, a, a, k, FFTW_ESTIMATE);
     }
-    template<typename P> static void run_r2c(P p, Real* a) { N::execute_r2c(p, a, reinterpret_cast<Complex*>(a)); }
-    template<typename P> static void run_c2r(P p, Real* a) { N::execute_c2r(p, reinterpret_cast<Complex*>(a), a); }
-    template<typename P> static void run_r2r(P p, Real* a) { N::execute_r2r(p, a, a); }
+    template<typename P>
+    static void run_r2c(P p, Real* a)
+    {
+        N::execute_r2c(p, a, reinterpret_cast<Complex*>(a));
+    }
+    template<typename P>
+    static void run_c2r(P p, Real* a)
+    {
+        N::execute_c2r(p, reinterpret_cast<Complex*>(a), a);
+    }
+    template<typename P>
+    static void run_r2r(P p, Real* a)
+    {
+        N::execute_r2r(p, a, a);
+    }
 };
 
 }  // namespace
 
-template<typename Real> struct BatchedTransform<Real>::Impl {
+template<typename Real>
+struct BatchedTransform<Real>::Impl {
     Plan<Real> forward, backward;
     bool complex;
 };
@@ -108,29 +125,39 @@ BatchedTransform<Real>::BatchedTransform(int nx, int ny, AxisEnd x, AxisEnd y)
     }
     for (const bool ahead : {true, false}) {
         const fftw_r2r_kind kinds[2] = {kind(y, ahead), kind(x, ahead)};
-        (ahead ? impl_->forward : impl_->backward) =
-            make_plan<Real>([&] { return F::r2r(sizes, probe.get(), kinds); });
+        (ahead ? impl_->forward : impl_->backward) = make_plan<Real>([&] { return F::r2r(sizes, probe.get(), kinds); });
     }
 }
 
-template<typename Real> BatchedTransform<Real>::~BatchedTransform() = default;
-template<typename Real> BatchedTransform<Real>::BatchedTransform(BatchedTransform&&) noexcept = default;
+template<typename Real>
+BatchedTransform<Real>::~BatchedTransform() = default;
+template<typename Real>
+BatchedTransform<Real>::BatchedTransform(BatchedTransform&&) noexcept = default;
 
-template<typename Real> double BatchedTransform<Real>::half_phase_x(int i) const
+template<typename Real>
+double BatchedTransform<Real>::half_phase_x(int i) const
 {
     return half_phase(x_, impl_->complex ? i / 2 : i, nx_);
 }
 
-template<typename Real> double BatchedTransform<Real>::half_phase_y(int j) const { return half_phase(y_, j, ny_); }
-
-template<typename Real> void BatchedTransform<Real>::forward(Real* plane) const
+template<typename Real>
+double BatchedTransform<Real>::half_phase_y(int j) const
 {
-    impl_->complex ? Fftw<Real>::run_r2c(impl_->forward.get(), plane) : Fftw<Real>::run_r2r(impl_->forward.get(), plane);
+    return half_phase(y_, j, ny_);
 }
 
-template<typename Real> void BatchedTransform<Real>::backward(Real* plane) const
+template<typename Real>
+void BatchedTransform<Real>::forward(Real* plane) const
 {
-    impl_->complex ? Fftw<Real>::run_c2r(impl_->backward.get(), plane) : Fftw<Real>::run_r2r(impl_->backward.get(), plane);
+    impl_->complex ? Fftw<Real>::run_r2c(impl_->forward.get(), plane)
+                   : Fftw<Real>::run_r2r(impl_->forward.get(), plane);
+}
+
+template<typename Real>
+void BatchedTransform<Real>::backward(Real* plane) const
+{
+    impl_->complex ? Fftw<Real>::run_c2r(impl_->backward.get(), plane)
+                   : Fftw<Real>::run_r2r(impl_->backward.get(), plane);
 }
 
 template class BatchedTransform<float>;

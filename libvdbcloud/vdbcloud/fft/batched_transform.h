@@ -18,11 +18,12 @@ enum class AxisEnd {
 /// first nx hold the field; after forward() the first modes_x() of each row hold coefficients, and any function of
 /// half_phase_x(i), half_phase_y(j) may multiply them. backward(forward(f)) = f / scale().
 ///
-/// Where both axes are periodic a row holds nx/2 + 1 complex numbers, re and im in turn; otherwise nx real coefficients.
-/// Planes must start at multiples of `alignment` bytes (fft/planner.h); plane_length() keeps that for stacked planes.
-/// Threads: an instance may be shared; every call transforms its own plane with the same plan, so values do not
-/// depend on who calls. Planned by estimate, so they do not depend on the run either.
-template<typename Real> class BatchedTransform {
+/// Where both axes are periodic a row holds nx/2 + 1 complex numbers, re and im in turn; otherwise nx real
+/// coefficients. Planes must start at multiples of `alignment` bytes (fft/planner.h); plane_length() keeps that for
+/// stacked planes. Threads: an instance may be shared; every call transforms its own plane with the same plan, so
+/// values do not depend on who calls. Planned by estimate, so they do not depend on the run either.
+template<typename Real>
+class BatchedTransform {
 public:
     /// Throws InputError unless nx and ny are in 1..16384.
     BatchedTransform(int nx, int ny, AxisEnd x, AxisEnd y);

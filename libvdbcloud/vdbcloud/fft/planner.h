@@ -21,17 +21,26 @@ struct DestroyPlan {
     void operator()(fftw_plan_s*) const;
     void operator()(fftwf_plan_s*) const;
 };
-template<typename Real> struct PlanType;
-template<> struct PlanType<double> { using type = fftw_plan_s; };
-template<> struct PlanType<float> { using type = fftwf_plan_s; };
+template<typename Real>
+struct PlanType;
+template<>
+struct PlanType<double> {
+    using type = fftw_plan_s;
+};
+template<>
+struct PlanType<float> {
+    using type = fftwf_plan_s;
+};
 
 /// An owned plan in the precision `Real` (float or double): `plan.get()` is the fftw_plan or fftwf_plan.
-template<typename Real> using Plan = std::unique_ptr<typename PlanType<Real>::type, DestroyPlan>;
+template<typename Real>
+using Plan = std::unique_ptr<typename PlanType<Real>::type, DestroyPlan>;
 
 /// The plan that `make()` returns, made under the lock, as in
 /// make_plan<double>([&] { return fftw_plan_r2r_1d(...); }).
 /// Throws std::logic_error if FFTW has no such plan.
-template<typename Real, typename Make> Plan<Real> make_plan(Make make)
+template<typename Real, typename Make>
+Plan<Real> make_plan(Make make)
 {
     std::lock_guard<std::mutex> lock(planner_mutex());
     Plan<Real> plan(make());

@@ -21,8 +21,10 @@ namespace vdbcloud::fft {
 namespace {
 
 /// FFTW's two precisions under one name.
-template<typename Real> struct Fftw;
-template<> struct Fftw<double> {
+template<typename Real>
+struct Fftw;
+template<>
+struct Fftw<double> {
     using Complex = fftw_complex;
     static constexpr auto plan_r2c = fftw_plan_many_dft_r2c;
     static constexpr auto plan_c2r = fftw_plan_many_dft_c2r;
@@ -31,7 +33,8 @@ template<> struct Fftw<double> {
     static constexpr auto run_c2r = fftw_execute_dft_c2r;
     static constexpr auto run_c2c = fftw_execute_dft;
 };
-template<> struct Fftw<float> {
+template<>
+struct Fftw<float> {
     using Complex = fftwf_complex;
     static constexpr auto plan_r2c = fftwf_plan_many_dft_r2c;
     static constexpr auto plan_c2r = fftwf_plan_many_dft_c2r;
@@ -41,16 +44,19 @@ template<> struct Fftw<float> {
     static constexpr auto run_c2c = fftwf_execute_dft;
 };
 
-template<typename Real> constexpr size_t per_line = alignment / sizeof(Real);
+template<typename Real>
+constexpr size_t per_line = alignment / sizeof(Real);
 
 size_t round_up(size_t n, size_t to) { return (n + to - 1) / to * to; }
 
-template<typename Real> size_t padded_row(const Vec3i& size)
+template<typename Real>
+size_t padded_row(const Vec3i& size)
 {
     return round_up(2 * (size_t(size[2]) / 2 + 1), per_line<Real>);
 }
 
-template<typename Real> Real* allocate(size_t n)
+template<typename Real>
+Real* allocate(size_t n)
 {
     constexpr size_t huge = size_t(2) << 20;  // large fields lie on large pages: far fewer page faults
     const size_t bytes = n * sizeof(Real), to = bytes < 4 * huge ? alignment : huge;
@@ -64,8 +70,8 @@ const Vec3i& checked(const Vec3i& size)
 {
     for (int axis = 0; axis < 3; ++axis)
         if (size[axis] < 1 || size[axis] > 4096)
-            throw InputError("transform of size " + std::to_string(size[0]) + "," + std::to_string(size[1]) +
-                             "," + std::to_string(size[2]) + ": expected 1..4096 along each axis");
+            throw InputError("transform of size " + std::to_string(size[0]) + "," + std::to_string(size[1]) + "," +
+                             std::to_string(size[2]) + ": expected 1..4096 along each axis");
     return size;
 }
 
@@ -75,19 +81,26 @@ template<typename Real>
 RealField<Real>::RealField(const Vec3i& size)
     : size_(checked(size)), row_(padded_row<Real>(size)),
       data_(allocate<Real>(size_t(size[0]) * size_t(size[1]) * row_))
-{}
+{
+}
 
-template<typename Real> size_t RealField<Real>::bytes(const Vec3i& size)
+template<typename Real>
+size_t RealField<Real>::bytes(const Vec3i& size)
 {
     return size_t(size[0]) * size_t(size[1]) * padded_row<Real>(size) * sizeof(Real);
 }
 
-template<typename Real> void RealField<Real>::Free::operator()(Real* p) const { std::free(p); }
+template<typename Real>
+void RealField<Real>::Free::operator()(Real* p) const
+{
+    std::free(p);
+}
 
 /// Two sweeps: planes (j, k) of fixed i, which are contiguous; then columns along i, several neighbours at a
 /// time, copied into a scratch block that stays in the first-level cache, as a column alone would waste most
 /// of each cache line.
-template<typename Real> struct RealTransform<Real>::Impl {
+template<typename Real>
+struct RealTransform<Real>::Impl {
     using F = Fftw<Real>;
     using C = typename F::Complex;
     static constexpr int block = int(per_line<Real>);  // columns at a time: two cache lines of complex numbers
@@ -99,10 +112,10 @@ template<typename Real> struct RealTransform<Real>::Impl {
         const int reals[2] = {n[1], int(plane.row_length())}, modes[2] = {n[1], int(plane.row_length() / 2)};
         auto* r = plane.row(0, 0);
         auto* c = reinterpret_cast<C*>(r);
-        planes[0] = make_plan<Real>(
-            [&] { return F::plan_r2c(2, dims, 1, r, reals, 1, 0, c, modes, 1, 0, FFTW_ESTIMATE); });
-        planes[1] = make_plan<Real>(
-            [&] { return F::plan_c2r(2, dims, 1, c, modes, 1, 0, r, reals, 1, 0, FFTW_ESTIMATE); });
+        planes[0] =
+            make_plan<Real>([&] { return F::plan_r2c(2, dims, 1, r, reals, 1, 0, c, modes, 1, 0, FFTW_ESTIMATE); });
+        planes[1] =
+            make_plan<Real>([&] { return F::plan_c2r(2, dims, 1, c, modes, 1, 0, r, reals, 1, 0, FFTW_ESTIMATE); });
 
         const auto scratch = this->scratch();
         auto* s = reinterpret_cast<C*>(scratch.get());
@@ -146,7 +159,8 @@ template<typename Real> struct RealTransform<Real>::Impl {
 
     /// Calls body(j, k, width, scratch) for every block of columns; it is the body that fills and empties the
     /// scratch.
-    template<typename Body> void over_columns(const Body& body) const
+    template<typename Body>
+    void over_columns(const Body& body) const
     {
         const int modes = size[2] / 2 + 1;
         tbb::parallel_for(tbb::blocked_range<int>(0, size[1]), [&](const auto& range) {
@@ -180,8 +194,7 @@ template<typename Real> struct RealTransform<Real>::Impl {
                 transform_columns(width, false, s);
                 for (int i = 0; i < size[0]; ++i) copy(s + size_t(i) * block, width, field.modes(i, j) + k);
             } else {
-                for (int i = 0; i < size[0]; ++i)
-                    std::fill_n(field.modes(i, j) + k, width, std::complex<Real>());
+                for (int i = 0; i < size[0]; ++i) std::fill_n(field.modes(i, j) + k, width, std::complex<Real>());
             }
         });
     }
@@ -196,29 +209,35 @@ template<typename Real> struct RealTransform<Real>::Impl {
     std::array<std::array<Plan<Real>, 2>, 2> columns;  // [full block, the last of a row][forward, backward]
 };
 
-template<typename Real> RealTransform<Real>::RealTransform(const Vec3i& size) : impl_(new Impl(checked(size)))
+template<typename Real>
+RealTransform<Real>::RealTransform(const Vec3i& size) : impl_(new Impl(checked(size)))
 {
 }
-template<typename Real> RealTransform<Real>::~RealTransform() = default;
-template<typename Real> RealTransform<Real>::RealTransform(RealTransform&&) noexcept = default;
+template<typename Real>
+RealTransform<Real>::~RealTransform() = default;
+template<typename Real>
+RealTransform<Real>::RealTransform(RealTransform&&) noexcept = default;
 template<typename Real>
 RealTransform<Real>& RealTransform<Real>::operator=(RealTransform&&) noexcept = default;
 
-template<typename Real> void RealTransform<Real>::forward(RealField<Real>& field) const
+template<typename Real>
+void RealTransform<Real>::forward(RealField<Real>& field) const
 {
     impl_->check(field);
     impl_->run_planes(field, true);
     impl_->run_columns(field, true);
 }
 
-template<typename Real> void RealTransform<Real>::backward(RealField<Real>& field) const
+template<typename Real>
+void RealTransform<Real>::backward(RealField<Real>& field) const
 {
     impl_->check(field);
     impl_->run_columns(field, false);
     impl_->run_planes(field, false);
 }
 
-template<typename Real> void RealTransform<Real>::backward(const Modes& modes, RealField<Real>& field) const
+template<typename Real>
+void RealTransform<Real>::backward(const Modes& modes, RealField<Real>& field) const
 {
     impl_->check(field);
     impl_->make_columns(modes, field);

@@ -13,7 +13,8 @@ namespace vdbcloud::fft {
 /// half spectrum F(a, b, c), 0 <= a < nx, 0 <= b < ny, 0 <= c <= nz/2. Rows are padded to a common, aligned
 /// length, a multiple of 16 floats; what pads a row is 0 after a backward transform. What a new one holds is
 /// undefined. Bytes: nx ny row_length() sizeof(Real), 3 % over the field itself at 512^3.
-template<typename Real> class RealField {
+template<typename Real>
+class RealField {
 public:
     /// Throws InputError unless every size is in 1..4096.
     explicit RealField(const Vec3i& size);
@@ -23,10 +24,7 @@ public:
     size_t modes_per_row() const { return size_t(size_[2]) / 2 + 1; }
 
     Real* row(int i, int j) { return data_.get() + (size_t(i) * size_t(size_[1]) + size_t(j)) * row_; }
-    const Real* row(int i, int j) const
-    {
-        return data_.get() + (size_t(i) * size_t(size_[1]) + size_t(j)) * row_;
-    }
+    const Real* row(int i, int j) const { return data_.get() + (size_t(i) * size_t(size_[1]) + size_t(j)) * row_; }
     Real& operator()(int i, int j, int k) { return row(i, j)[k]; }
     Real operator()(int i, int j, int k) const { return row(i, j)[k]; }
 
@@ -60,7 +58,8 @@ private:
 /// Threads: all of TBB's, over planes and then over blocks of columns. Each part is transformed whole by one
 /// thread with the same plan, so values do not depend on how many there are. An instance may be shared by
 /// threads.
-template<typename Real> class RealTransform {
+template<typename Real>
+class RealTransform {
 public:
     explicit RealTransform(const Vec3i& size);
     ~RealTransform();

@@ -16,7 +16,7 @@ namespace vdbcloud {
 namespace {
 
 constexpr int B = 8;             // edge of a block [voxels]
-constexpr int super = 4;  // edge of a group of blocks, which share a first selection of parts [blocks]
+constexpr int super = 4;         // edge of a group of blocks, which share a first selection of parts [blocks]
 constexpr float most_noise = 4;  // noise is clamped here, as bounds are needed
 constexpr float nothing = -1e30f;
 
@@ -78,8 +78,7 @@ public:
     Range over(const Vec3i& o, const Vec3i& shift) const
     {
         int i[B], j[B];
-        const int ni = blocks_touched(o[0], shift[0], size_[0], i),
-                  nj = blocks_touched(o[1], shift[1], size_[1], j);
+        const int ni = blocks_touched(o[0], shift[0], size_[0], i), nj = blocks_touched(o[1], shift[1], size_[1], j);
         Range out{most_noise, -most_noise};
         for (int a = 0; a < ni; ++a)
             for (int b = 0; b < nj; ++b) {
@@ -140,15 +139,16 @@ inline float clamped(float n)
 
 /// What is computed of one slice of a block, Stride-th voxels only: v + t, the envelope's own depth, and what
 /// caps v, the height over the base and the distance to the faces of the domain.
-template<int Stride> struct Slice {
+template<int Stride>
+struct Slice {
     static constexpr int n = B / Stride, count = n * n;
     float v[count], depth[count], cap[count];
     float x[count], y[count], z[count], noise[count];
 };
 
 template<int Stride>
-__attribute__((always_inline)) inline void evaluate(const Shaper& s, const Envelope::Parts& near,
-                                                    const Vec3i& o, Slice<Stride>& out)
+__attribute__((always_inline)) inline void evaluate(const Shaper& s, const Envelope::Parts& near, const Vec3i& o,
+                                                    Slice<Stride>& out)
 {
     constexpr int n = Slice<Stride>::n;
     const Vec3f p = s.position(o);
@@ -179,8 +179,7 @@ __attribute__((always_inline)) inline void evaluate(const Shaper& s, const Envel
         const int q = j * n;
         for (int k = 0; k < n; ++k) {
             const float pz = p[2] + float(k) * dz, depth = out.depth[q + k];
-            const float bump =
-                roughness * (linear * out.noise[q + k] + fold * std::abs(out.noise[q + k]) - mean);
+            const float bump = roughness * (linear * out.noise[q + k] + fold * std::abs(out.noise[q + k]) - mean);
             float cap = std::min(face, std::min(pz - low_z, high_z - pz));
             cap = std::min(cap, height + float(k) * rise + 0.2f * bump);
             out.v[q + k] = depth + bump;
@@ -219,14 +218,13 @@ Kind classify(const Shaper& s, const BlockRanges& ranges, const Vec3i& o, Scratc
             spread[d] = s.warp * 0.5f * (w.high - w.low);
         }
     const float deepest_of_none = s.limited ? std::max(0.0f, s.threshold - most) : s.threshold - most;
-    const auto depth = s.envelope.select(
-        scratch.group, {centre + middle, s.block_radius(B) + spread.length()}, deepest_of_none, scratch.near);
+    const auto depth = s.envelope.select(scratch.group, {centre + middle, s.block_radius(B) + spread.length()},
+                                         deepest_of_none, scratch.near);
     if (depth.high + most <= s.threshold || (s.limited && depth.high <= 0)) return Kind::Empty;
 
     float face = 1e30f;
     for (int d = 0; d < 3; ++d)
-        face = std::min(face,
-                        std::min(centre[d] - s.low[d], s.high[d] - centre[d]) - 0.5f * (B - 1) * s.step[d]);
+        face = std::min(face, std::min(centre[d] - s.low[d], s.high[d] - centre[d]) - 0.5f * (B - 1) * s.step[d]);
     float v = std::min(depth.low + least - s.threshold, height - reach + 0.2f * least);
     if (s.limited) v = std::min(v, depth.low);
     return std::min(v, face) >= s.edge ? Kind::Full : Kind::Mixed;
@@ -239,8 +237,7 @@ void over_group(const Shaper& s, const Vec3i& corner, float least, Scratch& scra
 {
     constexpr int edge = super * B;
     const float radius = s.block_radius(edge) + warp_reach(s);
-    if (s.envelope.select(s.envelope.all(), {s.block_centre(corner, edge), radius}, least, scratch.group)
-            .high <= least)
+    if (s.envelope.select(s.envelope.all(), {s.block_centre(corner, edge), radius}, least, scratch.group).high <= least)
         return;
     for (int i = 0; i < edge; i += B)
         for (int j = 0; j < edge; j += B)
@@ -252,11 +249,11 @@ void over_group(const Shaper& s, const Vec3i& corner, float least, Scratch& scra
 
 /// Calls visit(corner, index, scratch) for every group of blocks, in parallel; index counts them in order of
 /// their corners.
-template<typename Visit> void over_groups(const Shaper& s, const Progress& progress, const Visit& visit)
+template<typename Visit>
+void over_groups(const Shaper& s, const Progress& progress, const Visit& visit)
 {
     constexpr int edge = super * B;
-    const Vec3i n((s.size[0] + edge - 1) / edge, (s.size[1] + edge - 1) / edge,
-                  (s.size[2] + edge - 1) / edge);
+    const Vec3i n((s.size[0] + edge - 1) / edge, (s.size[1] + edge - 1) / edge, (s.size[2] + edge - 1) / edge);
     std::atomic<int> done{0};
     tbb::parallel_for(tbb::blocked_range<int>(0, n.product()), [&](const auto& range) {
         Scratch scratch;
@@ -281,8 +278,7 @@ std::vector<float> sample(const Shaper& s)
     over_groups(s, {}, [&](const Vec3i& corner, size_t g, Scratch& scratch) {
         over_group(s, corner, 0, scratch, [&](const Vec3i& o) {
             const float reach = s.block_radius(B) + warp_reach(s);
-            if (s.envelope.select(scratch.group, {s.block_centre(o, B), reach}, 0, scratch.near).high <= 0)
-                return;
+            if (s.envelope.select(scratch.group, {s.block_centre(o, B), reach}, 0, scratch.near).high <= 0) return;
             Slice<2> slice;
             for (int i = 0; i < B; i += 2) {
                 evaluate<2>(s, scratch.near, o + Vec3i(i, 0, 0), slice);
@@ -382,26 +378,24 @@ CloudBlocks shape_cloud(const fft::RealField<float>& noise, const Box& domain, c
     check(noise, domain, o);
     const Vec3i size = noise.size();
     const Vec3d sides = domain.sides(), step(sides[0] / size[0], sides[1] / size[1], sides[2] / size[2]);
-    const double longest = std::max({sides[0], sides[1], sides[2]}),
-                 coarsest = std::max({step[0], step[1], step[2]});
+    const double longest = std::max({sides[0], sides[1], sides[2]}), coarsest = std::max({step[0], step[1], step[2]});
     const double rms = std::sqrt(2 / M_PI);  // mean of |n|
-    Shaper s{
-        noise,
-        envelope,
-        size,
-        {{size[0] / 3, size[1] / 2, 0}, {size[0] / 2, size[1] / 5, 0}, {size[0] * 5 / 6, size[1] * 3 / 4, 0}},
-        Vec3f(domain.low),
-        Vec3f(domain.high),
-        Vec3f(step),
-        float(o.roughness * longest),
-        float(o.warp * longest),
-        float(1 - o.billow),
-        float(2 * o.billow),
-        float(2 * o.billow * rms),
-        float(std::max(o.edge * longest, 1.5 * coarsest)),
-        0,
-        o.up,
-        o.coverage.has_value()};
+    Shaper s{noise,
+             envelope,
+             size,
+             {{size[0] / 3, size[1] / 2, 0}, {size[0] / 2, size[1] / 5, 0}, {size[0] * 5 / 6, size[1] * 3 / 4, 0}},
+             Vec3f(domain.low),
+             Vec3f(domain.high),
+             Vec3f(step),
+             float(o.roughness * longest),
+             float(o.warp * longest),
+             float(1 - o.billow),
+             float(2 * o.billow),
+             float(2 * o.billow * rms),
+             float(std::max(o.edge * longest, 1.5 * coarsest)),
+             0,
+             o.up,
+             o.coverage.has_value()};
 
     CloudBlocks out;
     out.size = size;

@@ -21,12 +21,12 @@ namespace vdbcloud {
 /// this fraction of the envelope is filled, and nothing lies beyond the envelope as displaced. Lengths here
 /// are fractions of the domain's longest side.
 struct ShapeOptions {
-    double roughness = 0.012;  ///< how far noise moves the surface, per standard deviation; 0..10
-    double warp = 0.012;       ///< how far noise displaces the envelope, per standard deviation; 0..1
-    double billow = 0.3;       ///< 0: noise as it is, 1: its folds, round outwards and creased inwards
-    double edge = 0.012;       ///< from density 0 to 1; at least 1.5 voxels are taken; 0..1
+    double roughness = 0.012;        ///< how far noise moves the surface, per standard deviation; 0..10
+    double warp = 0.012;             ///< how far noise displaces the envelope, per standard deviation; 0..1
+    double billow = 0.3;             ///< 0: noise as it is, 1: its folds, round outwards and creased inwards
+    double edge = 0.012;             ///< from density 0 to 1; at least 1.5 voxels are taken; 0..1
     std::optional<double> coverage;  ///< fraction of the envelope that is to hold cloud, 0..1
-    int up = 1;                ///< axis that points up: 0, 1 or 2
+    int up = 1;                      ///< axis that points up: 0, 1 or 2
 };
 
 /// A sparse density: 8 x 8 x 8 voxels a block.
@@ -35,12 +35,12 @@ struct CloudBlocks {
     Box domain;           ///< [world]
 
     struct Block {
-        Vec3i origin;                  ///< of its first voxel, a multiple of 8 on each axis
+        Vec3i origin;                   ///< of its first voxel, a multiple of 8 on each axis
         const float* values = nullptr;  ///< 512 values, the third index fastest; null: 1 everywhere
     };
     std::vector<Block> blocks;                ///< every block that is not 0 everywhere, in a fixed order
     std::vector<std::vector<float>> storage;  ///< what `values` point into
-    double threshold = 0;  ///< t above [world]
+    double threshold = 0;                     ///< t above [world]
 };
 
 /// Shapes a density from noise over the same domain.
@@ -50,7 +50,7 @@ struct CloudBlocks {
 ///
 /// Threads: all of TBB's; values do not depend on them. Memory: the blocks. Throws InputError for an option
 /// outside its range or an envelope without a voxel, Cancelled.
-CloudBlocks shape_cloud(const fft::RealField<float>& noise, const Box& domain, const Envelope&,
-                        const ShapeOptions&, const Progress& = {});
+CloudBlocks shape_cloud(const fft::RealField<float>& noise, const Box& domain, const Envelope&, const ShapeOptions&,
+                        const Progress& = {});
 
 }  // namespace vdbcloud

@@ -14,7 +14,7 @@ namespace {
 struct Sphere {
     Vec3d centre;  // third component up
     double radius;
-    uint64_t id;   // what its children's random numbers are made from
+    uint64_t id;  // what its children's random numbers are made from
 };
 
 double between(uint64_t bits, double low, double high) { return low + (high - low) * uniform(bits); }
@@ -31,8 +31,7 @@ std::vector<Sphere> columns(const Vec3d& half, double height, const CumulusOptio
         };
         // The first stands near the middle, the others around it on a spiral, lower and slimmer the further
         // out.
-        const double out_by =
-            t == 0 ? random(0, 0.05, 0.3) : std::sqrt((t - 0.2) / o.towers) * random(0, 0.62, 0.8);
+        const double out_by = t == 0 ? random(0, 0.05, 0.3) : std::sqrt((t - 0.2) / o.towers) * random(0, 0.62, 0.8);
         const double angle = turn + golden * t + random(1, -0.35, 0.35);
         const double top = height * (t == 0 ? 1 : (1.1 - 0.7 * out_by) * random(2, 0.5, 1));
         const double r0 = std::min(height * (t == 0 ? 0.5 : random(3, 0.3, 0.44)), 0.75 * top);
@@ -60,14 +59,11 @@ std::vector<Sphere> bulges(const std::vector<Sphere>& parents, int count, double
         const double turn = between(hash_bits(parent.id, 10), 0, 2 * M_PI);
         for (int c = 0; c < count; ++c) {
             const uint64_t id = hash_bits(parent.id, 11, uint64_t(c));
-            const double z =
-                std::clamp(1 - (2 * c + between(hash_bits(id, 1), 0, 2)) / count * 0.8, -1.0, 1.0);
+            const double z = std::clamp(1 - (2 * c + between(hash_bits(id, 1), 0, 2)) / count * 0.8, -1.0, 1.0);
             const double angle = turn + 2.399963229728653 * c + between(hash_bits(id, 2), -0.5, 0.5);
-            const double flat = std::sqrt(1 - z * z),
-                         r = parent.radius * between(hash_bits(id, 3), low, high);
+            const double flat = std::sqrt(1 - z * z), r = parent.radius * between(hash_bits(id, 3), low, high);
             const Vec3d w(flat * std::cos(angle), flat * std::sin(angle), z);
-            const Sphere child{parent.centre + w * (parent.radius * between(hash_bits(id, 4), 0.82, 0.95)), r,
-                               id};
+            const Sphere child{parent.centre + w * (parent.radius * between(hash_bits(id, 4), 0.82, 0.95)), r, id};
             if (child.centre[2] > -0.2 * r) out.push_back(child);
         }
     }
@@ -108,8 +104,8 @@ void pad(Envelope::Parts& parts)
 }
 
 /// The largest least and most depth of any sphere over a ball; most[i] becomes that of sphere i.
-__attribute__((target_clones("avx2", "default")))
-Envelope::Range bound(int n, const float* __restrict data, const Envelope::Ball& ball, float* __restrict most)
+__attribute__((target_clones("avx2", "default"))) Envelope::Range
+bound(int n, const float* __restrict data, const Envelope::Ball& ball, float* __restrict most)
 {
     const float x = ball.centre[0], y = ball.centre[1], z = ball.centre[2], radius = ball.radius;
     float low[lanes], high[lanes];
@@ -129,9 +125,10 @@ Envelope::Range bound(int n, const float* __restrict data, const Envelope::Ball&
 }
 
 /// out[p] = the largest depth of any sphere at point p.
-__attribute__((target_clones("avx2", "default")))
-void deepest(int n, int spheres, const float* __restrict data, int count, const float* __restrict x,
-             const float* __restrict y, const float* __restrict z, float* __restrict out)
+__attribute__((target_clones("avx2", "default"))) void deepest(int n, int spheres, const float* __restrict data,
+                                                               int count, const float* __restrict x,
+                                                               const float* __restrict y, const float* __restrict z,
+                                                               float* __restrict out)
 {
     int p = 0;
     for (; p + 2 * lanes <= count; p += 2 * lanes) {
@@ -187,8 +184,7 @@ public:
         const int m = stride(count);
         for (int i = 0, to = 0; i < from.count; ++i) {
             if (most[i] < cut) continue;
-            for (int row = 0; row < 5; ++row)
-                near.data[size_t(row * m + to)] = from.data[size_t(row * n + i)];
+            for (int row = 0; row < 5; ++row) near.data[size_t(row * m + to)] = from.data[size_t(row * n + i)];
             ++to;
         }
         near.count = count;
@@ -196,8 +192,7 @@ public:
         return range;
     }
 
-    void depth(const Parts& near, int count, const float* x, const float* y, const float* z,
-               float* out) const override
+    void depth(const Parts& near, int count, const float* x, const float* y, const float* z, float* out) const override
     {
         deepest(stride(near.count), near.count, near.data.data(), count, x, y, z, out);
     }
@@ -211,8 +206,7 @@ private:
 
 EnvelopePtr cumulus_envelope(const Box& box, const CumulusOptions& o)
 {
-    if (o.towers < 1 || o.towers > 64)
-        throw InputError("towers = " + std::to_string(o.towers) + ": expected 1..64");
+    if (o.towers < 1 || o.towers > 64) throw InputError("towers = " + std::to_string(o.towers) + ": expected 1..64");
     if (o.generations < 1 || o.generations > 4)
         throw InputError("generations = " + std::to_string(o.generations) + ": expected 1..4");
     const Vec3d sides = box.sides();
@@ -238,8 +232,7 @@ EnvelopePtr cumulus_envelope(const Box& box, const CumulusOptions& o)
             low[d] = std::min(low[d], s.centre[d] - s.radius);
             high[d] = std::max(high[d], s.centre[d] + s.radius);
         }
-    const double scale =
-        std::min({sides[u] / (high[0] - low[0]), sides[v] / (high[1] - low[1]), sides[up] / high[2]});
+    const double scale = std::min({sides[u] / (high[0] - low[0]), sides[v] / (high[1] - low[1]), sides[up] / high[2]});
     const Vec3d middle = 0.5 * (low + high);
     for (auto& s : spheres) {
         Vec3d c;

@@ -8,10 +8,10 @@ namespace vdbcloud {
 
 struct CumulusOptions {
     uint64_t seed = 1;
-    int towers = 6;        ///< rising columns, 1..64; the first is the tallest
-    double height = 0.6;   ///< of the tallest over the broader side of the box, if the box is as high; > 0
-    int generations = 3;   ///< of bulges upon bulges, 1..4
-    int up = 1;            ///< axis that points up: 0, 1 or 2
+    int towers = 6;       ///< rising columns, 1..64; the first is the tallest
+    double height = 0.6;  ///< of the tallest over the broader side of the box, if the box is as high; > 0
+    int generations = 3;  ///< of bulges upon bulges, 1..4
+    int up = 1;           ///< axis that points up: 0, 1 or 2
 };
 
 /// Spheres whose union is a cumulus that fills the box: every tower a column of spheres that narrows to a

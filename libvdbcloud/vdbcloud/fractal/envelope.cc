@@ -28,9 +28,9 @@ public:
     Ellipsoid(const Vec3d& centre, const Vec3d& axes)
         : centre_(centre), inverse_(Vec3d(1 / axes[0], 1 / axes[1], 1 / axes[2])),
           least_(float(std::min({axes[0], axes[1], axes[2]})))
-    {}
-    void depth(const Parts&, int count, const float* x, const float* y, const float* z,
-               float* out) const override
+    {
+    }
+    void depth(const Parts&, int count, const float* x, const float* y, const float* z, float* out) const override
     {
         for (int p = 0; p < count; ++p) {
             const float a = (x[p] - centre_[0]) * inverse_[0], b = (y[p] - centre_[1]) * inverse_[1],
@@ -48,12 +48,10 @@ private:
 class Slabs : public Smooth {
 public:
     Slabs(const Vec3d& low, const Vec3d& high) : low_(low), high_(high) {}
-    void depth(const Parts&, int count, const float* x, const float* y, const float* z,
-               float* out) const override
+    void depth(const Parts&, int count, const float* x, const float* y, const float* z, float* out) const override
     {
         for (int p = 0; p < count; ++p) {
-            const float a = std::min(x[p] - low_[0], high_[0] - x[p]),
-                        b = std::min(y[p] - low_[1], high_[1] - y[p]),
+            const float a = std::min(x[p] - low_[0], high_[0] - x[p]), b = std::min(y[p] - low_[1], high_[1] - y[p]),
                         c = std::min(z[p] - low_[2], high_[2] - z[p]);
             out[p] = std::min(a, std::min(b, c));
         }
@@ -87,10 +85,7 @@ EnvelopePtr sphere_envelope(const Box& box)
     return std::make_unique<Ellipsoid>(box.centre(), Vec3d(std::min({half[0], half[1], half[2]})));
 }
 
-EnvelopePtr ellipsoid_envelope(const Box& box)
-{
-    return std::make_unique<Ellipsoid>(box.centre(), half_sides(box));
-}
+EnvelopePtr ellipsoid_envelope(const Box& box) { return std::make_unique<Ellipsoid>(box.centre(), half_sides(box)); }
 
 EnvelopePtr box_envelope(const Box& box)
 {

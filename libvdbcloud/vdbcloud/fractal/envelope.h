@@ -35,7 +35,6 @@ public:
     virtual ~Envelope() = default;
     virtual const Parts& all() const;
 
-
     struct Ball {
         Vec3f centre;
         float radius;  ///< [world]

@@ -30,15 +30,13 @@ public:
     Range select(const Parts&, const Ball& ball, float, Parts& near) const override
     {
         near.count = 0;
-        const float x = ball.centre[0], y = ball.centre[1], z = ball.centre[2],
-                    reach = ball.radius + 2 * cell_;
+        const float x = ball.centre[0], y = ball.centre[1], z = ball.centre[2], reach = ball.radius + 2 * cell_;
         float d = 0;
         depth(near, 1, &x, &y, &z, &d);
         return {d - reach, d + reach};
     }
 
-    void depth(const Parts&, int count, const float* x, const float* y, const float* z,
-               float* out) const override
+    void depth(const Parts&, int count, const float* x, const float* y, const float* z, float* out) const override
     {
         const size_t sx = size_t(size_[1]) * size_t(size_[2]), sy = size_t(size_[2]);
         for (int p = 0; p < count; ++p) {
@@ -86,8 +84,7 @@ std::vector<uint8_t> inside(const FloatGrid& mask, const Box& domain, const Vec3
             for (int j = 0; j < size[1]; ++j)
                 for (int k = 0; k < size[2]; ++k) {
                     const Vec3d world = domain.low + step * Vec3d(i + 0.5, j + 0.5, k + 0.5);
-                    const float v =
-                        openvdb::tools::BoxSampler::sample(accessor, mask.transform().worldToIndex(world));
+                    const float v = openvdb::tools::BoxSampler::sample(accessor, mask.transform().worldToIndex(world));
                     set[(size_t(i) * size_t(size[1]) + size_t(j)) * size_t(size[2]) + size_t(k)] =
                         surface ? v < 0 : v > threshold;
                 }
@@ -104,20 +101,17 @@ EnvelopePtr mask_envelope(const FloatGrid& mask, const Box& domain, const Vec3i&
         throw InputError("mask '" + mask.getName() + "': nothing of it is inside the bounds");
     const Vec3d sides = domain.sides();
     return std::make_unique<Mask>(
-        domain, size,
-        signed_distance(size, {sides[0] / size[0], sides[1] / size[1], sides[2] / size[2]}, set));
+        domain, size, signed_distance(size, {sides[0] / size[0], sides[1] / size[1], sides[2] / size[2]}, set));
 }
 
 Box mask_bounds(const FloatGrid& mask)
 {
     openvdb::CoordBBox box;
-    if (!mask.tree().evalActiveVoxelBoundingBox(box))
-        throw InputError("mask '" + mask.getName() + "' is empty");
+    if (!mask.tree().evalActiveVoxelBoundingBox(box)) throw InputError("mask '" + mask.getName() + "' is empty");
     const Vec3d low = box.min().asVec3d() - Vec3d(0.5), high = box.max().asVec3d() + Vec3d(0.5);
     Box out{Vec3d(1e300), Vec3d(-1e300)};
     for (int corner = 0; corner < 8; ++corner) {
-        const Vec3d index(corner & 1 ? high[0] : low[0], corner & 2 ? high[1] : low[1],
-                          corner & 4 ? high[2] : low[2]);
+        const Vec3d index(corner & 1 ? high[0] : low[0], corner & 2 ? high[1] : low[1], corner & 4 ? high[2] : low[2]);
         const Vec3d world = mask.transform().indexToWorld(index);
         for (int d = 0; d < 3; ++d) {
             out.low[d] = std::min(out.low[d], world[d]);

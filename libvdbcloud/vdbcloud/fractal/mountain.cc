@@ -67,8 +67,7 @@ struct Surface {
     Vec3f point(int i, int j, bool foot) const
     {
         const int n[2] = {rows - 2, columns - 2}, axis[2] = {field.up == 0 ? 1 : 0, field.up == 2 ? 1 : 2};
-        const double along[2] = {std::clamp(i - 0.5, 0.0, double(n[0])),
-                                 std::clamp(j - 0.5, 0.0, double(n[1]))};
+        const double along[2] = {std::clamp(i - 0.5, 0.0, double(n[0])), std::clamp(j - 0.5, 0.0, double(n[1]))};
         Vec3d p;
         for (int d = 0; d < 2; ++d)
             p[axis[d]] = field.domain.low[axis[d]] + along[d] * field.domain.sides()[axis[d]] / n[d];
@@ -85,8 +84,7 @@ struct Surface {
 
 }  // namespace
 
-HeightField mountain_heights(const Box& domain, const Vec3i& size, const Spectrum& spectrum,
-                             const MountainOptions& o)
+HeightField mountain_heights(const Box& domain, const Vec3i& size, const Spectrum& spectrum, const MountainOptions& o)
 {
     check(size, o);
     HeightField f{o.up, domain, size, {}};
@@ -94,8 +92,7 @@ HeightField mountain_heights(const Box& domain, const Vec3i& size, const Spectru
     Vec3i flat = size;
     Vec3d sides = domain.sides();
     const double step = sides[o.up] / size[o.up], ground = domain.low[o.up] + 4 * step;
-    const double relief =
-        std::min(o.relief * std::max(sides[u], sides[v]), domain.high[o.up] - step - ground);
+    const double relief = std::min(o.relief * std::max(sides[u], sides[v]), domain.high[o.up] - step - ground);
     flat[o.up] = 1;
     sides[o.up] = std::min(sides[u], sides[v]);
     const auto noise = synthesize(flat, sides, spectrum);
@@ -129,8 +126,8 @@ FloatGridPtr mountain_grid(const HeightField& field, double half_width)
     const auto transform = voxel_centre_transform(field.domain, field.size);
     if (!transform->hasUniformScale()) throw InputError("a level set needs voxels that are cubes");
     const Surface surface(field);
-    auto grid = openvdb::tools::meshToLevelSet<FloatGrid>(*transform, surface.points, surface.triangles,
-                                                          float(half_width));
+    auto grid =
+        openvdb::tools::meshToLevelSet<FloatGrid>(*transform, surface.points, surface.triangles, float(half_width));
     grid->setName(schema::solid);
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
     return grid;

@@ -14,11 +14,11 @@ namespace vdbcloud {
 ///     q = (1 - peak (1 - m)) (a + (1 - a) B),   a = 0.1 peak
 ///     height = ground + relief (q - q_min) / (q_max - q_min)
 struct MountainOptions {
-    double relief = 0.35;  ///< from the lowest to the highest point, over the longest horizontal side; > 0
-    double ridges = 0.6;       ///< 0: rolling land, 1: sharp ridges and round valleys
-    double peak = 1;           ///< 0: as high at the edges of the box as in the middle, 1: one mountain
-    double half_width = 3;     ///< of the narrow band [voxels], 1.5..16
-    int up = 1;                ///< axis that points up: 0, 1 or 2
+    double relief = 0.35;   ///< from the lowest to the highest point, over the longest horizontal side; > 0
+    double ridges = 0.6;    ///< 0: rolling land, 1: sharp ridges and round valleys
+    double peak = 1;        ///< 0: as high at the edges of the box as in the middle, 1: one mountain
+    double half_width = 3;  ///< of the narrow band [voxels], 1.5..16
+    int up = 1;             ///< axis that points up: 0, 1 or 2
 };
 
 /// Heights [world, along the up axis] over the voxel columns of a domain, in the order of the two other axes,
@@ -26,7 +26,7 @@ struct MountainOptions {
 struct HeightField {
     int up = 1;
     Box domain;
-    Vec3i size{0, 0, 0};        ///< of the domain [voxels]; size[up] is not used
+    Vec3i size{0, 0, 0};  ///< of the domain [voxels]; size[up] is not used
     std::vector<float> height;
     int rows() const { return size[up == 0 ? 1 : 0]; }
     int columns() const { return size[up == 2 ? 1 : 2]; }

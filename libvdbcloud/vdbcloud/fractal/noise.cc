@@ -68,8 +68,7 @@ inline uint32_t mix(uint32_t x)
 
 /// `lanes` modes from c0 on of the row (mx, my): interleaved real and imaginary parts. Inlined, so that each
 /// clone of its caller has its own.
-__attribute__((always_inline)) inline void modes_of_row(const Synthesis& s, int mx, int my, int c0,
-                                                        float* out)
+__attribute__((always_inline)) inline void modes_of_row(const Synthesis& s, int mx, int my, int c0, float* out)
 {
     const auto &X = s.axis[0], &Y = s.axis[1], &Z = s.axis[2];
     const uint64_t key = hash_bits(hash_bits(s.seed + uint32_t(my)) ^ uint32_t(mx));
@@ -81,20 +80,17 @@ __attribute__((always_inline)) inline void modes_of_row(const Synthesis& s, int 
     const float kappa_z = Z.kappa * Z.kappa, exponent = -0.5f * s.beta;
     for (int w = 0; w < lanes; ++w) {
         const uint32_t c = uint32_t(c0 + w);
-        const uint32_t u = mix(key_u + c * 0x9e3779b9u),
-                       v = mix(key_v + c * 0x7feb352du) + turn + c * Z.shift;
+        const uint32_t u = mix(key_u + c * 0x9e3779b9u), v = mix(key_v + c * 0x7feb352du) + turn + c * Z.shift;
         const float fz = float(int32_t(c)), kappa2 = kappa_xy + fz * fz * kappa_z;
         const float uniform = (float(int32_t(u >> 8)) + 1) * 0x1p-24f;
         const float power = exp2_of(exponent * log2_of(s.outer2 + kappa2)) * s.scale;
-        const int kept =
-            (kappa2 > 0) & (kappa2 >= s.low2) & (kappa2 <= s.high2) & (inside_xy + fz * fz * Z.limit < 1);
+        const int kept = (kappa2 > 0) & (kappa2 >= s.low2) & (kappa2 <= s.high2) & (inside_xy + fz * fz * Z.limit < 1);
         const float r = std::sqrt(log2_of(uniform) * -0.6931471806f * power) * float(kept);
         const float h = float(int32_t(v)) * float(0x1p-32 * M_PI),
                     h2 = h * h;  // half the phase: |h| <= pi / 2
-        const float sine =
-            h * (1 - h2 * (1 / 6.f - h2 * (1 / 120.f - h2 * (1 / 5040.f - h2 * (1 / 362880.f)))));
-        const float cosine = 1 - h2 * (0.5f - h2 * (1 / 24.f - h2 * (1 / 720.f - h2 * (1 / 40320.f - h2 *
-                             (1 / 3628800.f)))));
+        const float sine = h * (1 - h2 * (1 / 6.f - h2 * (1 / 120.f - h2 * (1 / 5040.f - h2 * (1 / 362880.f)))));
+        const float cosine =
+            1 - h2 * (0.5f - h2 * (1 / 24.f - h2 * (1 / 720.f - h2 * (1 / 40320.f - h2 * (1 / 3628800.f)))));
         out[2 * w] = r * (cosine * cosine - sine * sine);
         out[2 * w + 1] = r * (2 * sine * cosine);
     }
@@ -157,8 +153,7 @@ void check(const Spectrum& s, const Vec3d& sides)
     if (!(s.high_cut >= s.low_cut)) refuse("high_cut", s.high_cut, "at least low_cut");
     for (int d = 0; d < 3; ++d) {
         if (!(s.stretch[d] >= 0.01 && s.stretch[d] <= 100)) refuse("stretch", s.stretch[d], "0.01..100");
-        if (!(sides[d] > 0 && std::isfinite(sides[d])))
-            refuse("side of the box", sides[d], "a finite length > 0");
+        if (!(sides[d] > 0 && std::isfinite(sides[d]))) refuse("side of the box", sides[d], "a finite length > 0");
     }
 }
 
@@ -190,11 +185,9 @@ fft::RealField<float> synthesize(const Vec3i& size, const Vec3d& sides, const Sp
     s.scale = float(1 / power);
 
     fft::RealField<float> field(size);
-    fft::RealTransform<float>(size).backward(
-        [&](int b, int c0, int width, std::complex<float>* out, int stride) {
-            return make_modes(s, b, c0, width, out, stride);
-        },
-        field);
+    fft::RealTransform<float>(size).backward([&](int b, int c0, int width, std::complex<float>* out,
+                                                 int stride) { return make_modes(s, b, c0, width, out, stride); },
+                                             field);
     return field;
 }
 

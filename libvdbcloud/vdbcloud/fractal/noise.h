@@ -14,15 +14,15 @@ namespace vdbcloud {
 ///
 ///     S(kappa) = (outer^2 + |kappa|^2)^(-beta/2)   for low_cut <= |kappa| <= high_cut, else 0
 ///
-/// and 0 at m = 0 (von Karman's form; a plain power law for outer = 0). Per mode, not per shell: the power of a shell falls
-/// as kappa^(2 - beta), and Kolmogorov's -5/3 law for a passive scalar is beta = 11/3.
+/// and 0 at m = 0 (von Karman's form; a plain power law for outer = 0). Per mode, not per shell: the power of a shell
+/// falls as kappa^(2 - beta), and Kolmogorov's -5/3 law for a passive scalar is beta = 11/3.
 struct Spectrum {
     uint64_t seed = 1;
-    double beta = 11.0 / 3;      ///< exponent of the mean power of a mode, 0..12
-    double outer = 0;            ///< the spectrum is flat below this wave number [cycles per longest side]
-    double low_cut = 0;          ///< waves longer than this are left out [cycles per longest side]
-    double high_cut = 1e9;       ///< waves shorter than this are left out [cycles per longest side]
-    Vec3d stretch{1, 1, 1};      ///< how many times longer features are along each axis
+    double beta = 11.0 / 3;  ///< exponent of the mean power of a mode, 0..12
+    double outer = 0;        ///< the spectrum is flat below this wave number [cycles per longest side]
+    double low_cut = 0;      ///< waves longer than this are left out [cycles per longest side]
+    double high_cut = 1e9;   ///< waves shorter than this are left out [cycles per longest side]
+    Vec3d stretch{1, 1, 1};  ///< how many times longer features are along each axis
 };
 
 /// S(kappa) as above, for a squared wave number.

@@ -1,8 +1,9 @@
 #include "vdbcloud/grid/compare.h"
 
+#include "vdbcloud/core/archive_layout.h"
+#include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/compare_trees.h"
-#include "vdbcloud/grid/descriptor_stream.h"
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/grid/select.h"
@@ -96,16 +97,20 @@ void beyond(const GridDifference& d, const Tolerances& allowed, std::vector<std:
         return;
     }
     const auto check = [&](double found, double most, const std::string& what) {
-        if (!(found <= most)) reasons.push_back(grid + what + " " + number(found) + ": expected at most " + number(most));
+        if (!(found <= most))
+            reasons.push_back(grid + what + " " + number(found) + ": expected at most " + number(most));
     };
     std::ostringstream where;
     where << " at [" << d.where[0] << ", " << d.where[1] << ", " << d.where[2] << "]";
-    if (!d.by_value && d.max > 0) reasons.push_back(grid + "its stored contents differ");
+    if (!d.by_value && d.max > 0)
+        reasons.push_back(grid + "its stored contents differ");
     else if (!(d.max <= allowed.max))
-        reasons.push_back(grid + "largest difference " + number(d.max) + where.str() + ": expected at most " + number(allowed.max));
+        reasons.push_back(grid + "largest difference " + number(d.max) + where.str() + ": expected at most " +
+                          number(allowed.max));
     check(d.rms, allowed.rms, "rms difference");
     check(d.relative, allowed.relative, "relative difference");
-    check(d.voxels ? double(d.only_a + d.only_b) / double(d.voxels) : 0, allowed.topology, "part of voxels active in one alone");
+    check(d.voxels ? double(d.only_a + d.only_b) / double(d.voxels) : 0, allowed.topology,
+          "part of voxels active in one alone");
     check(d.transform, allowed.transform, "transform's relative difference");
     if (allowed.metadata)
         for (const auto& key : d.metadata) reasons.push_back(grid + "metadata '" + printable(key) + "' differs");
@@ -144,8 +149,8 @@ FileDifference compare_files(const GridFile& a, const GridFile& b, const std::ve
     };
     for (const auto& label : which)
         if (!has(labels_a, label) && !has(labels_b, label))
-            throw InputError(printable(a.path, 4096) + ", " + printable(b.path, 4096) + ": no grid '" + printable(label) +
-                             "': they have " + grid_list(a) + " and " + grid_list(b));
+            throw InputError(printable(a.path, 4096) + ", " + printable(b.path, 4096) + ": no grid '" +
+                             printable(label) + "': they have " + grid_list(a) + " and " + grid_list(b));
     const auto wanted = [&](const std::string& label) { return which.empty() || has(which, label); };
     for (const auto& label : labels_a) {
         if (!wanted(label)) continue;
@@ -165,11 +170,14 @@ FileDifference compare_files(const GridFile& a, const GridFile& b, const std::ve
 std::vector<std::string> beyond(const FileDifference& difference, const Tolerances& allowed)
 {
     std::vector<std::string> reasons;
-    for (const auto& label : difference.only_a) reasons.push_back("grid '" + printable(label) + "' is in the first file alone");
-    for (const auto& label : difference.only_b) reasons.push_back("grid '" + printable(label) + "' is in the second file alone");
+    for (const auto& label : difference.only_a)
+        reasons.push_back("grid '" + printable(label) + "' is in the first file alone");
+    for (const auto& label : difference.only_b)
+        reasons.push_back("grid '" + printable(label) + "' is in the second file alone");
     for (const auto& grid : difference.grids) beyond(grid, allowed, reasons);
     if (allowed.metadata)
-        for (const auto& key : difference.metadata) reasons.push_back("the files' metadata '" + printable(key) + "' differs");
+        for (const auto& key : difference.metadata)
+            reasons.push_back("the files' metadata '" + printable(key) + "' differs");
     return reasons;
 }
 

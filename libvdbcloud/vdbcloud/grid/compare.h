@@ -1,6 +1,6 @@
 #pragma once
 // How far two grids, or two files of grids, are from each other: by value, whatever nodes hold the values.
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/grid_file.h"
 
 #include <array>
 #include <string>
@@ -39,7 +39,7 @@ struct Tolerances {
     double max = 0, rms = 0, relative = 0;  ///< as GridDifference; infinity: anything
     double topology = 0;                    ///< part of the voxels that may be active in one alone, 0..1
     double transform = 1e-9;
-    bool metadata = false;                  ///< metadata has to agree as well
+    bool metadata = false;  ///< metadata has to agree as well
 };
 
 GridDifference compare_grids(const GridBase& a, const GridBase& b);

@@ -18,9 +18,15 @@ using openvdb::Coord;
 double square(double x) { return x * x; }
 
 template<typename T>
-double square_of(const T& x) { return square(double(x)); }
+double square_of(const T& x)
+{
+    return square(double(x));
+}
 template<typename T>
-double square_of(const openvdb::math::Vec3<T>& x) { return square(double(x[0])) + square(double(x[1])) + square(double(x[2])); }
+double square_of(const openvdb::math::Vec3<T>& x)
+{
+    return square(double(x[0])) + square(double(x[1])) + square(double(x[2]));
+}
 
 double component_difference(double a, double b)
 {
@@ -30,7 +36,10 @@ double component_difference(double a, double b)
 }
 
 template<typename T>
-double difference(const T& a, const T& b) { return component_difference(double(a), double(b)); }
+double difference(const T& a, const T& b)
+{
+    return component_difference(double(a), double(b));
+}
 template<typename T>
 double difference(const openvdb::math::Vec3<T>& a, const openvdb::math::Vec3<T>& b)
 {
@@ -129,7 +138,8 @@ bool any(const openvdb::TreeBase& a, const openvdb::TreeBase& b, TreeDifference&
 bool compare_trees(const openvdb::TreeBase& a, const openvdb::TreeBase& b, TreeDifference& result)
 {
     using namespace openvdb;
-    return any<FloatTree, Vec3STree, DoubleTree, BoolTree, MaskTree, Int32Tree, Int64Tree, Vec3DTree, Vec3ITree>(a, b, result);
+    return any<FloatTree, Vec3STree, DoubleTree, BoolTree, MaskTree, Int32Tree, Int64Tree, Vec3DTree, Vec3ITree>(
+        a, b, result);
 }
 
 }  // namespace vdbcloud

@@ -8,9 +8,11 @@
 namespace openvdb {
 OPENVDB_USE_VERSION_NAMESPACE
 namespace OPENVDB_VERSION_NAME {
-namespace tree { class TreeBase; }
+namespace tree {
+class TreeBase;
 }
-}
+}  // namespace OPENVDB_VERSION_NAME
+}  // namespace openvdb
 
 namespace vdbcloud {
 

@@ -1,6 +1,8 @@
 // The density of a file: which grid it is, and whether its values can be used.
+#include "vdbcloud/grid/density.h"
+#include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/grid/select.h"
 
@@ -40,8 +42,8 @@ GridBasePtr only_fog(const GridFile& file)
                 found.push_back(grid);
         if (found.size() == 1) return found.front();
         if (found.size() > 1)
-            throw InputError(printable(file.path, 4096) + ": several grids may be the density: expected a choice among " +
-                             grid_list(file));
+            throw InputError(printable(file.path, 4096) +
+                             ": several grids may be the density: expected a choice among " + grid_list(file));
     }
     return nullptr;
 }
@@ -49,8 +51,7 @@ GridBasePtr only_fog(const GridFile& file)
 /// Why this grid cannot be a density, as the end of a sentence; empty if it can.
 std::string objection(const GridBase& grid)
 {
-    if (grid.type().find("ptdataidx") != std::string::npos)
-        return "holds points: expected a fog volume";
+    if (grid.type().find("ptdataidx") != std::string::npos) return "holds points: expected a fog volume";
     if (!is_real(grid)) return "holds values of type " + printable(grid.valueType()) + ": expected float or double";
     if (grid.getGridClass() == openvdb::GRID_LEVEL_SET) return "is a level set: expected a fog volume";
     if (!grid.transform().isLinear()) return "has a frustum (non-linear) transform: expected an affine one";
@@ -128,7 +129,8 @@ FloatGridPtr density_of(GridFile& file, const std::string& asked, const Warn& to
     if (const uint64_t count = negatives(*grid, what)) {
         if (grid == base) grid = grid->deepCopy();
         clamp(*grid);
-        warn(to, what + ": " + std::to_string(count) + (count == 1 ? " negative value" : " negative values") + " taken as 0");
+        warn(to, what + ": " + std::to_string(count) + (count == 1 ? " negative value" : " negative values") +
+                     " taken as 0");
     }
     if (grid != base) std::replace(file.grids.begin(), file.grids.end(), base, GridBasePtr(grid));
     return grid;

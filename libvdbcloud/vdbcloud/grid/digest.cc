@@ -2,8 +2,6 @@
 
 #include "vdbcloud/core/random.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/descriptor_stream.h"
-#include "vdbcloud/grid/io.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -58,16 +56,6 @@ std::string Digest::uuid() const
     std::string text = hex();
     for (const int at : {8, 13, 18, 23}) text.insert(at, "-");
     return text;
-}
-
-Digest file_digest(int descriptor)
-{
-    Digest digest;
-    std::vector<char> part(1 << 20);
-    digest.add(part.data(), read_at(descriptor, part.data(), identifier_begin, 0));
-    uint64_t at = identifier_begin + identifier_size;
-    for (size_t n; (n = read_at(descriptor, part.data(), part.size(), at)) > 0; at += n) digest.add(part.data(), n);
-    return digest;
 }
 
 std::string grid_digest(const FloatGrid& grid)

@@ -1,19 +1,24 @@
 #pragma once
 // Fingerprints of bytes: fast, 128 bits, equal on every little-endian machine. Not for security.
+#include "vdbcloud/core/fwd.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <string>
 
 namespace vdbcloud {
 
-/// Four lanes of 64 bits, each taking every fourth word by a product and a shift; mixed at the end. One changed word
-/// always changes its lane, as each step is a bijection of it.
+/// Four lanes of 64 bits, each taking every fourth word by a product and a shift; mixed at the end. One
+/// changed word always changes its lane, as each step is a bijection of it.
 class Digest {
 public:
     void add(const void* bytes, size_t count);
 
     template<typename T>
-    void add_value(const T& x) { add(&x, sizeof x); }
+    void add_value(const T& x)
+    {
+        add(&x, sizeof x);
+    }
 
     void add_text(const std::string& text)
     {
@@ -32,7 +37,8 @@ private:
     uint64_t count_ = 0;  // bytes so far; the last count_ % 32 are in rest_
 };
 
-/// Of all bytes of a .vdb but its identifier, which a writer may draw at random. Throws std::system_error.
-Digest file_digest(int descriptor);
+/// A fingerprint of a grid's transform, active topology and values, equal for equal grids on any machine, in
+/// hex.
+std::string grid_digest(const FloatGrid&);
 
 }  // namespace vdbcloud

@@ -34,8 +34,8 @@ void add_corners(const openvdb::CoordBBox& box, const Transform& transform, std:
 {
     const Vec3d low = box.min().asVec3d() - Vec3d(0.5), high = box.max().asVec3d() + Vec3d(0.5);
     for (int corner = 0; corner < 8; ++corner)
-        out.push_back(transform.indexToWorld(Vec3d(
-            corner & 1 ? high[0] : low[0], corner & 2 ? high[1] : low[1], corner & 4 ? high[2] : low[2])));
+        out.push_back(transform.indexToWorld(
+            Vec3d(corner & 1 ? high[0] : low[0], corner & 2 ? high[1] : low[1], corner & 4 ? high[2] : low[2])));
 }
 
 }  // namespace

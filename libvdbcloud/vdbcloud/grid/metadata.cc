@@ -1,5 +1,5 @@
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/core/error.h"
-#include "vdbcloud/grid/io.h"
 
 #include <openvdb/MetaMap.h>
 #include <openvdb/Metadata.h>
@@ -39,10 +39,14 @@ double get_number(const MetaMap& map, const std::string& key, double otherwise)
     const auto meta = map[key];
     if (!meta) return otherwise;
     double x = NAN;
-    if (const auto* d = value<double>(*meta)) x = *d;
-    else if (const auto* f = value<float>(*meta)) x = double(*f);
-    else if (const auto* i = value<int32_t>(*meta)) x = *i;
-    else if (const auto* l = value<int64_t>(*meta)) x = double(*l);
+    if (const auto* d = value<double>(*meta))
+        x = *d;
+    else if (const auto* f = value<float>(*meta))
+        x = double(*f);
+    else if (const auto* i = value<int32_t>(*meta))
+        x = *i;
+    else if (const auto* l = value<int64_t>(*meta))
+        x = double(*l);
     if (!std::isfinite(x)) refuse(key, *meta, "a finite number");
     return x;
 }
@@ -52,9 +56,12 @@ Vec3d get_vector(const MetaMap& map, const std::string& key, const Vec3d& otherw
     const auto meta = map[key];
     if (!meta) return otherwise;
     Vec3d x(NAN);
-    if (const auto* d = value<Vec3d>(*meta)) x = *d;
-    else if (const auto* f = value<Vec3f>(*meta)) x = Vec3d(*f);
-    else if (const auto* i = value<Vec3i>(*meta)) x = Vec3d(*i);
+    if (const auto* d = value<Vec3d>(*meta))
+        x = *d;
+    else if (const auto* f = value<Vec3f>(*meta))
+        x = Vec3d(*f);
+    else if (const auto* i = value<Vec3i>(*meta))
+        x = Vec3d(*i);
     if (!x.isFinite()) refuse(key, *meta, "three finite numbers");
     return x;
 }

@@ -1,7 +1,8 @@
-#include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/io.h"
-#include "vdbcloud/grid/schema.h"
 #include "vdbcloud/grid/select.h"
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/schema.h"
 
 #include <algorithm>
 #include <array>
@@ -35,7 +36,8 @@ bool split_index(const std::string& text, std::string& name, size_t& index)
 /// A vec3s grid of three float grids with one transform, active where any of them is.
 Vec3SGridPtr merged(const std::array<const FloatGrid*, 3>& parts, const std::string& name)
 {
-    const auto result = Vec3SGrid::create(Vec3f(parts[0]->background(), parts[1]->background(), parts[2]->background()));
+    const auto result =
+        Vec3SGrid::create(Vec3f(parts[0]->background(), parts[1]->background(), parts[2]->background()));
     result->setTransform(parts[0]->transform().copy());
     result->setName(name);
     for (const auto* part : parts) {

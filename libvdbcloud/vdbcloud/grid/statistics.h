@@ -1,6 +1,6 @@
 #pragma once
 // What a grid holds, in figures, for reports.
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/grid_file.h"
 
 #include <array>
 #include <string>
@@ -10,9 +10,9 @@ namespace vdbcloud {
 
 /// Counted and measured, never taken from what a file claims about itself.
 struct GridStatistics {
-    std::string label;       ///< name, or NAME[k] where several bear it
-    std::string value_type;  ///< "float", "vec3s", ...
-    std::string grid_class;  ///< "fog volume", "level set", "staggered", "unknown"
+    std::string label;           ///< name, or NAME[k] where several bear it
+    std::string value_type;      ///< "float", "vec3s", ...
+    std::string grid_class;      ///< "fog volume", "level set", "staggered", "unknown"
     uint64_t active_voxels = 0;  ///< tiles counted by their voxels
     uint64_t active_tiles = 0;
     uint64_t memory_bytes = 0;

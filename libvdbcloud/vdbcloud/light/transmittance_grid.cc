@@ -1,11 +1,13 @@
 #include "vdbcloud/light/transmittance_grid.h"
 
+#include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/brick_map.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/digest.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/optics/optical_depth.h"
 #include "vdbcloud/sweep/light_lattice.h"
+#include "vdbcloud/voxels/brick_map.h"
 
 #include <openvdb/tools/Morphology.h>
 
@@ -54,16 +56,18 @@ double exact_depth(const BrickMap& density, const Light& light, const Vec3d& dir
 struct Wanted {
     openvdb::MaskTree mask;
     int refine;
-    std::vector<Vec3i> leaf;       // origins / 8
-    std::vector<uint64_t> bits;    // 8 words of 64 a leaf
+    std::vector<Vec3i> leaf;     // origins / 8
+    std::vector<uint64_t> bits;  // 8 words of 64 a leaf
     int64_t voxels = 0;
 
     Wanted(const FloatGrid& density, int refine_by) : mask(false), refine(refine_by)
     {
         openvdb::MaskTree coarse(density.tree(), false, true, openvdb::TopologyCopy());
         coarse.voxelizeActiveTiles();
-        openvdb::tools::dilateActiveValues(coarse, 1, openvdb::tools::NN_FACE_EDGE_VERTEX, openvdb::tools::IGNORE_TILES);
-        if (refine == 1) mask.topologyUnion(coarse);
+        openvdb::tools::dilateActiveValues(coarse, 1, openvdb::tools::NN_FACE_EDGE_VERTEX,
+                                           openvdb::tools::IGNORE_TILES);
+        if (refine == 1)
+            mask.topologyUnion(coarse);
         else {
             openvdb::tree::ValueAccessor<openvdb::MaskTree> fine(mask);
             for (auto v = coarse.cbeginValueOn(); v; ++v)
@@ -96,12 +100,13 @@ struct Wanted {
 };
 
 /// Lattice depths: for each of the refine^3 offsets within a voxel the lattice is asked at density's voxels.
-void lattice_depths(const BrickMap& density, const Vec3d& direction, const TransmittanceOptions& o, const Wanted& wanted,
-                    std::vector<float>& depth, const Progress& progress)
+void lattice_depths(const BrickMap& density, const Vec3d& direction, const TransmittanceOptions& o,
+                    const Wanted& wanted, std::vector<float>& depth, const Progress& progress)
 {
     const int m = wanted.refine, offsets = m * m * m;
     const auto part = [&](int n) {
-        return progress ? Progress([&progress, n, offsets](double f) { return progress((n + f) / offsets); }) : Progress();
+        return progress ? Progress([&progress, n, offsets](double f) { return progress((n + f) / offsets); })
+                        : Progress();
     };
     VoxelBlocks targets;
     if (m == 1) {
@@ -126,11 +131,12 @@ void lattice_depths(const BrickMap& density, const Vec3d& direction, const Trans
             for (size_t k = leaf * 512; k < (leaf + 1) * 512; ++k) {
                 const Vec3i p = wanted.point(k);
                 const auto low = [&](int axis) { return (p[axis] - a[axis]) / m; };
-                if (!wanted.has(k) || low(0) * m + a[0] != p[0] || low(1) * m + a[1] != p[1] || low(2) * m + a[2] != p[2])
+                if (!wanted.has(k) || low(0) * m + a[0] != p[0] || low(1) * m + a[1] != p[1] ||
+                    low(2) * m + a[2] != p[2])
                     continue;
                 const auto at = place.find({low(0) >> 3, low(1) >> 3, low(2) >> 3});
-                depth[k] = targets.value[at->second * 512 +
-                                         size_t((low(0) & 7) << 6 | (low(1) & 7) << 3 | (low(2) & 7))];
+                depth[k] =
+                    targets.value[at->second * 512 + size_t((low(0) & 7) << 6 | (low(1) & 7) << 3 | (low(2) & 7))];
             }
         });
     }
@@ -155,8 +161,8 @@ void find_depths(const BrickMap& density, const Light& light, const Vec3d& direc
 
 /// Compares with exact rays at voxels spread evenly over the targets.
 void compare(const BrickMap& density, const Medium& medium, const Light& light, const std::vector<Vec3d>& directions,
-             const TransmittanceOptions& o, const Wanted& wanted, const std::vector<float>& transmittance, size_t channels,
-             TransmittanceReport& report)
+             const TransmittanceOptions& o, const Wanted& wanted, const std::vector<float>& transmittance,
+             size_t channels, TransmittanceReport& report)
 {
     std::vector<size_t> sample;
     const size_t step = std::max<size_t>(1, size_t(report.voxels) / size_t(std::max(1, o.error_samples)));
@@ -192,8 +198,10 @@ typename GridT::Ptr make_grid(const openvdb::MaskTree& mask, const std::vector<f
     tbb::parallel_for(size_t(0), leaves.size(), [&](size_t b) {
         for (auto v = leaves[b]->beginValueOn(); v; ++v) {
             const float* from = &value[(b * 512 + v.pos()) * channels];
-            if constexpr (channels == 1) v.setValue(*from);
-            else v.setValue(Value(from[0], from[1], from[2]));
+            if constexpr (channels == 1)
+                v.setValue(*from);
+            else
+                v.setValue(Value(from[0], from[1], from[2]));
         }
     });
     return GridT::create(tree);
@@ -216,14 +224,15 @@ GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, c
     const auto directions = directions_of(light, o.disc_samples);
     std::vector<float> depth, transmittance(wanted.leaf.size() * 512 * channels, 0.0f);
     for (size_t d = 0; d < directions.size(); ++d) {
-        const Progress part = progress ? Progress([&](double f) { return progress((double(d) + f) / double(directions.size())); })
-                                       : Progress();
+        const Progress part =
+            progress ? Progress([&](double f) { return progress((double(d) + f) / double(directions.size())); })
+                     : Progress();
         find_depths(bricks, light, directions[d], o, wanted, depth, part);
         tbb::parallel_for(size_t(0), wanted.leaf.size(), [&](size_t b) {
             for (size_t n = b * 512; n < (b + 1) * 512; ++n)
                 for (size_t c = 0; c < channels; ++c)
-                    transmittance[n * channels + c] += float(
-                        std::exp(-medium.sigma_t_per_density[int(c)] * depth[n]) / double(directions.size()));
+                    transmittance[n * channels + c] +=
+                        float(std::exp(-medium.sigma_t_per_density[int(c)] * depth[n]) / double(directions.size()));
         });
     }
     if (report) {
@@ -233,8 +242,10 @@ GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, c
     }
 
     GridBasePtr grid;
-    if (channels == 1) grid = make_grid<openvdb::FloatGrid>(wanted.mask, transmittance);
-    else grid = make_grid<openvdb::Vec3SGrid>(wanted.mask, transmittance);
+    if (channels == 1)
+        grid = make_grid<openvdb::FloatGrid>(wanted.mask, transmittance);
+    else
+        grid = make_grid<openvdb::Vec3SGrid>(wanted.mask, transmittance);
     grid->setName(transmittance_name(light));
     grid->setTransform(density.transform().copy());
     if (o.refine > 1) grid->transform().preScale(1.0 / o.refine);

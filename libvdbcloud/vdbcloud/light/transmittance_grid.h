@@ -24,19 +24,20 @@ struct TransmittanceOptions {
 
 struct TransmittanceReport {
     int64_t voxels = 0;
-    int compared = 0;               ///< voxels that were compared with exact rays
-    double mean_error = 0;          ///< mean |T - T_exact| over them
+    int compared = 0;       ///< voxels that were compared with exact rays
+    double mean_error = 0;  ///< mean |T - T_exact| over them
     double max_error = 0;
 };
 
-/// transmittance_<light>: T(x) = exp(-sigma_t_per_density * depth(x)), depth the density integrated from the voxel's centre to
-/// the light; averaged over the light's disc if it has one.
+/// transmittance_<light>: T(x) = exp(-sigma_t_per_density * depth(x)), depth the density integrated from the voxel's
+/// centre to the light; averaged over the light's disc if it has one.
 ///
 /// Values are at the active voxels of `density` and one voxel about them, which is where a trilinear sample of a lit
 /// point inside the cloud can reach; elsewhere the background is 1. Float where the medium is grey, else vec3s. With
 /// refine = m the light grid's voxels are m times smaller than density's, of which every m-th lies on one of density's
-/// centres: interpolating T between them then errs m^2 times less. The grid bears density's transform (refined), the light (write_light), the medium's extinction and density's digest as
-/// metadata, so that later stages know what it belongs to.
+/// centres: interpolating T between them then errs m^2 times less. The grid bears density's transform (refined), the
+/// light (write_light), the medium's extinction and density's digest as metadata, so that later stages know what it
+/// belongs to.
 ///
 /// Units: sigma_t_per_density [1/world unit]. Errors: InputError for a transform that is not affine.
 /// Source: Kajiya & Von Herzen 1984, section 3.1, pass one.

@@ -1,7 +1,7 @@
 #pragma once
 // Walks a ray through the cells of a brick map, skipping what is empty. Inside one cell the trilinear density along a
 // ray is a cubic polynomial, so whatever is integrated per cell can be integrated exactly.
-#include "vdbcloud/grid/brick_map.h"
+#include "vdbcloud/voxels/brick_map.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,8 +21,8 @@ struct IndexRay {
     Vec3d origin, direction, inverse;
 };
 
-/// Narrows [t0, t1] to the part of the ray inside the box lo..hi; false if nothing is left. A ray that runs in a face is
-/// inside at lo and outside at hi, so that of two boxes that touch it meets one.
+/// Narrows [t0, t1] to the part of the ray inside the box lo..hi; false if nothing is left. A ray that runs in a face
+/// is inside at lo and outside at hi, so that of two boxes that touch it meets one.
 inline bool clip(const IndexRay& ray, const Vec3d& lo, const Vec3d& hi, double& t0, double& t1)
 {
     for (int a = 0; a < 3; ++a) {

@@ -25,8 +25,10 @@ inline void leave(const IndexRay& ray, Vec3i& cell, int shift, int axis, double 
 {
     for (int a = 0; a < 3; ++a) {
         const int low = (cell[a] >> shift) << shift, high = low + (1 << shift) - 1;
-        if (a == axis) cell[a] = ray.direction[a] > 0 ? high + 1 : low - 1;
-        else cell[a] = int(std::clamp(std::floor(ray.origin[a] + t * ray.direction[a]), double(low), double(high)));
+        if (a == axis)
+            cell[a] = ray.direction[a] > 0 ? high + 1 : low - 1;
+        else
+            cell[a] = int(std::clamp(std::floor(ray.origin[a] + t * ray.direction[a]), double(low), double(high)));
     }
 }
 
@@ -66,16 +68,15 @@ bool march_root(const BrickMap& map, const BrickMap::Root& root, const IndexRay&
 {
     Vec3i cell;
     for (int a = 0; a < 3; ++a)
-        cell[a] = int(std::clamp(std::floor(ray.origin[a] + t * ray.direction[a]), double(root.first[a]),
-                                 double(root.last[a])));
+        cell[a] = int(
+            std::clamp(std::floor(ray.origin[a] + t * ray.direction[a]), double(root.first[a]), double(root.last[a])));
     while (t < t1) {
         for (int a = 0; a < 3; ++a)
             if (cell[a] < root.first[a] || cell[a] > root.last[a]) return true;
-        const int32_t s = root.supers[size_t(((cell[0] >> 7) & 31) << 10 | ((cell[1] >> 7) & 31) << 5 |
-                                             ((cell[2] >> 7) & 31))];
-        const int32_t slot = s < 0 ? -1
-                                   : map.super(s)[((cell[0] >> 3) & 15) << 8 | ((cell[1] >> 3) & 15) << 4 |
-                                                  ((cell[2] >> 3) & 15)];
+        const int32_t s =
+            root.supers[size_t(((cell[0] >> 7) & 31) << 10 | ((cell[1] >> 7) & 31) << 5 | ((cell[2] >> 7) & 31))];
+        const int32_t slot =
+            s < 0 ? -1 : map.super(s)[((cell[0] >> 3) & 15) << 8 | ((cell[1] >> 3) & 15) << 4 | ((cell[2] >> 3) & 15)];
         if (slot >= 0) {
             if (!march_brick(map.brick(slot), ray, cell, t, t1, visit)) return false;
             continue;
@@ -107,7 +108,8 @@ bool march_cells(const BrickMap& map, const IndexRay& ray, double t0, double t1,
         const Vec3d lo(root.first[0], root.first[1], root.first[2]);
         const Vec3d hi(root.last[0] + 1.0, root.last[1] + 1.0, root.last[2] + 1.0);
         if (!clip(ray, lo, hi, hit.t0, hit.t1)) continue;
-        if (hits < few) first[hits] = hit;
+        if (hits < few)
+            first[hits] = hit;
         else {
             if (hits == few) more.assign(first, first + few);
             more.push_back(hit);

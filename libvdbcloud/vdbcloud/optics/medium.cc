@@ -2,7 +2,7 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 
 #include <cmath>
@@ -29,8 +29,7 @@ void check_channels(const char* key, const Vec3d& value, double low, double high
 
 void check(const Medium& medium)
 {
-    check_channels(schema::sigma_t_per_density, medium.sigma_t_per_density, 0, 1e30,
-                   "finite numbers, 0 or above");
+    check_channels(schema::sigma_t_per_density, medium.sigma_t_per_density, 0, 1e30, "finite numbers, 0 or above");
     check_channels(schema::albedo, medium.albedo, 0, 1, "numbers in [0, 1]");
     if (!(medium.g > -1 && medium.g < 1)) refuse(schema::g, medium.g, "a number in (-1, 1)");
 }
@@ -39,8 +38,7 @@ void check(const Medium& medium)
 
 bool Medium::grey() const
 {
-    return sigma_t_per_density[0] == sigma_t_per_density[1] &&
-           sigma_t_per_density[1] == sigma_t_per_density[2];
+    return sigma_t_per_density[0] == sigma_t_per_density[1] && sigma_t_per_density[1] == sigma_t_per_density[2];
 }
 
 const char* name(PhaseKind kind)
@@ -57,8 +55,7 @@ PhaseKind phase_kind(const std::string& text)
 {
     for (const auto kind : {PhaseKind::Isotropic, PhaseKind::Rayleigh, PhaseKind::HenyeyGreenstein})
         if (text == name(kind)) return kind;
-    throw InputError("phase function '" + printable(text) +
-                     "': expected isotropic, rayleigh or henyey-greenstein");
+    throw InputError("phase function '" + printable(text) + "': expected isotropic, rayleigh or henyey-greenstein");
 }
 
 Medium read_medium(const MetaMap& from, const Medium& otherwise)

@@ -1,7 +1,7 @@
 #pragma once
 // Optical depth of ray segments through a sparse grid, exactly for its trilinear interpolant.
 #include "vdbcloud/core/affine.h"
-#include "vdbcloud/grid/brick_map.h"
+#include "vdbcloud/voxels/brick_map.h"
 
 namespace vdbcloud {
 

@@ -10,8 +10,7 @@ namespace {
 constexpr double pi = 3.14159265358979323846;
 }
 
-PhaseFunction::PhaseFunction(PhaseKind kind, double g)
-    : kind_(kind), g_(kind == PhaseKind::HenyeyGreenstein ? g : 0.0)
+PhaseFunction::PhaseFunction(PhaseKind kind, double g) : kind_(kind), g_(kind == PhaseKind::HenyeyGreenstein ? g : 0.0)
 {
     if (!(g > -1 && g < 1)) throw InputError("g = " + std::to_string(g) + ": expected a number in (-1, 1)");
 }

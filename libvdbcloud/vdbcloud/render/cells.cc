@@ -1,10 +1,10 @@
 // The integrator that knows the interpolant: optical depth is exact in each cell, and radiance is integrated in optical
 // depth, where attenuation is an exponential whatever the density does.
 //
-// Over a stretch from A to B let y = tau + tau_light be a beam's depth from the light to the eye by way of a point. Taking y
-// linear in tau, scattered light is  W (exp(-y_A) - exp(-y_B)) / (y_B - y_A),  W the scattering depth times E p: positive at
-// any thickness, with an error of second order in the stretch. Done for a cell whole and in halves, whose three points
-// are the same, the two combine (Richardson) to fourth order.
+// Over a stretch from A to B let y = tau + tau_light be a beam's depth from the light to the eye by way of a point.
+// Taking y linear in tau, scattered light is  W (exp(-y_A) - exp(-y_B)) / (y_B - y_A),  W the scattering depth times E
+// p: positive at any thickness, with an error of second order in the stretch. Done for a cell whole and in halves,
+// whose three points are the same, the two combine (Richardson) to fourth order.
 #include "vdbcloud/render/media.h"
 
 #include <cmath>
@@ -229,7 +229,8 @@ private:
         const double mid = (t0 + t1) / 2;
         depths(t0, mid, first_half_);
         depths(mid, t1, second_half_);
-        if (b_.t == t0) std::swap(a_, b_);
+        if (b_.t == t0)
+            std::swap(a_, b_);
         else {
             set_local(a_, t0);
             set_beams(a_, result.tau);
@@ -257,8 +258,9 @@ private:
             if (scene_.volumes[v].emission)
                 result.emission += extrapolate(emitted(v, a_, m_) + emitted(v, m_, b_), emitted(v, a_, b_));
             if (scene_.volumes[v].phi)
-                result.multiple += extrapolate(rescattered(v, a_, m_, first_half_) + rescattered(v, m_, b_, second_half_),
-                                               rescattered(v, a_, b_, whole_));
+                result.multiple +=
+                    extrapolate(rescattered(v, a_, m_, first_half_) + rescattered(v, m_, b_, second_half_),
+                                rescattered(v, a_, b_, whole_));
         }
     }
 
@@ -310,7 +312,8 @@ private:
         };
         Vec3d weight(0), mean(0);
         for (size_t v = 0; v < depth.size(); ++v)
-            if (depth[v] > 0) weight += scattering(v, from, to, depth) * media_.arriving(l, v, from.t, to.t) * beyond(v);
+            if (depth[v] > 0)
+                weight += scattering(v, from, to, depth) * media_.arriving(l, v, from.t, to.t) * beyond(v);
         for (int c = 0; c < channels_; ++c)
             mean[c] = mean_exponential(p.left[c], q.left[c], to.tau[c] + q.depth[c] - from.tau[c] - p.depth[c]);
         for (int c = channels_; c < 3; ++c) mean[c] = mean[0];
@@ -338,7 +341,9 @@ private:
     static void note_half_way(double t0, double t1, const Vec3d& tau0, const Vec3d& tau1, RayResult& result)
     {
         if (result.half_way < 1e30 || std::max({tau1[0], tau1[1], tau1[2]}) < log_2) return;
-        const auto mean = [](const Vec3d& tau) { return (std::exp(-tau[0]) + std::exp(-tau[1]) + std::exp(-tau[2])) / 3; };
+        const auto mean = [](const Vec3d& tau) {
+            return (std::exp(-tau[0]) + std::exp(-tau[1]) + std::exp(-tau[2])) / 3;
+        };
         const double after = mean(tau1);
         if (after > 0.5) return;
         const double before = mean(tau0);  // linear in -log T within the step
@@ -355,12 +360,12 @@ private:
         double left = 0, sum = 0;      // exp(-depth) at the end of the last cell; scattered light over albedo, E and p
     };
     std::vector<Sun> sun_;
-    bool has_rest_ = false;                               // emission or light scattered more than once
-    std::vector<std::vector<Piece>> pieces_;              // several volumes
+    bool has_rest_ = false;                   // emission or light scattered more than once
+    std::vector<std::vector<Piece>> pieces_;  // several volumes
     std::vector<std::pair<size_t, const Piece*>> active_;
-    Piece current_{};                                     // one volume
+    Piece current_{};                                       // one volume
     std::vector<double> first_half_, second_half_, whole_;  // depths of a step, each volume [density x world unit]
-    Node a_, m_, b_;                                      // its points
+    Node a_, m_, b_;                                        // its points
 };
 
 }  // namespace

@@ -56,8 +56,8 @@ struct Gathering {
                            ": expected a finite value");
 }
 
-void expose_pixel(Film& film, const Gathering& how, const PixelFilter& filter, const SampleFunction& sample,
-                  int i, int j)
+void expose_pixel(Film& film, const Gathering& how, const PixelFilter& filter, const SampleFunction& sample, int i,
+                  int j)
 {
     const auto n = size_t(film.channels());
     std::vector<double> sum(n, 0.0), value(n);
@@ -90,8 +90,7 @@ Film::Film(const ImageSize& size, std::vector<LayerSpec> layers)
 {
     std::set<std::string> names;
     for (const LayerSpec& layer : layers_) {
-        if (!names.insert(layer.name).second)
-            throw InputError("film: two layers are called '" + layer.name + "'");
+        if (!names.insert(layer.name).second) throw InputError("film: two layers are called '" + layer.name + "'");
         if (layer.channels.empty()) throw InputError("film: layer '" + layer.name + "' has no channel");
         offsets_.push_back(channels_);
         channels_ += int(layer.channels.size());
@@ -114,8 +113,7 @@ const float* Film::pixel(int i, int j) const
 
 float* Film::pixel(int i, int j) { return const_cast<float*>(std::as_const(*this).pixel(i, j)); }
 
-void expose(Film& film, const SamplingOptions& sampling, const SamplerFactory& factory,
-            const Progress& progress)
+void expose(Film& film, const SamplingOptions& sampling, const SamplerFactory& factory, const Progress& progress)
 {
     const PixelFilter filter(sampling);
     const Gathering how(film);
@@ -128,8 +126,7 @@ void expose(Film& film, const SamplingOptions& sampling, const SamplerFactory& f
         const SampleFunction& sample = samplers.local();
         const int x0 = w.x0 + t % across * tile, y0 = w.y0 + t / across * tile;
         for (int j = y0; j < std::min(y0 + tile, w.y1); ++j)
-            for (int i = x0; i < std::min(x0 + tile, w.x1); ++i)
-                expose_pixel(film, how, filter, sample, i, j);
+            for (int i = x0; i < std::min(x0 + tile, w.x1); ++i) expose_pixel(film, how, filter, sample, i, j);
         report(progress, double(++done) / (across * down));
     });
 }

@@ -20,7 +20,7 @@ enum class Combine {
 struct LayerSpec {
     std::string name;                   ///< "" for the beauty, whose channels are R, G, B, A
     std::vector<std::string> channels;  ///< "R", "G", "B"; "Z"; "Y"
-    bool half = true; ///< stored as half in files: colour; false for Z, variance and transmittance
+    bool half = true;                   ///< stored as half in files: colour; false for Z, variance and transmittance
     Combine combine = Combine::Mean;
 };
 

@@ -34,7 +34,8 @@ ForwardPeak::ForwardPeak(double g, int degree) : g_(g), f_(std::pow(g, degree + 
             table_.push_back(float(1 + share(angle_of(i)) * (exact(std::cos(angle_of(i)), depth_of(j)) - 1)));
 }
 
-/// The sum over all l of a constant is 0 off the forward direction: taking off the term that l tends to leaves one that converges.
+/// The sum over all l of a constant is 0 off the forward direction: taking off the term that l tends to leaves one that
+/// converges.
 double ForwardPeak::exact(double cosine, double x) const
 {
     if (x == 0) return 1;
@@ -54,7 +55,8 @@ double ForwardPeak::operator()(double cosine, double x) const
 {
     const double angle = std::acos(std::clamp(cosine, -1.0, 1.0));
     if (angle >= none) return 1;
-    const double a = std::sqrt(angle / none) * (angles - 1), d = std::log1p(std::clamp(x, 0.0, deepest)) / std::log1p(deepest) * (depths - 1);
+    const double a = std::sqrt(angle / none) * (angles - 1),
+                 d = std::log1p(std::clamp(x, 0.0, deepest)) / std::log1p(deepest) * (depths - 1);
     const int i = std::min(int(a), angles - 2), j = std::min(int(d), depths - 2);
     const double u = a - i, v = d - j;
     const float* t = &table_[size_t(i) * depths + size_t(j)];

@@ -41,8 +41,7 @@ bool fits_half(const Film& film, int first, int count)
     for (int j = w.y0; j < w.y1; ++j)
         for (int i = w.x0; i < w.x1; ++i) {
             const float* values = film.pixel(i, j) + first;
-            if (!std::all_of(values, values + count, [](float x) { return std::abs(x) <= largest_half; }))
-                return false;
+            if (!std::all_of(values, values + count, [](float x) { return std::abs(x) <= largest_half; })) return false;
         }
     return true;
 }
@@ -109,8 +108,7 @@ OIIO::ImageSpec exr_spec(const Film& film, const CameraView& view, const ImageMe
     spec.attribute("PixelAspectRatio", float(film.size().pixel_aspect));
     const Camera& camera = view.camera();
     const bool perspective = camera.projection == Projection::Perspective;
-    spec.attribute("screenWindowWidth",
-                   float(perspective ? 2 * std::tan(camera.fov * pi / 360) : camera.width));
+    spec.attribute("screenWindowWidth", float(perspective ? 2 * std::tan(camera.fov * pi / 360) : camera.width));
     const float centre[2] = {0, 0};
     spec.attribute("screenWindowCenter", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, OIIO::TypeDesc::VEC2), centre);
     set_matrix(spec, "worldtocamera", view.world_to_camera());
@@ -147,20 +145,19 @@ Bytes encoded(const std::string& path, const char* format, const OIIO::ImageSpec
     Bytes bytes;
     OIIO::Filesystem::IOVecOutput memory(bytes);
     // A writer may report success and hold an error, so every step and the remaining error are looked at.
-    const bool done = output->set_ioproxy(&memory) && output->open(name, spec) &&
-                      output->write_image(type, pixels) && output->close();
+    const bool done = output->set_ioproxy(&memory) && output->open(name, spec) && output->write_image(type, pixels) &&
+                      output->close();
     if (!done || output->has_error())
         throw IoError(printable(path) + ": cannot encode " + format + ": " + printable(output->geterror()));
     return bytes;
 }
 
-Bytes encoded_exr(const std::string& path, const Film& film, const CameraView& view,
-                  const ImageMetadata& metadata, const ImageOptions& options, const Warn& listener)
+Bytes encoded_exr(const std::string& path, const Film& film, const CameraView& view, const ImageMetadata& metadata,
+                  const ImageOptions& options, const Warn& listener)
 {
     const Channels channels = channels_of(film, options, listener);
     const auto pixels = exr_pixels(film, channels, options.draw_background);
-    return encoded(path, "exr", exr_spec(film, view, metadata, channels), OIIO::TypeDesc::FLOAT,
-                   pixels.data());
+    return encoded(path, "exr", exr_spec(film, view, metadata, channels), OIIO::TypeDesc::FLOAT, pixels.data());
 }
 
 template<typename Integer>
@@ -177,8 +174,7 @@ std::vector<Integer> quantised(const Film& film, const ViewOptions& view)
     return out;
 }
 
-Bytes encoded_png(const std::string& path, const Film& film, const ImageMetadata& metadata,
-                  const ImageOptions& options)
+Bytes encoded_png(const std::string& path, const Film& film, const ImageMetadata& metadata, const ImageOptions& options)
 {
     const PixelWindow w = film.window();
     const bool wide = options.png_bits == 16;
@@ -186,9 +182,7 @@ Bytes encoded_png(const std::string& path, const Film& film, const ImageMetadata
     set_texts(spec, metadata);
     spec.attribute("oiio:ColorSpace", options.view.kind == ViewKind::None ? "Linear" : "sRGB");
     if (film.size().pixel_aspect != 1) spec.attribute("PixelAspectRatio", float(film.size().pixel_aspect));
-    if (wide)
-        return encoded(path, "png", spec, OIIO::TypeDesc::UINT16,
-                       quantised<uint16_t>(film, options.view).data());
+    if (wide) return encoded(path, "png", spec, OIIO::TypeDesc::UINT16, quantised<uint16_t>(film, options.view).data());
     return encoded(path, "png", spec, OIIO::TypeDesc::UINT8, quantised<uint8_t>(film, options.view).data());
 }
 
@@ -224,8 +218,8 @@ ImageFormat image_format(const std::string& path)
     throw UsageError(printable(path) + ": expected a name that ends in .exr or .png");
 }
 
-void write_image(const std::string& path, const Film& film, const CameraView& view,
-                 const ImageMetadata& metadata, const ImageOptions& options, const Warn& listener)
+void write_image(const std::string& path, const Film& film, const CameraView& view, const ImageMetadata& metadata,
+                 const ImageOptions& options, const Warn& listener)
 {
     check_beauty(film);
     if (options.png_bits != 8 && options.png_bits != 16)

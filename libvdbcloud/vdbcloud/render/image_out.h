@@ -18,19 +18,19 @@ ImageFormat image_format(const std::string& path);
 
 /// What a picture says of itself. No clock and no host name: equal runs make equal bytes.
 struct ImageMetadata {
-    std::string creator;    ///< "render 0.1.0"; also OpenEXR's Software
-    std::string history;    ///< one command line a line, oldest first
-    std::string date_time = "1970:01:01 00:00:00";  ///< OpenImageIO would write the clock's
-    std::vector<std::pair<std::string, std::string>> texts;    ///< "vdbcloud:..."
-    std::vector<std::pair<std::string, double>> numbers;       ///< "vdbcloud:..."
+    std::string creator;                                     ///< "render 0.1.0"; also OpenEXR's Software
+    std::string history;                                     ///< one command line a line, oldest first
+    std::string date_time = "1970:01:01 00:00:00";           ///< OpenImageIO would write the clock's
+    std::vector<std::pair<std::string, std::string>> texts;  ///< "vdbcloud:..."
+    std::vector<std::pair<std::string, double>> numbers;     ///< "vdbcloud:..."
 };
 
 struct ImageOptions {
     bool no_clobber = false;
-    bool draw_background = false;  ///< exr: background into R, G, B, and A = 1; png always shows it
+    bool draw_background = false;   ///< exr: background into R, G, B, and A = 1; png always shows it
     bool background_layer = false;  ///< exr: also as a layer of its own
-    int png_bits = 8;              ///< 8 or 16
-    ViewOptions view;              ///< png
+    int png_bits = 8;               ///< 8 or 16
+    ViewOptions view;               ///< png
 };
 
 /// Writes a film whose beauty layer is R, G, B, A, premultiplied, whole or not at all (core/atomic_file.h).

@@ -84,18 +84,22 @@ Integrator integrator_kind(const std::string& text)
 std::vector<LayerSpec> render_layers(const Scene& scene, const std::vector<std::string>& wanted)
 {
     const std::vector<std::string> rgb{"R", "G", "B"};
-    std::vector<LayerSpec> possible{{"Z", {"Z"}, false, Combine::Nearest}, {"transmittance", rgb, false, Combine::Mean}};
+    std::vector<LayerSpec> possible{{"Z", {"Z"}, false, Combine::Nearest},
+                                    {"transmittance", rgb, false, Combine::Mean}};
     for (const auto& light : scene.lights) possible.push_back({"direct_" + light.name, rgb, true, Combine::Mean});
     possible.push_back({"multiscatter", rgb, true, Combine::Mean});
     possible.push_back({"emission", rgb, true, Combine::Mean});
     possible.push_back({"variance", {"Y"}, false, Combine::Mean});
 
-    std::vector<LayerSpec> layers{{"", {"R", "G", "B", "A"}, true, Combine::Mean}, {"background", rgb, true, Combine::Mean}};
+    std::vector<LayerSpec> layers{{"", {"R", "G", "B", "A"}, true, Combine::Mean},
+                                  {"background", rgb, true, Combine::Mean}};
     for (const auto& w : wanted) {
         bool known = w == "all" || w == "direct";
         for (const auto& p : possible) known = known || p.name == w;
-        if (!known) throw UsageError("layer '" + printable(w) + "': expected all, direct, direct_<light>, multiscatter, "
-                                     "emission, transmittance, Z or variance");
+        if (!known)
+            throw UsageError("layer '" + printable(w) +
+                             "': expected all, direct, direct_<light>, multiscatter, "
+                             "emission, transmittance, Z or variance");
     }
     for (const auto& p : possible)
         if (wants(wanted, p.name)) layers.push_back(p);
@@ -129,7 +133,8 @@ RenderCost render_image(Film& film, const Scene& scene, const CameraView& view, 
             put(out, places.transmittance, {std::exp(-tau[0]), std::exp(-tau[1]), std::exp(-tau[2])});
             put(out, places.multiple, result->multiple);
             put(out, places.emission, result->emission);
-            if (places.depth >= 0) out[places.depth] = result->half_way < 1e30 ? view.depth(x, y, result->half_way) : 1e30;
+            if (places.depth >= 0)
+                out[places.depth] = result->half_way < 1e30 ? view.depth(x, y, result->half_way) : 1e30;
             rays.fetch_add(1, std::memory_order_relaxed);
             cells.fetch_add(result->cells, std::memory_order_relaxed);
             if (!result->converged) unconverged.fetch_add(1, std::memory_order_relaxed);

@@ -26,7 +26,8 @@ struct Volume {
     Vec3SGridPtr phi;                  ///< collided fluence; may be null
     std::array<Vec3SGridPtr, 3> flux;  ///< collided flux of r, g, b; null where phi is
     /// Of collided radiance from degree 2 on, for r, g, b, by rising l and m from -l to l: the harmonics of
-    /// optics/spherical_harmonics.h about the world's axes; phi's transform. Channels may share grids, each times its scale.
+    /// optics/spherical_harmonics.h about the world's axes; phi's transform. Channels may share grids, each times its
+    /// scale.
     std::array<std::vector<FloatGridPtr>, 3> moments;
     Vec3d moment_scale{1, 1, 1};
     double forward = 0;      ///< delta scaling's f, 0: none. The image is then formed in the medium of extinction
@@ -52,11 +53,11 @@ Integrator integrator_kind(const std::string& name);  ///< Throws InputError wit
 
 struct IntegratorOptions {
     Integrator kind = Integrator::Cells;
-    double tolerance = 1e-4;  ///< Romberg: absolute, of a pixel's radiance relative to its largest source, > 0
-    double step = 0.5;        ///< Steps: [voxel edge], > 0
-    int parts = 1;            ///< Cells: steps of fourth order a cell is cut into, >= 1
-    bool plain_path = true;   ///< Cells: take the short way where the scene is one grey volume under distant lights
-    bool shadow_rays = false; ///< find the light at each point by a ray of its own: slow, and free of light grids
+    double tolerance = 1e-4;   ///< Romberg: absolute, of a pixel's radiance relative to its largest source, > 0
+    double step = 0.5;         ///< Steps: [voxel edge], > 0
+    int parts = 1;             ///< Cells: steps of fourth order a cell is cut into, >= 1
+    bool plain_path = true;    ///< Cells: take the short way where the scene is one grey volume under distant lights
+    bool shadow_rays = false;  ///< find the light at each point by a ray of its own: slow, and free of light grids
 };
 
 /// The layers render_image fills, for a scene, in the order of the film:
@@ -77,7 +78,7 @@ std::vector<LayerSpec> render_layers(const Scene&, const std::vector<std::string
 /// What a rendering took.
 struct RenderCost {
     uint64_t rays = 0;
-    uint64_t cells = 0;    ///< cells (or steps, or evaluations) visited
+    uint64_t cells = 0;        ///< cells (or steps, or evaluations) visited
     uint64_t unconverged = 0;  ///< Romberg: rays that met their finest level before the tolerance
 };
 

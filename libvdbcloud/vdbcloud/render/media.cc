@@ -2,9 +2,9 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/extend.h"
 #include "vdbcloud/optics/optical_depth.h"
 #include "vdbcloud/optics/spherical_harmonics.h"
+#include "vdbcloud/voxels/extend.h"
 
 #include <cmath>
 #include <limits>
@@ -34,7 +34,8 @@ std::unique_ptr<BrickMap> map_of(const Vec3SGridPtr& grid, float outside = 0)
     return grid ? std::make_unique<BrickMap>(*grid, outside) : nullptr;
 }
 
-/// Collided light is known in active voxels; the medium reaches up to a voxel further, and light does not end before it.
+/// Collided light is known in active voxels; the medium reaches up to a voxel further, and light does not end before
+/// it.
 std::unique_ptr<BrickMap> carried_on(const Vec3SGridPtr& grid)
 {
     return grid ? std::make_unique<BrickMap>(*extended(*grid)) : nullptr;
@@ -60,7 +61,8 @@ void add_moments(const Volume& volume, PreparedVolume& prepared)
     const int count = int(r.size());
     while (harmonic_count(prepared.degree) - harmonic_count(1) < count) ++prepared.degree;
     if (harmonic_count(prepared.degree) - harmonic_count(1) != count || g.size() != r.size() || b.size() != r.size())
-        throw InputError(std::to_string(count) + " moments of degree 2 and more: expected whole degrees, the same for each channel");
+        throw InputError(std::to_string(count) +
+                         " moments of degree 2 and more: expected whole degrees, the same for each channel");
     const size_t channels = g == r && b == r ? 1 : 3;
     for (size_t c = 0; c < channels; ++c)
         for (const auto& moment : volume.moments[c])
@@ -96,7 +98,8 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
         add_moments(volume, prepared);
         const double g = prepared.phase.moment(1);
         if (volume.phi && volume.forward > 0 && g > 0 && volume.medium.phase == PhaseKind::HenyeyGreenstein)
-            prepared.peak = std::make_unique<ForwardPeak>(g, std::max(1, int(std::lround(std::log(volume.forward) / std::log(g))) - 1));
+            prepared.peak = std::make_unique<ForwardPeak>(
+                g, std::max(1, int(std::lround(std::log(volume.forward) / std::log(g))) - 1));
         grey = grey && extinction_is_grey(volume);
         if (!shadow_rays) {
             if (volume.transmittance.size() != lights.size())
@@ -129,8 +132,8 @@ void RayMedia::set(const WorldRay& ray)
         const auto& v = scene_.volumes[n];
         IndexRay* to = &rays_[first_[n]];
         to[0] = IndexRay(v.density.index_from_world(), ray);
-        const BrickMap* maps[] = {v.colour.get(), v.emission.get(), v.phi.get(),
-                                  v.flux[0].get(), v.flux[1].get(), v.flux[2].get()};
+        const BrickMap* maps[] = {v.colour.get(),  v.emission.get(), v.phi.get(),
+                                  v.flux[0].get(), v.flux[1].get(),  v.flux[2].get()};
         for (size_t m = 0; m < 6; ++m)
             if (maps[m]) to[m + 1] = IndexRay(maps[m]->index_from_world(), ray);
         if (!v.moments[0].empty()) {
@@ -182,8 +185,10 @@ Vec3d RayMedia::light_depth(size_t light, double t) const
         } else if (light < v.light_depth.size()) {
             const auto& map = *v.light_depth[light];
             const Vec3d p = ray_of(n, maps_before_lights + light).at(t);
-            if (map.channels() == 1) sum += Vec3d(map.sample(p));
-            else sum += map.sample3(p);
+            if (map.channels() == 1)
+                sum += Vec3d(map.sample(p));
+            else
+                sum += map.sample3(p);
         }
     }
     return sum;
@@ -211,7 +216,8 @@ Vec3d RayMedia::collided(size_t volume, double t) const
     Vec3d sum = v.phi->sample3(ray_of(volume, 3).at(t));
     for (int c = 0; c < 3; ++c)
         if (v.flux[c] && v.mean_cosine != 0)
-            sum[c] += 3 * v.mean_cosine * (-ray_.direction).dot(v.flux[c]->sample3(ray_of(volume, size_t(4 + c)).at(t)));
+            sum[c] +=
+                3 * v.mean_cosine * (-ray_.direction).dot(v.flux[c]->sample3(ray_of(volume, size_t(4 + c)).at(t)));
     sum /= 4 * M_PI;
     const auto& weights = weights_[volume];
     if (weights.empty()) return sum;

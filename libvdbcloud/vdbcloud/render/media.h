@@ -1,10 +1,10 @@
 #pragma once
 // A scene's grids made ready for rays: what the integrators sample.
-#include "vdbcloud/grid/brick_map.h"
 #include "vdbcloud/optics/cell_march.h"
 #include "vdbcloud/optics/phase_function.h"
 #include "vdbcloud/render/forward_peak.h"
 #include "vdbcloud/render/integrator.h"
+#include "vdbcloud/voxels/brick_map.h"
 
 #include <deque>
 #include <memory>
@@ -16,17 +16,17 @@ namespace vdbcloud {
 struct PreparedVolume {
     explicit PreparedVolume(BrickMap map) : density(std::move(map)) {}
 
-    BrickMap density;  ///< for emission alone: where it is not 0, with no extinction
-    Vec3d kappa{0, 0, 0};   ///< extinction per density [1/world unit]
+    BrickMap density;      ///< for emission alone: where it is not 0, with no extinction
+    Vec3d kappa{0, 0, 0};  ///< extinction per density [1/world unit]
     Vec3d albedo{1, 1, 1};
     PhaseFunction phase;
-    double forward = 0;     ///< share f of the scattered light that the scaled medium counts as unscattered
-    double mean_cosine = 0; ///< g' of the scaled medium, for the flux term of multiple scattering
+    double forward = 0;      ///< share f of the scattered light that the scaled medium counts as unscattered
+    double mean_cosine = 0;  ///< g' of the scaled medium, for the flux term of multiple scattering
     std::unique_ptr<BrickMap> colour, emission, phi, flux[3];
     /// Of degree 2 and more, sampled where phi is: r, g, b; r alone where all share one.
     std::vector<std::unique_ptr<BrickMap>> moments[3];
     Vec3d moment_scale{1, 1, 1};
-    int degree = 1;         ///< of the last of them
+    int degree = 1;                     ///< of the last of them
     std::unique_ptr<ForwardPeak> peak;  ///< of single scattering in a scaled medium with collided light
     std::vector<std::unique_ptr<BrickMap>> light_depth;  ///< -log T towards each light
 };
@@ -36,9 +36,9 @@ struct PreparedScene {
 
     std::deque<PreparedVolume> volumes;
     std::vector<Light> lights;
-    bool grey = true;         ///< one extinction for all channels, so one exponential
-    bool scaled = false;      ///< some volume is seen delta-scaled
-    bool shadow_rays = false; ///< the light's depth by a ray at each point, not from a grid
+    bool grey = true;          ///< one extinction for all channels, so one exponential
+    bool scaled = false;       ///< some volume is seen delta-scaled
+    bool shadow_rays = false;  ///< the light's depth by a ray at each point, not from a grid
 };
 
 /// The scene along one ray. Holds an index-space ray for each grid, so keep one per thread and set() it.
@@ -57,16 +57,17 @@ public:
     Vec3d light_depth(size_t light, double t) const;
     Vec3d albedo(size_t volume, double t) const;
     Vec3d emission(size_t volume, double t) const;
-    /// Mean over directions of collided light, weighted towards the eye: (phi + 3 g' s.F) / (4 pi) and, where there are higher
-    /// moments, + sum over l >= 2 of (p_l - f) / (1 - f) Y_lm(s) M_lm; s towards the eye, p_l the phase function's moments.
+    /// Mean over directions of collided light, weighted towards the eye: (phi + 3 g' s.F) / (4 pi) and, where there are
+    /// higher moments, + sum over l >= 2 of (p_l - f) / (1 - f) Y_lm(s) M_lm; s towards the eye, p_l the phase
+    /// function's moments.
     Vec3d collided(size_t volume, double t) const;
     /// Extinction of the (scaled) medium per density, given its albedo there.
     Vec3d extinction(size_t volume, const Vec3d& albedo) const;
     /// Irradiance times phase function of a light for one volume, its mean over [t0, t1]. The inverse square of a point
     /// light is integrated in closed form.
     Vec3d arriving(size_t light, size_t volume, double t0, double t1) const;
-    /// By what single scattering at t is multiplied for what the forward peak scatters again (forward_peak.h); y is the scaled
-    /// optical depth from the light by way of t to the eye.
+    /// By what single scattering at t is multiplied for what the forward peak scatters again (forward_peak.h); y is the
+    /// scaled optical depth from the light by way of t to the eye.
     Vec3d peak(size_t light, size_t volume, double t, const Vec3d& albedo, const Vec3d& y) const;
 
 private:
@@ -85,9 +86,9 @@ struct RayResult {
     std::vector<Vec3d> direct;  ///< one for each light
     Vec3d multiple{0, 0, 0};
     Vec3d emission{0, 0, 0};
-    Vec3d tau{0, 0, 0};         ///< optical depth of the whole ray, in the scaled medium if there is one
-    Vec3d true_tau{0, 0, 0};    ///< the same without scaling
-    double half_way = 1e30;     ///< t at which the mean transmittance falls to 0.5
+    Vec3d tau{0, 0, 0};       ///< optical depth of the whole ray, in the scaled medium if there is one
+    Vec3d true_tau{0, 0, 0};  ///< the same without scaling
+    double half_way = 1e30;   ///< t at which the mean transmittance falls to 0.5
     uint64_t cells = 0;
     bool converged = true;
 

@@ -79,11 +79,9 @@ PixelFilter::PixelFilter(const SamplingOptions& options) : options_(options)
     if (options.samples < 1 || options.samples > 65536)
         throw InputError("samples per pixel " + std::to_string(options.samples) + ": expected 1 to 65536");
     if (!(options.filter_width >= 0 && options.filter_width <= 64))
-        throw InputError("filter width " + std::to_string(options.filter_width) +
-                         ": expected 0 to 64 pixels");
+        throw InputError("filter width " + std::to_string(options.filter_width) + ": expected 0 to 64 pixels");
     const double width = options.filter_width > 0 ? options.filter_width : own_width(options.filter);
-    for (int k = 0; k <= intervals; ++k)
-        table_.push_back(inverted(options.filter, width, double(k) / intervals));
+    for (int k = 0; k <= intervals; ++k) table_.push_back(inverted(options.filter, width, double(k) / intervals));
 }
 
 double PixelFilter::inverse_cumulative(double u) const

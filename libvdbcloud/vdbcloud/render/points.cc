@@ -51,7 +51,8 @@ protected:
         if (!scene_.scaled) return;
         result.true_tau = Vec3d(0);  // not what these rules integrate: taken from the cells
         for (const auto& v : scene_.volumes)
-            result.true_tau += v.kappa * density_depth(v.density, media_.ray(), 0, std::numeric_limits<double>::infinity());
+            result.true_tau +=
+                v.kappa * density_depth(v.density, media_.ray(), 0, std::numeric_limits<double>::infinity());
     }
 
     const PreparedScene& scene_;
@@ -115,7 +116,9 @@ private:
 /// attenuation is the trapezoid sum of the same level, so that it takes part in the extrapolation.
 class Romberg : public Points {
 public:
-    Romberg(const PreparedScene& scene, const IntegratorOptions& options) : Points(scene), tolerance_(options.tolerance) {}
+    Romberg(const PreparedScene& scene, const IntegratorOptions& options) : Points(scene), tolerance_(options.tolerance)
+    {
+    }
 
     void operator()(const WorldRay& ray, RayResult& result) override
     {

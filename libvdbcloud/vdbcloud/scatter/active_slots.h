@@ -1,6 +1,6 @@
 #pragma once
 // The loop over the voxels of a medium. Private to scatter/.
-#include "vdbcloud/grid/blocks.h"
+#include "vdbcloud/voxels/blocks.h"
 
 #include <tbb/parallel_for.h>
 

@@ -30,7 +30,8 @@ double solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c)
 }
 
 /// A point light inside a voxel brings its whole power, 4 pi I, into it; the faces then carry out what leaves.
-void add_lamp_inside(const P1Operator& p1, const Light& light, const std::vector<std::pair<P1Source*, double>>& channels)
+void add_lamp_inside(const P1Operator& p1, const Light& light,
+                     const std::vector<std::pair<P1Source*, double>>& channels)
 {
     if (light.kind != LightKind::Point) return;
     const VoxelIndex& index = p1.index();
@@ -63,8 +64,9 @@ double FreeFlux::operator()(size_t slot, int axis, int up) const
     const int b = (axis + 1) % 3, c = (axis + 2) % 3;
     Vec3d corner[4];
     for (int k = 0; k < 4; ++k)
-        corner[k] = index_.world(centre + unit_vector(b, k == 1 || k == 2 ? 0.5 : -0.5) + unit_vector(c, k >= 2 ? 0.5 : -0.5)) -
-                    light_.position;
+        corner[k] =
+            index_.world(centre + unit_vector(b, k == 1 || k == 2 ? 0.5 : -0.5) + unit_vector(c, k >= 2 ? 0.5 : -0.5)) -
+            light_.position;
     const double angle = solid_angle(corner[0], corner[1], corner[2]) + solid_angle(corner[0], corner[2], corner[3]);
     const double side = (corner[0] + corner[2]).dot(index_.axis(axis));  // where the light comes from decides the sign
     return std::copysign(std::abs(angle), side) / unit_;
@@ -92,7 +94,8 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
             const ExposedVoxel& voxel = p1.exposed()[k];
             for (int up = 0; up < 2; ++up) {
                 if (!(voxel.faces >> (2 * a + up) & 1)) continue;
-                const double value = free(voxel.slot, a, up) * std::exp(-extinction * double(depths.exposed[k][2 * a + up]));
+                const double value =
+                    free(voxel.slot, a, up) * std::exp(-extinction * double(depths.exposed[k][2 * a + up]));
                 (up ? upper[k] : u[voxel.slot]) = value;
                 ((up ? value < 0 : value > 0) ? in : out) += std::abs(value);
             }
@@ -137,7 +140,8 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
                     to->rhs[voxel.slot] += strength * source;
                     to->outflow[k][2 * a + up] += strength * leaving;
                     if (forward)
-                        to->additive[a][voxel.slot] += float(strength * (up ? leaving : -leaving) / 2 / p1.face_area(a));
+                        to->additive[a][voxel.slot] +=
+                            float(strength * (up ? leaving : -leaving) / 2 / p1.face_area(a));
                 }
             }
         }
@@ -158,7 +162,8 @@ double half_cell_deviation(double face, double other)
     if (face == 0) return 0;
     if (other == 0 || (other > 0) != (face > 0)) return (other - face) / 4;
     const double k = (std::log(std::abs(face)) - std::log(std::abs(other))) / 2;
-    if (k < -40) return std::copysign(std::sqrt(std::abs(face)) * std::sqrt(std::abs(other)), face) / -k;  // exp would overflow
+    if (k < -40)
+        return std::copysign(std::sqrt(std::abs(face)) * std::sqrt(std::abs(other)), face) / -k;  // exp would overflow
     return face * (std::abs(k) < 1e-4 ? -k / 2 : -std::expm1(-k) / k - 1);
 }
 
@@ -185,13 +190,15 @@ void add_beam_profile(const P1Operator& p1, const BeamDepths& depths, double ext
         for (size_t k = 0; k < p1.exposed().size(); ++k)
             for (int up = 0; up < 2; ++up)
                 if (const size_t slot = p1.exposed()[k].slot; p1.exposed()[k].faces >> (2 * a + up) & 1)
-                    (up ? upper : lower)[slot] = free(slot, a, up) * std::exp(-extinction * double(depths.exposed[k][2 * a + up]));
+                    (up ? upper : lower)[slot] =
+                        free(slot, a, up) * std::exp(-extinction * double(depths.exposed[k][2 * a + up]));
         each_active(blocks, [&](size_t slot) {  // through lower faces between cells
             const size_t below = blocks.neighbour(slot, 2 * a);
             if (!blocks.active(below)) return;
             const double own = p1.sigma_tr(slot), other = p1.sigma_tr(below);
             flux[slot] = (own * factor(slot) * half_cell_deviation(lower[slot], upper[slot]) +
-                          other * factor(below) * half_cell_deviation(lower[slot], lower[below])) / (own + other);
+                          other * factor(below) * half_cell_deviation(lower[slot], lower[below])) /
+                         (own + other);
         });
         for (const auto& [to, strength] : channels)
             each_active(blocks, [&, to = to, strength = strength](size_t slot) {
@@ -205,7 +212,8 @@ void add_beam_profile(const P1Operator& p1, const BeamDepths& depths, double ext
                 const ExposedVoxel& voxel = p1.exposed()[k];
                 if (!(voxel.faces >> (2 * a + up) & 1)) continue;
                 const double lo = lower[voxel.slot], hi = upper[voxel.slot];
-                const double outward = factor(voxel.slot) * (up ? half_cell_deviation(hi, lo) : -half_cell_deviation(lo, hi));
+                const double outward =
+                    factor(voxel.slot) * (up ? half_cell_deviation(hi, lo) : -half_cell_deviation(lo, hi));
                 const double leaving = p1.boundary_flux(voxel, a, outward / p1.face_area(a)) * p1.face_area(a);
                 for (const auto& [to, strength] : channels) {
                     to->rhs[voxel.slot] -= strength * leaving;
@@ -232,7 +240,8 @@ std::vector<float> beam_fluence(const P1Operator& p1, const BeamDepths& depths, 
             const ExposedVoxel& voxel = p1.exposed()[k];
             for (int up = 0; up < 2; ++up) {
                 if (!(voxel.faces >> (2 * a + up) & 1)) continue;
-                const double value = free(voxel.slot, a, up) * std::exp(-extinction * double(depths.exposed[k][2 * a + up]));
+                const double value =
+                    free(voxel.slot, a, up) * std::exp(-extinction * double(depths.exposed[k][2 * a + up]));
                 if (free(voxel.slot, a, up) != 0) note(voxel.slot, depths.exposed[k][2 * a + up]);
                 if (up)
                     taken[voxel.slot] -= value;
@@ -254,7 +263,8 @@ std::vector<float> beam_fluence(const P1Operator& p1, const BeamDepths& depths, 
         const double inside = lamp.rhs[slot] != 0 ? lamp.rhs[slot] / scaling.albedo : 0.0;
         const double rate = scaling.extinction * p1.sigma_t(slot) * p1.hbar();
         const double mean = std::max(taken[slot] + inside, 0.0) / rate;
-        // Beside a dense voxel a thin one has a share of its power, as density is trilinear, but not its collision rate.
+        // Beside a dense voxel a thin one has a share of its power, as density is trilinear, but not its collision
+        // rate.
         double most = std::exp(-extinction * double(least[slot]));
         if (depths.light.kind == LightKind::Point) {
             const double r = (p1.index().world(as_double(blocks.voxel(slot))) - depths.light.position).length();

@@ -1,8 +1,8 @@
 #pragma once
 // The uncollided light of one lamp or sun as the source of P1: how much of it passes each face of each voxel.
-#include "vdbcloud/grid/brick_map.h"
 #include "vdbcloud/scatter/p1_problem.h"
 #include "vdbcloud/scene/light.h"
+#include "vdbcloud/voxels/brick_map.h"
 
 #include <utility>
 #include <vector>
@@ -13,12 +13,12 @@ namespace vdbcloud {
 ///
 /// An exposed face is asked half a voxel further out, along the beam: the trilinear density reaches that far, and what
 /// it takes from the beam there belongs to the cell behind. In a slab the beam's power then balances exactly; on a
-/// cloud whose density falls to 0 at its edge, to second order. (Stepping along the face's normal would carry the question
-/// across the beam, a first-order error.)
+/// cloud whose density falls to 0 at its edge, to second order. (Stepping along the face's normal would carry the
+/// question across the beam, a first-order error.)
 struct BeamDepths {
     Light light;
-    std::array<std::vector<float>, 3> lower;     ///< at the lower face of every active slot, by axis
-    std::vector<std::array<float, 6>> exposed;   ///< at the exposed faces of exposed_voxels(), by Blocks::Face
+    std::array<std::vector<float>, 3> lower;    ///< at the lower face of every active slot, by axis
+    std::vector<std::array<float, 6>> exposed;  ///< at the exposed faces of exposed_voxels(), by Blocks::Face
 };
 
 /// By the lattice of sweep/ for a directional light (its mean direction), by rays of their own for a point light.
@@ -31,8 +31,8 @@ BeamDepths beam_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>&
 BeamDepths periodic_beam_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed,
                                 const std::vector<float>& density, const Light& light);
 
-/// Density depth of whole lines through the medium, with the area [world unit^2] each stands for, across a directional light: the
-/// way to measure what the light loses without any voxel's face. For periodic media one period is covered.
+/// Density depth of whole lines through the medium, with the area [world unit^2] each stands for, across a directional
+/// light: the way to measure what the light loses without any voxel's face. For periodic media one period is covered.
 struct LineDepths {
     std::vector<double> depth;
     double area = 0;  ///< of one line
@@ -54,15 +54,15 @@ double lost_power(const LineDepths&, double extinction);
 void add_beam(const P1Operator&, const BeamDepths&, double extinction,
               const std::vector<std::pair<P1Source*, double>>& channels);
 
-/// Mean fluence of the uncollided light in each cell for unit irradiance (or intensity): what the cell takes from the beam,
-/// divided by sigma_t' and the volume, so that sigma_t' times it is the collision rate that P1's source has, at any sigma h; at most the beam's own at the cell's
-/// brightest face.
+/// Mean fluence of the uncollided light in each cell for unit irradiance (or intensity): what the cell takes from the
+/// beam, divided by sigma_t' and the volume, so that sigma_t' times it is the collision rate that P1's source has, at
+/// any sigma h; at most the beam's own at the cell's brightest face.
 std::vector<float> beam_fluence(const P1Operator&, const BeamDepths&, double extinction);
 
-/// What add_beam() leaves out where a voxel is thick: that the beam's light is scattered near the face it enters by, not in
-/// the middle. With U falling exponentially from face to face the collided flux between two centres is not that on the face,
-/// and F gains (w0' + w0' g' sigma_t' / sigma_tr) (mean of U from centre to centre - U on the face). Of second order in
-/// sigma h; without it a slab of 4 mean free paths a voxel transmits 1.6 times too much.
+/// What add_beam() leaves out where a voxel is thick: that the beam's light is scattered near the face it enters by,
+/// not in the middle. With U falling exponentially from face to face the collided flux between two centres is not that
+/// on the face, and F gains (w0' + w0' g' sigma_t' / sigma_tr) (mean of U from centre to centre - U on the face). Of
+/// second order in sigma h; without it a slab of 4 mean free paths a voxel transmits 1.6 times too much.
 void add_beam_profile(const P1Operator&, const BeamDepths&, double extinction,
                       const std::vector<std::pair<P1Source*, double>>& channels);
 

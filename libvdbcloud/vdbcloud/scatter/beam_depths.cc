@@ -27,8 +27,9 @@ Vec3d unit_vector(int axis, double length)
 Vec3d as_double(const Vec3i& v) { return Vec3d(v.x(), v.y(), v.z()); }
 
 /// Depths at voxel + offset for all voxels of the blocks that `wanted` names (all if it is empty); 0 in the others.
-std::vector<float> lattice_depths(const VoxelIndex& index, const BrickMap& density, const Light& light, const Vec3d& offset,
-                                  int rays_per_voxel, const std::vector<char>& wanted, const Progress& progress)
+std::vector<float> lattice_depths(const VoxelIndex& index, const BrickMap& density, const Light& light,
+                                  const Vec3d& offset, int rays_per_voxel, const std::vector<char>& wanted,
+                                  const Progress& progress)
 {
     const Blocks& blocks = index.blocks();
     VoxelBlocks targets;
@@ -96,7 +97,8 @@ public:
             leaves = leaves || (of.blocks().period()[a] == 0 && step_[a] != 0);
         }
         if (light.kind != LightKind::Directional || !leaves)
-            throw InputError("light '" + light.name + "': in a periodic medium expected a directional light that is not "
+            throw InputError("light '" + light.name +
+                             "': in a periodic medium expected a directional light that is not "
                              "parallel to every axis that ends");
     }
 
@@ -165,7 +167,8 @@ BeamDepths beam_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>&
                 const Vec3d centre =
                     as_double(blocks.voxel(exposed[k].slot)) + unit_vector(face / 2, face % 2 ? 0.5 : -0.5);
                 const Vec3d away = index.world(centre) - light.position;
-                const Vec3d shift = away.length() > 0 ? beyond_face(index_travel(index, away), face / 2, face % 2) : Vec3d(0.0);
+                const Vec3d shift =
+                    away.length() > 0 ? beyond_face(index_travel(index, away), face / 2, face % 2) : Vec3d(0.0);
                 depths.exposed[k][face] = lamp_depth(index, density, light, centre + shift);
             }
         });
@@ -215,8 +218,9 @@ BeamDepths periodic_beam_depths(const VoxelIndex& index, const std::vector<Expos
     tbb::parallel_for(size_t(0), exposed.size(), [&](size_t k) {
         const Vec3d centre = as_double(blocks.voxel(exposed[k].slot));
         for (int face = 0; face < 6; ++face)
-            depths.exposed[k][face] =
-                exposed[k].faces >> face & 1 ? float(march(centre + unit_vector(face / 2, face % 2 ? 0.5 : -0.5))) : 0.0f;
+            depths.exposed[k][face] = exposed[k].faces >> face & 1
+                                          ? float(march(centre + unit_vector(face / 2, face % 2 ? 0.5 : -0.5)))
+                                          : 0.0f;
     });
     return depths;
 }
@@ -246,7 +250,8 @@ LineDepths line_depths(const VoxelIndex& index, const BrickMap& density, const L
     lines.depth.assign(nx * ny, 0.0);
     tbb::parallel_for(size_t(0), nx, [&](size_t i) {
         for (size_t j = 0; j < ny; ++j) {
-            const Vec3d from = x * (lo[0] + spacing * (double(i) + 0.5)) + y * (lo[1] + spacing * (double(j) + 0.5)) + z * lo[2];
+            const Vec3d from =
+                x * (lo[0] + spacing * (double(i) + 0.5)) + y * (lo[1] + spacing * (double(j) + 0.5)) + z * lo[2];
             lines.depth[i * ny + j] = density_depth(density, {from, z}, 0, infinity);
         }
     });

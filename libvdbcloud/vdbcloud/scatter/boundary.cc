@@ -20,7 +20,8 @@ struct Surroundings {
     /// The slot of a voxel given relative to the middle block, -8..15.
     size_t slot(int x, int y, int z) const
     {
-        return base[((x >> 3) + 1) * 9 + ((y >> 3) + 1) * 3 + (z >> 3) + 1] + size_t((x & 7) * 64 + (y & 7) * 8 + (z & 7));
+        return base[((x >> 3) + 1) * 9 + ((y >> 3) + 1) * 3 + (z >> 3) + 1] +
+               size_t((x & 7) * 64 + (y & 7) * 8 + (z & 7));
     }
     size_t base[27];
 };

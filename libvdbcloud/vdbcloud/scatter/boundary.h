@@ -1,6 +1,6 @@
 #pragma once
 // The edge of a cloud on voxels: which faces are exposed, and how much true surface each stands for.
-#include "vdbcloud/grid/voxel_index.h"
+#include "vdbcloud/voxels/voxel_index.h"
 
 namespace vdbcloud {
 

@@ -40,7 +40,7 @@ void add_transverse(int degree, int l, int m, bool is_y, std::vector<double>& ma
         double weight = 0.5;
         if (is_y && (sine ? step > 0 : step < 0)) weight = -0.5;
         if (to_sine && to == 0) continue;
-        if (order == 0) weight = step > 0 ? 1.0 : 0.0;     // cos(0) cos(phi) is one term, not two halves
+        if (order == 0) weight = step > 0 ? 1.0 : 0.0;  // cos(0) cos(phi) is one term, not two halves
         weight *= (order > 0 ? std::sqrt(2.0) : 1.0) / (to > 0 ? std::sqrt(2.0) : 1.0);
         const int column = harmonic(l, m);
         if (l + 1 <= degree) matrix[harmonic(l + 1, to_sine ? -to : to) * n + column] += weight * above(l, order, step);

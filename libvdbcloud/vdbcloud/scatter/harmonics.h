@@ -41,9 +41,9 @@ P1Closure p1_closure();
 /// Source: Joseph, Wiscombe & Weinman 1976; Wiscombe 1977.
 struct DeltaScaling {
     double f = 0;
-    double albedo = 1;       ///< w0'
-    double extinction = 1;   ///< sigma_t' / sigma_t
-    double g = 0;            ///< g_1'
+    double albedo = 1;      ///< w0'
+    double extinction = 1;  ///< sigma_t' / sigma_t
+    double g = 0;           ///< g_1'
 };
 DeltaScaling delta_scaling(double albedo, double g, int degree = 1);
 /// The same medium unscaled, f = 0.

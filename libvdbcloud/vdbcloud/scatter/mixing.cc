@@ -13,8 +13,8 @@ constexpr size_t piece = 4096;  // of an array, summed apart
 
 size_t pieces(size_t length) { return (length + piece - 1) / piece; }
 
-/// Least squares min || f - sum c_i d_i || from a = d.d, b = d.f (scaled so that a's diagonal is 1): Cholesky in the order
-/// given, past those that add nothing new.
+/// Least squares min || f - sum c_i d_i || from a = d.d, b = d.f (scaled so that a's diagonal is 1): Cholesky in the
+/// order given, past those that add nothing new.
 std::vector<double> least_squares(const std::vector<double>& a, const std::vector<double>& b)
 {
     constexpr double parallel = 1e-8;  // squared sine between a difference and the span of those before it
@@ -120,7 +120,8 @@ void Mixing::next(Arrays& g) const
             for (size_t j = 0; j < c.size(); ++j) {
                 const float* d = dg_[j][n / count].data();
                 float* to = g[n / count].data();
-                for (size_t k = n % count * piece; k < std::min((n % count + 1) * piece, length_); ++k) to[k] -= float(c[j] * d[k]);
+                for (size_t k = n % count * piece; k < std::min((n % count + 1) * piece, length_); ++k)
+                    to[k] -= float(c[j] * d[k]);
             }
     });
 }

@@ -11,12 +11,12 @@ namespace vdbcloud {
 ///
 ///     x_k+1 = G(x_k) - sum over j of c_j D g_j,    c the least squares of || f_k - sum over j of c_j D f_j ||
 ///
-/// over the last `depth` differences. For affine G that is GMRES that forgets. What is affine in the state and holds for each
-/// G(x_k) holds for x_k+1. Differences nearly in the span of newer ones are left out.
+/// over the last `depth` differences. For affine G that is GMRES that forgets. What is affine in the state and holds
+/// for each G(x_k) holds for x_k+1. Differences nearly in the span of newer ones are left out.
 ///
-/// A state is the first `arrays` of some arrays of `length` values, which all count alike in the norm. Sums are in double precision
-/// and in a fixed order, so that values do not depend on the number of threads.
-/// Source: Anderson 1965; Walker & Ni 2011.
+/// A state is the first `arrays` of some arrays of `length` values, which all count alike in the norm. Sums are in
+/// double precision and in a fixed order, so that values do not depend on the number of threads. Source: Anderson 1965;
+/// Walker & Ni 2011.
 class Mixing {
 public:
     using Arrays = std::vector<std::vector<float>>;
@@ -40,8 +40,8 @@ private:
 
     size_t length_, arrays_;
     int depth_;
-    Arrays x_, f_, g_;               // of this step, and of the one before
-    std::vector<Arrays> df_, dg_;    // the newest first
+    Arrays x_, f_, g_;             // of this step, and of the one before
+    std::vector<Arrays> df_, dg_;  // the newest first
 };
 
 }  // namespace vdbcloud

@@ -2,7 +2,8 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/digest.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/scatter/beam.h"
@@ -34,7 +35,8 @@ public:
     Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission, const Medium& medium,
                const std::vector<Light>& lights, const ScatterOptions& options, ScatterReport& report)
         : grid_(density), medium_(medium), lights_(lights), o_(options), report_(report),
-          index_(density, {options.periodic}), density_(index_.gather(density)), exposed_(exposed_voxels(index_, density_))
+          index_(density, {options.periodic}), density_(index_.gather(density)),
+          exposed_(exposed_voxels(index_, density_))
     {
         g_ = medium.phase == PhaseKind::HenyeyGreenstein ? medium.g : 0;
         for (int c = 0; c < 3; ++c) {
@@ -65,8 +67,9 @@ public:
         const char* const channels[] = {"r", "g", "b"};
         for (int c = 0; c < 3; ++c) {
             auto& flux = flux_[source_of(c)];
-            fields.flux[c] = index_.to_grid({flux[0].data(), flux[1].data(), flux[2].data()},
-                                            std::string(schema::flux_prefix) + channels[c], Vec3d(report_.channel[c].scale));
+            fields.flux[c] =
+                index_.to_grid({flux[0].data(), flux[1].data(), flux[2].data()},
+                               std::string(schema::flux_prefix) + channels[c], Vec3d(report_.channel[c].scale));
             fields.flux[c]->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
             stamp(*fields.flux[c]);
         }
@@ -76,10 +79,7 @@ public:
 
 private:
     int source_of(int channel) const { return report_.channel[channel].solved_as; }
-    Vec3d scales() const
-    {
-        return {report_.channel[0].scale, report_.channel[1].scale, report_.channel[2].scale};
-    }
+    Vec3d scales() const { return {report_.channel[0].scale, report_.channel[1].scale, report_.channel[2].scale}; }
     const std::vector<float>* tint(int channel) const
     {
         if (tint_[0].empty()) return nullptr;
@@ -131,7 +131,8 @@ private:
 
     /// Density depths of all lights in the medium of a channel; kept if every channel has the same.
     /// `note`, if any, is told of each light and its depths.
-    void add_beams(const P1Operator& p1, const std::vector<std::pair<P1Source*, int>>& sources, const Progress& progress,
+    void add_beams(const P1Operator& p1, const std::vector<std::pair<P1Source*, int>>& sources,
+                   const Progress& progress,
                    const std::function<void(const Light&, const BeamDepths&, double)>& note = {})
     {
         if (lights_.empty()) return;
@@ -149,23 +150,27 @@ private:
         for (size_t l = 0; l < lights_.size(); ++l) {
             const Light& light = lights_[l];
             const Progress part =
-                progress ? Progress([&](double f) { return progress((double(l) + f) / double(lights_.size())); }) : Progress();
-            const BeamDepths depths = periodic_ ? periodic_beam_depths(index_, exposed_, values, light)
-                                                : beam_depths(index_, exposed_, *bricks, light, o_.rays_per_voxel, part);
+                progress ? Progress([&](double f) { return progress((double(l) + f) / double(lights_.size())); })
+                         : Progress();
+            const BeamDepths depths = periodic_
+                                          ? periodic_beam_depths(index_, exposed_, values, light)
+                                          : beam_depths(index_, exposed_, *bricks, light, o_.rays_per_voxel, part);
             note_bytes(p1, sources.size(), 20 * index_.blocks().slots());
             std::vector<std::pair<P1Source*, double>> channels;
             for (const auto& [source, channel] : sources) channels.emplace_back(source, light.irradiance[channel]);
             add_beam(p1, depths, extinction, channels);
             if (note) note(light, depths, extinction);
             if (light.kind != LightKind::Directional || !o_.line_rays) continue;
-            const double lost =
-                lost_power(periodic_ ? periodic_line_depths(index_, values, light) : line_depths(index_, *bricks, light), extinction);
+            const double lost = lost_power(periodic_ ? periodic_line_depths(index_, values, light)
+                                                     : line_depths(index_, *bricks, light),
+                                           extinction);
             for (const auto& [source, channel] : sources) {
                 auto& lines = report_.channel[channel].lines;
                 lines = std::max(lines, 0.0) + lost * light.irradiance[channel];
             }
         }
-        const bool lamps = std::any_of(lights_.begin(), lights_.end(), [](const Light& l) { return l.kind == LightKind::Point; });
+        const bool lamps =
+            std::any_of(lights_.begin(), lights_.end(), [](const Light& l) { return l.kind == LightKind::Point; });
         for (const auto& [source, channel] : sources)
             if (lamps) report_.channel[channel].lines = -1;
     }
@@ -173,7 +178,8 @@ private:
     void note_bytes(const P1Operator& p1, size_t sources, size_t besides)
     {
         const size_t slots = index_.blocks().slots();
-        size_t now = p1.stencil().bytes() + slots * (4 + 8 * sources) + besides + exposed_.size() * sizeof(ExposedVoxel);
+        size_t now =
+            p1.stencil().bytes() + slots * (4 + 8 * sources) + besides + exposed_.size() * sizeof(ExposedVoxel);
         if (g_ != 0) now += 12 * slots * sources;
         report_.bytes = std::max(report_.bytes, now);
     }
@@ -222,7 +228,8 @@ private:
         if (emission(c)) add_emission(p1, *emission(c), 1, source);
     }
 
-    void keep_p1(const P1Operator& p1, const P1Source& source, int c, const std::vector<double>& phi, ChannelReport& report)
+    void keep_p1(const P1Operator& p1, const P1Source& source, int c, const std::vector<double>& phi,
+                 ChannelReport& report)
     {
         finish(p1, source, phi, report);
         auto flux = cell_flux(p1, source, phi);
@@ -289,7 +296,8 @@ private:
         options.layered = o_.periodic[0] + o_.periodic[1] + o_.periodic[2] == 2;
         SecondMoment closure(fine, options);
         if (!o_.sky.dark()) closure.set_sky(sky_along(index_, o_.sky, c, closure.set().direction));
-        // A start that is negative in no direction saves three iterations: at g = 0.85 P1's flux where light enters takes long to be forgotten.
+        // A start that is negative in no direction saves three iterations: at g = 0.85 P1's flux where light enters
+        // takes long to be forgotten.
         auto flux = cell_flux(p1, p1_source, phi);
         limit_flux(p1, phi, flux);
         closure.start_with_flux(flux);
@@ -328,7 +336,8 @@ private:
         if (periodic[0] + periodic[1] + periodic[2] == 2) return !periodic[0] ? 0 : !periodic[1] ? 1 : 2;
         int nearest = 0;
         for (int a = 1; a < 3; ++a)
-            if (std::abs(index_.axis(a)[o_.closure.polar]) > std::abs(index_.axis(nearest)[o_.closure.polar])) nearest = a;
+            if (std::abs(index_.axis(a)[o_.closure.polar]) > std::abs(index_.axis(nearest)[o_.closure.polar]))
+                nearest = a;
         return nearest;
     }
 
@@ -360,7 +369,8 @@ private:
         for (size_t m = 0; m < set.count(); ++m) {
             const Vec3d& s = set.direction[m];
             evaluate_harmonics(degree, s, index.data());
-            evaluate_harmonics(degree, s[0] * index_.axis(0) + s[1] * index_.axis(1) + s[2] * index_.axis(2), world.data());
+            evaluate_harmonics(degree, s[0] * index_.axis(0) + s[1] * index_.axis(1) + s[2] * index_.axis(2),
+                               world.data());
             for (int i = 0; i < n; ++i)
                 for (int j = 0; j < n; ++j) turn[i * n + j] += set.weight[m] * world[i] * index[j];
         }
@@ -453,9 +463,9 @@ std::string lights_text(const std::vector<Light>& lights)
     return text.str();
 }
 
-ScatterFields scatter_p1(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission, const Medium& medium,
-                         const std::vector<Light>& lights, const ScatterOptions& options, const Progress& progress,
-                         ScatterReport& report)
+ScatterFields scatter_p1(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission,
+                         const Medium& medium, const std::vector<Light>& lights, const ScatterOptions& options,
+                         const Progress& progress, ScatterReport& report)
 {
     if (emission)
         for (auto v = emission->cbeginValueOn(); v && !report.emission_outside; ++v) {

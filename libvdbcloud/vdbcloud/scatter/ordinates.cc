@@ -19,14 +19,15 @@ struct ProductSize {
     int degree() const { return std::min(polar, azimuths / 2) - 1; }
 };
 
-/// All product sets, by count; of two equal ones the one that carries more comes first. A set of p points times 4 p azimuths has
-/// the count and the degree of one of 2 p times 2 p, which layers take where that leaves eight azimuths.
+/// All product sets, by count; of two equal ones the one that carries more comes first. A set of p points times 4 p
+/// azimuths has the count and the degree of one of 2 p times 2 p, which layers take where that leaves eight azimuths.
 std::vector<ProductSize> product_sizes(bool layered)
 {
     std::vector<ProductSize> sizes;
     for (int p = 1; p <= most_polar; ++p)
         for (int a : {2 * p, 4 * p})
-            if (a % 4 == 0) sizes.push_back(layered && a == 4 * p && p >= 4 ? ProductSize{2 * p, 2 * p} : ProductSize{p, a});
+            if (a % 4 == 0)
+                sizes.push_back(layered && a == 4 * p && p >= 4 ? ProductSize{2 * p, 2 * p} : ProductSize{p, a});
     std::stable_sort(sizes.begin(), sizes.end(),
                      [](const ProductSize& a, const ProductSize& b) { return a.count() < b.count(); });
     return sizes;
@@ -93,9 +94,10 @@ std::vector<double> solve_dense(std::vector<double> a, std::vector<double> b)
     return b;
 }
 
-/// S_N: cosines mu_1 < ... < mu_{N/2}; a point (i, j, k) of an octant has i + j + k = N/2 + 2 and a weight by its class.
+/// S_N: cosines mu_1 < ... < mu_{N/2}; a point (i, j, k) of an octant has i + j + k = N/2 + 2 and a weight by its
+/// class.
 struct LevelSet {
-    int levels;                              // N / 2
+    int levels;                               // N / 2
     std::vector<std::array<int, 3>> classes;  // i <= j <= k
     explicit LevelSet(int n) : levels(n / 2)
     {
@@ -173,7 +175,8 @@ struct LevelSize {
     int n, degree;
     double first_cosine;  // a start for the iteration
 };
-constexpr LevelSize level_sizes[] = {{2, 1, 0.577}, {4, 2, 0.350}, {6, 3, 0.2666}, {8, 4, 0.2182}, {10, 5, 0.1893}, {12, 5, 0.1672}};
+constexpr LevelSize level_sizes[] = {{2, 1, 0.577},  {4, 2, 0.350},   {6, 3, 0.2666},
+                                     {8, 4, 0.2182}, {10, 5, 0.1893}, {12, 5, 0.1672}};
 
 }  // namespace
 
@@ -195,10 +198,12 @@ Ordinates ordinates(OrdinateKind kind, int count, int degree, int polar, bool la
         const auto sizes = product_sizes(layered);
         for (const ProductSize& size : sizes)
             if (size.count() >= count && size.degree() >= degree) return product_set(size, polar);
-        throw InputError(std::to_string(count) + " directions: expected at most " + std::to_string(sizes.back().count()));
+        throw InputError(std::to_string(count) + " directions: expected at most " +
+                         std::to_string(sizes.back().count()));
     }
     for (const LevelSize& size : level_sizes)
-        if (size.n * (size.n + 2) >= count && size.degree >= degree) return level_set(size.n, size.first_cosine, size.degree);
+        if (size.n * (size.n + 2) >= count && size.degree >= degree)
+            return level_set(size.n, size.first_cosine, size.degree);
     throw InputError("a level-symmetric set of " + std::to_string(count) + " directions for degree " +
                      std::to_string(degree) + ": expected at most 168 directions and degree 5; product sets have more");
 }

@@ -117,14 +117,16 @@ void add_sky(const P1Operator& p1, const std::array<double, 6>& radiance, P1Sour
     for (int face = 0; face < 6; ++face) source.sky_inflow[face] += 4 * M_PI * radiance[face];
     for (const ExposedVoxel& voxel : p1.exposed())
         for (int face = 0; face < 6; ++face)
-            if (voxel.faces >> face & 1) source.rhs[voxel.slot] += p1.conductance(voxel, face / 2) * 4 * M_PI * radiance[face];
+            if (voxel.faces >> face & 1)
+                source.rhs[voxel.slot] += p1.conductance(voxel, face / 2) * 4 * M_PI * radiance[face];
 }
 
 void add_emission(const P1Operator& p1, const std::vector<float>& emission, double factor, P1Source& source)
 {
     const double scale = 4 * M_PI * factor * p1.hbar();
     each_active(p1.blocks(), [&](size_t slot) { source.rhs[slot] += scale * emission[slot]; });
-    source.emitted += scale * p1.hbar() * p1.hbar() * total(p1.blocks(), [&](size_t slot) { return double(emission[slot]); });
+    source.emitted +=
+        scale * p1.hbar() * p1.hbar() * total(p1.blocks(), [&](size_t slot) { return double(emission[slot]); });
 }
 
 namespace {
@@ -148,7 +150,8 @@ SolveResult solve_p1(const P1Operator& p1, Multigrid& multigrid, P1Source& sourc
     return result;
 }
 
-SolveResult relax_p1(const P1Operator& p1, double factor, P1Source& source, std::vector<double>& phi, const SolveOptions& options)
+SolveResult relax_p1(const P1Operator& p1, double factor, P1Source& source, std::vector<double>& phi,
+                     const SolveOptions& options)
 {
     const SolveResult result = relax(p1.stencil(), factor, source.rhs, phi, options);
     if (result.converged) close_balance(p1, source.rhs, phi);
@@ -192,7 +195,8 @@ P1Budget budget(const P1Operator& p1, const P1Source& source, const std::vector<
     return b;
 }
 
-std::array<std::vector<float>, 3> cell_flux(const P1Operator& p1, const P1Source& source, const std::vector<double>& phi)
+std::array<std::vector<float>, 3> cell_flux(const P1Operator& p1, const P1Source& source,
+                                            const std::vector<double>& phi)
 {
     const Blocks& blocks = p1.blocks();
     std::array<std::vector<float>, 3> flux;

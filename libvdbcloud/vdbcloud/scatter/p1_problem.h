@@ -11,16 +11,17 @@ namespace vdbcloud {
 
 /// The medium of one channel.
 struct P1Medium {
-    double sigma_t_per_density = 1;       ///< [1/world unit] at density 1
-    double albedo = 1;                    ///< w0, in [0, 1]
+    double sigma_t_per_density = 1;            ///< [1/world unit] at density 1
+    double albedo = 1;                         ///< w0, in [0, 1]
     const std::vector<float>* tint = nullptr;  ///< factor of w0 for each slot; null: 1 everywhere
-    double g = 0;                         ///< mean cosine
-    bool delta = true;                    ///< delta-M scaling (harmonics.h)
-    int degree = 1;                       ///< of the scaling; 1 is delta-Eddington, the one that P1 alone is good with
+    double g = 0;                              ///< mean cosine
+    bool delta = true;                         ///< delta-M scaling (harmonics.h)
+    int degree = 1;  ///< of the scaling; 1 is delta-Eddington, the one that P1 alone is good with
     const std::vector<float>* limiter = nullptr;  ///< factor of D for each slot (flux_limiter.h); null: 1 everywhere
 };
 
-/// The matrix. With sigma_tr = sigma_t (1 - w0 g), D = 1/(3 sigma_tr), cells the active voxels with constant coefficients,
+/// The matrix. With sigma_tr = sigma_t (1 - w0 g), D = 1/(3 sigma_tr), cells the active voxels with constant
+/// coefficients,
 ///
 ///     div F + sigma_t (1-w0) phi = Q0,     F = -D grad phi + Q1 / sigma_tr - div t / sigma_tr
 ///
@@ -56,7 +57,8 @@ public:
     double sigma_t(size_t slot) const { return medium_.sigma_t_per_density * density_[slot]; }
     double sigma_tr(size_t slot) const;
     double sigma_a(size_t slot) const;
-    /// w0' g' sigma_t', so that Q1 = this times the uncollided flux; the same scaled or not is NOT true: the beam differs too.
+    /// w0' g' sigma_t', so that Q1 = this times the uncollided flux; the same scaled or not is NOT true: the beam
+    /// differs too.
     double q1_factor(size_t slot) const;
     /// G of one exposed face, in units of the matrix.
     double conductance(const ExposedVoxel& voxel, int axis) const;
@@ -79,15 +81,15 @@ private:
 struct P1Source {
     explicit P1Source(const P1Operator& of);
 
-    std::vector<double> rhs;                ///< [power / hbar^2] for each slot
+    std::vector<double> rhs;                     ///< [power / hbar^2] for each slot
     std::array<std::vector<float>, 3> additive;  ///< mean over a cell's two faces of F's additive part; empty if none
     /// Outward additive flux per exposed face, six a voxel of exposed(), in power / hbar^2 (without G(phi - 4J)).
     std::vector<std::array<double, 6>> outflow;
-    double deposited = 0;   ///< power taken from the (scaled) beams inside the cells
-    double first_scatter = 0;  ///< the part of it that is scattered: w0' of it
-    double beam_in = 0;     ///< beam power through exposed faces into cells
-    double beam_out = 0;    ///< ... and out of cells
-    double emitted = 0;     ///< power of emission
+    double deposited = 0;                ///< power taken from the (scaled) beams inside the cells
+    double first_scatter = 0;            ///< the part of it that is scattered: w0' of it
+    double beam_in = 0;                  ///< beam power through exposed faces into cells
+    double beam_out = 0;                 ///< ... and out of cells
+    double emitted = 0;                  ///< power of emission
     std::array<double, 6> sky_inflow{};  ///< 4 J by Blocks::Face; 4 pi L of a uniform sky
 };
 
@@ -100,12 +102,12 @@ void add_emission(const P1Operator&, const std::vector<float>& emission, double 
 
 /// What left, what stayed. Powers as in P1Source.
 struct P1Budget {
-    std::array<double, 6> out{};  ///< diffuse power that left through exposed faces, by Blocks::Face
-    double sky_in = 0;            ///< power of the sky on them
-    double absorbed = 0;          ///< of collided light by the medium, and of the beam at its first collision
-    double defect = 0;            ///< |in - out - absorbed| / in
+    std::array<double, 6> out{};       ///< diffuse power that left through exposed faces, by Blocks::Face
+    double sky_in = 0;                 ///< power of the sky on them
+    double absorbed = 0;               ///< of collided light by the medium, and of the beam at its first collision
+    double defect = 0;                 ///< |in - out - absorbed| / in
     double smallest = 0, largest = 0;  ///< of phi
-    int64_t negative = 0;         ///< cells with phi below -1e-7 of the largest: beyond what rounding and tolerance leave
+    int64_t negative = 0;  ///< cells with phi below -1e-7 of the largest: beyond what rounding and tolerance leave
 };
 
 /// Solves for phi [radiance x sr]. `source.rhs` is used up. The result's total balance is then closed exactly by one
@@ -122,11 +124,12 @@ std::array<std::vector<float>, 3> cell_flux(const P1Operator&, const P1Source&, 
 /// The longest flux that leaves the P1 radiance (phi + 3 s.F) / (4 pi) negative in no direction s, as a part of phi.
 constexpr double longest_flux = 1.0 / 3;
 
-/// Shortens F to longest_flux x phi where it is longer; returns for how many cells. For pictures only: such a flux is not conserved.
+/// Shortens F to longest_flux x phi where it is longer; returns for how many cells. For pictures only: such a flux is
+/// not conserved.
 ///
-/// P1 lets the flux follow its source at once, F = ... + w0' g' / (1 - w0' g') E T' s, also where light enters a cloud and
-/// nothing has been scattered yet; seen with the sun behind the viewer at g = 0.85 that takes away six sevenths of the picture
-/// (tests/pipelines). Deep inside |F| is far below phi / 3.
+/// P1 lets the flux follow its source at once, F = ... + w0' g' / (1 - w0' g') E T' s, also where light enters a cloud
+/// and nothing has been scattered yet; seen with the sun behind the viewer at g = 0.85 that takes away six sevenths of
+/// the picture (tests/pipelines). Deep inside |F| is far below phi / 3.
 int64_t limit_flux(const P1Operator&, const std::vector<double>& phi, std::array<std::vector<float>, 3>& flux);
 
 }  // namespace vdbcloud

@@ -18,7 +18,8 @@ bool hits(const Blocks& blocks, Vec3d p, const Vec3d& d, const Vec3i& lo, const 
     for (int step = 0; step < 100000; ++step) {
         const Vec3i voxel(int(std::floor(p[0] + 0.5)), int(std::floor(p[1] + 0.5)), int(std::floor(p[2] + 0.5)));
         for (int a = 0; a < 3; ++a)
-            if (blocks.period()[a] == 0 && ((voxel[a] < lo[a] && d[a] <= 0) || (voxel[a] > hi[a] && d[a] >= 0))) return false;
+            if (blocks.period()[a] == 0 && ((voxel[a] < lo[a] && d[a] <= 0) || (voxel[a] > hi[a] && d[a] >= 0)))
+                return false;
         const size_t slot = blocks.slot(voxel);
         if (blocks.active(slot)) return true;
         const int edge = slot / 512 < blocks.count() ? 1 : 8;  // a missing block is crossed in one step
@@ -60,7 +61,8 @@ double reentry_share(const P1Operator& p1, const P1Source& source, const std::ve
         }
         if (!(normal.length() > 1e-3)) return;
         normal.normalize();
-        const Vec3d t = (std::abs(normal[0]) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).cross(normal).unit(), u = normal.cross(t);
+        const Vec3d t = (std::abs(normal[0]) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).cross(normal).unit(),
+                    u = normal.cross(t);
         const Vec3i at = blocks.voxel(voxel.slot);
         for (size_t r = 0; r < each; ++r) {
             const double z2 = uniform(hash_bits(17, k, r, 0)), turn = 2 * M_PI * uniform(hash_bits(17, k, r, 1));

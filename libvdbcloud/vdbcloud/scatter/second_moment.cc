@@ -25,7 +25,8 @@ void estimate_error(ClosureReport& report)
     if (report.contraction < 1) report.error = report.change[n - 1] * report.contraction / (1 - report.contraction);
 }
 
-/// What is mixed: phi where that alone is fed back, else phi and the moments of degree 1 too. Higher ones follow these in a sweep or two.
+/// What is mixed: phi where that alone is fed back, else phi and the moments of degree 1 too. Higher ones follow these
+/// in a sweep or two.
 int mixing_depth(double g) { return g == 0 ? 8 : 5; }
 size_t mixed_arrays(double g) { return g == 0 ? 1 : 4; }
 
@@ -52,7 +53,8 @@ std::vector<ExposedVoxel> closure_exposed(const P1Operator& p1)
 SecondMoment::SecondMoment(const P1Operator& p1, const ClosureOptions& options) : p1_(p1), o_(options)
 {
     if (o_.degree < 1 || o_.degree > 7) throw InputError("degree " + std::to_string(o_.degree) + ": expected 1 to 7");
-    const int carried = std::max(o_.degree, 2);  // t needs moments of degree 2, but exactly only those of what P1 calls isotropic
+    const int carried =
+        std::max(o_.degree, 2);  // t needs moments of degree 2, but exactly only those of what P1 calls isotropic
     ordinates_ = ordinates(o_.kind, o_.directions, o_.degree, o_.polar, o_.layered);
     const double g = p1.medium().g, f = p1.medium().delta && g > 0 ? std::pow(g, o_.degree + 1) : 0.0;
     for (double moment : phase_moments(o_.degree, g)) phase_.push_back((moment - f) / (1 - f));
@@ -114,7 +116,8 @@ void SecondMoment::start_with_flux(const std::array<std::vector<float>, 3>& flux
     const double scale = std::sqrt(3 / (4 * pi));
     const int of_axis[3] = {harmonic(1, 1), harmonic(1, -1), harmonic(1, 0)};
     for (int a = 0; a < 3; ++a)
-        each_active(p1_.blocks(), [&](size_t slot) { swept_.moments[size_t(of_axis[a])][slot] += float(scale * flux[a][slot]); });
+        each_active(p1_.blocks(),
+                    [&](size_t slot) { swept_.moments[size_t(of_axis[a])][slot] += float(scale * flux[a][slot]); });
 }
 
 void SecondMoment::add_emission(const std::vector<float>& emission, double factor)
@@ -125,8 +128,8 @@ void SecondMoment::add_emission(const std::vector<float>& emission, double facto
     });
 }
 
-/// Moments of one radiance: the sweep's, times what P1's phi is to the sweep's. What is scattered backward is a small difference
-/// of moments where light goes forward, and phi alone, a per cent off the others, would turn it negative.
+/// Moments of one radiance: the sweep's, times what P1's phi is to the sweep's. What is scattered backward is a small
+/// difference of moments where light goes forward, and phi alone, a per cent off the others, would turn it negative.
 void SecondMoment::take_phi(const std::vector<double>& phi)
 {
     each_active(p1_.blocks(), [&](size_t slot) {
@@ -145,8 +148,9 @@ void SecondMoment::build_source()
         const double albedo = p1_.scaling(slot).albedo;
         for (int l = 0, k = 0; k < terms_; ++l)
             for (const int end = harmonic_count(l); k < end; ++k)
-                source_[size_t(k)][slot] = float(albedo * phase_[size_t(l)] *
-                                                 (double(swept_.moments[size_t(k)][slot]) + uncollided_[size_t(k)][slot]));
+                source_[size_t(k)][slot] =
+                    float(albedo * phase_[size_t(l)] *
+                          (double(swept_.moments[size_t(k)][slot]) + uncollided_[size_t(k)][slot]));
         if (!emission_.empty()) source_[0][slot] += emission_[slot];
     });
 }
@@ -188,7 +192,8 @@ void SecondMoment::close_face(P1Source& source, size_t exposed, int face, const 
     const double h = p1_.index().spacing()[axis], area = p1_.face_area(axis);
     const double normal = (tally.second - tensor(axis, axis, voxel.slot)) / (h / 2);
     const double additive = -(normal + outward * cross_gradient(axis, voxel.slot)) / p1_.sigma_tr(voxel.slot);
-    const double correction = tally.current - voxel.weight[axis] * (tally.fluence - source.sky_inflow[size_t(face)]) / 2;
+    const double correction =
+        tally.current - voxel.weight[axis] * (tally.fluence - source.sky_inflow[size_t(face)]) / 2;
     const double leaving = p1_.boundary_flux(voxel, axis, additive, correction) * area;
     source.rhs[voxel.slot] -= leaving;
     source.outflow[exposed][size_t(face)] += float(leaving);

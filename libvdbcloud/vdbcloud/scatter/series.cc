@@ -15,8 +15,8 @@ namespace {
 class Orders {
 public:
     Orders(const P1Operator& base, const SeriesSources& sources)
-        : p1_(base), sources_(sources), g_(base.medium().g), f_(base.scaling(0).f), extinction_(base.medium().sigma_t_per_density),
-          rhs_(base.blocks().slots()), outside_(base.exposed().size())
+        : p1_(base), sources_(sources), g_(base.medium().g), f_(base.scaling(0).f),
+          extinction_(base.medium().sigma_t_per_density), rhs_(base.blocks().slots()), outside_(base.exposed().size())
     {
         for (auto& faces : flux_) faces.assign(forward() ? base.blocks().slots() : 0, 0.0);
         for (auto& faces : additive_) faces.assign(forward() ? base.blocks().slots() : 0, 0.0);
@@ -72,7 +72,8 @@ private:
         std::fill(rhs_.begin(), rhs_.end(), 0.0);
         const double back = forward() ? -g_ / (1 - g_) : 0;
         for (int a = 0; a < 3 && forward(); ++a)
-            for (size_t slot = 0; slot < flux_[a].size(); ++slot) additive_[a][slot] = order_ > 0 ? back * flux_[a][slot] : 0.0;
+            for (size_t slot = 0; slot < flux_[a].size(); ++slot)
+                additive_[a][slot] = order_ > 0 ? back * flux_[a][slot] : 0.0;
         for (size_t k = 0; k < outside_.size(); ++k)
             for (int face = 0; face < 6; ++face) leaving_[k][face] = order_ > 0 ? back * outside_[k][face] : 0.0;
         if (order_ > 0)
@@ -133,15 +134,17 @@ private:
         for (int a = 0; a < 3; ++a)
             each_active(blocks, [&](size_t slot) {
                 const size_t below = blocks.neighbour(slot, 2 * a);
-                flux_[a][slot] = blocks.active(below) ? double(p1_.stencil().face[a][below]) * (phi_[below] - phi_[slot]) +
-                                                            additive_[a][slot]
-                                                      : 0.0;
+                flux_[a][slot] =
+                    blocks.active(below)
+                        ? double(p1_.stencil().face[a][below]) * (phi_[below] - phi_[slot]) + additive_[a][slot]
+                        : 0.0;
             });
         for (size_t k = 0; k < outside_.size(); ++k) {
             const ExposedVoxel& voxel = p1_.exposed()[k];
             for (int face = 0; face < 6; ++face)
                 if (voxel.faces >> face & 1)
-                    outside_[k][face] = p1_.conductance(voxel, face / 2) * (phi_[voxel.slot] - sky_inflow[face]) + leaving_[k][face];
+                    outside_[k][face] =
+                        p1_.conductance(voxel, face / 2) * (phi_[voxel.slot] - sky_inflow[face]) + leaving_[k][face];
         }
     }
 
@@ -150,7 +153,7 @@ private:
     double g_, f_, extinction_;
     int order_ = 0;
     std::vector<double> rhs_, phi_;
-    std::array<std::vector<double>, 3> flux_, additive_;  // through lower faces, with area
+    std::array<std::vector<double>, 3> flux_, additive_;    // through lower faces, with area
     std::vector<std::array<double, 6>> outside_, leaving_;  // through exposed faces, outward, with area
 };
 
@@ -178,7 +181,8 @@ std::vector<double> solve_dense(std::vector<double> h, std::vector<double> b)
 }
 
 /// Galerkin solution at one albedo on a basis: the direct operator and its sources, projected.
-std::vector<double> galerkin(const P1Operator& p1, const SeriesSources& sources, const std::vector<std::vector<double>>& basis)
+std::vector<double> galerkin(const P1Operator& p1, const SeriesSources& sources,
+                             const std::vector<std::vector<double>>& basis)
 {
     P1Source source(p1);
     const double extinction = p1.medium().sigma_t_per_density * p1.scaling(0).extinction;
@@ -200,8 +204,9 @@ double node_of(int k, int nodes) { return 0.5 - 0.5 * std::cos(M_PI * k / (nodes
 
 }  // namespace
 
-AlbedoSeries albedo_series(const VoxelIndex& index, const std::vector<float>& density, const std::vector<ExposedVoxel>& exposed,
-                           const P1Medium& medium, const SeriesSources& sources, const SeriesOptions& options)
+AlbedoSeries albedo_series(const VoxelIndex& index, const std::vector<float>& density,
+                           const std::vector<ExposedVoxel>& exposed, const P1Medium& medium,
+                           const SeriesSources& sources, const SeriesOptions& options)
 {
     if (medium.tint) throw InputError("the series in albedo needs one albedo for all voxels: expected no Cd");
     P1Medium conservative = medium;
@@ -216,7 +221,9 @@ AlbedoSeries albedo_series(const VoxelIndex& index, const std::vector<float>& de
     Orders orders(base, sources);
     const Blocks& blocks = index.blocks();
     for (int k = 0; k <= options.order; ++k) {
-        solve.progress = [&](double f) { return !options.solve.progress || options.solve.progress((k + f) / (options.order + 2)); };
+        solve.progress = [&](double f) {
+            return !options.solve.progress || options.solve.progress((k + f) / (options.order + 2));
+        };
         std::vector<double> v;
         const SolveResult result = orders.next(multigrid, solve, v);
         series.iterations += result.iterations;
@@ -280,14 +287,16 @@ std::vector<double> series_coefficients(const std::vector<double>& albedo, const
     const size_t nodes = albedo.size(), n = nodes ? table.size() / nodes : 0;
     if (nodes < 2 || !(at >= albedo.front() - 1e-12 && at <= albedo.back() + 1e-12))
         throw InputError("albedo " + std::to_string(at) + ": the series' table reaches from " +
-                         std::to_string(nodes ? albedo.front() : 1) + " to " + std::to_string(nodes ? albedo.back() : 1));
+                         std::to_string(nodes ? albedo.front() : 1) + " to " +
+                         std::to_string(nodes ? albedo.back() : 1));
     const double widest = 1 - albedo.front(), t = widest > 0 ? std::pow(std::max(0.0, (1 - at) / widest), 0.25) : 0;
     std::vector<double> sum(n, 0.0);
     double weights = 0;
     for (size_t row = 0; row < nodes; ++row) {
         const int k = int(nodes - 1 - row);
         const double distance = t - node_of(k, int(nodes));
-        if (std::abs(distance) < 1e-14) return {table.begin() + ptrdiff_t(row * n), table.begin() + ptrdiff_t(row * n + n)};
+        if (std::abs(distance) < 1e-14)
+            return {table.begin() + ptrdiff_t(row * n), table.begin() + ptrdiff_t(row * n + n)};
         const double w = (k % 2 ? -1.0 : 1.0) * (k == 0 || k == int(nodes) - 1 ? 0.5 : 1.0) / distance;
         weights += w;
         for (size_t j = 0; j < n; ++j) sum[j] += w * table[row * n + j];

@@ -146,8 +146,9 @@ bool has_series(const GridFile& file, const FloatGrid& density, const Medium& me
     if (!first) return false;
     const Medium theirs = read_medium(*first);
     const auto close = [](double a, double b) { return std::abs(a - b) <= 1e-9 * std::abs(a); };
-    return close(theirs.sigma_t_per_density[0], medium.sigma_t_per_density[0]) && medium.grey() && close(theirs.g, medium.g) &&
-           theirs.phase == medium.phase && get_text(*first, schema::density_digest, "") == grid_digest(density) &&
+    return close(theirs.sigma_t_per_density[0], medium.sigma_t_per_density[0]) && medium.grey() &&
+           close(theirs.g, medium.g) && theirs.phase == medium.phase &&
+           get_text(*first, schema::density_digest, "") == grid_digest(density) &&
            get_text(*first, schema::lit_by, "") == lights_text(lights);
 }
 
@@ -164,17 +165,19 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
         const auto flux = find_grid(file, flux_prefix + std::to_string(k));
         if (const auto found = flux ? openvdb::gridPtrCast<Vec3SGrid>(flux) : nullptr) gradients.push_back(found);
     }
-    if (basis.empty()) throw InputError(file.path + ": no grid 'series_phi_0': expected the output of p1solve --series");
+    if (basis.empty())
+        throw InputError(file.path + ": no grid 'series_phi_0': expected the output of p1solve --series");
     const MetaMap& first = *basis[0];
     const auto albedo = numbers_of(get_text(first, key_albedo, "")), table = numbers_of(get_text(first, key_table, ""));
     if (table.size() != albedo.size() * basis.size())
-        throw InputError(file.path + ": the series' table of " + std::to_string(table.size()) + " numbers does not fit its " +
-                         std::to_string(basis.size()) + " grids");
+        throw InputError(file.path + ": the series' table of " + std::to_string(table.size()) +
+                         " numbers does not fit its " + std::to_string(basis.size()) + " grids");
     const Vec3d scale = get_vector(first, key_scale, Vec3d(1.0));
     const double f = get_number(first, schema::delta_f, 0), scaled_g = get_number(first, schema::scaled_g, 0);
     const double g = effective_g(medium);
     std::vector<double> c[3];
-    for (int channel = 0; channel < 3; ++channel) c[channel] = series_coefficients(albedo, table, medium.albedo[channel]);
+    for (int channel = 0; channel < 3; ++channel)
+        c[channel] = series_coefficients(albedo, table, medium.albedo[channel]);
 
     ScatterFields fields;
     std::vector<FloatGrid::ConstAccessor> at;
@@ -193,7 +196,8 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
         grid.setName(name);
         grid.setTransform(basis[0]->transform().copy());
         for (auto m = first.beginMeta(); m != first.endMeta(); ++m)
-            if (m->first.rfind("vdbcloud:", 0) == 0 && m->first.rfind("vdbcloud:series", 0) != 0) grid.insertMeta(m->first, *m->second);
+            if (m->first.rfind("vdbcloud:", 0) == 0 && m->first.rfind("vdbcloud:series", 0) != 0)
+                grid.insertMeta(m->first, *m->second);
         write_medium(grid, medium);
     };
     stamp(*fields.phi, schema::phi);
@@ -209,11 +213,14 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
         flux->setTree(std::make_shared<openvdb::Vec3STree>(basis[0]->tree(), Vec3f(0.0f), openvdb::TopologyCopy()));
         for (auto v = flux->beginValueOn(); v; ++v) {
             Vec3d sum(0, 0, 0);
-            for (size_t k = 0; k < slopes.size(); ++k) sum += (c[channel][k] * ratio * scale[channel]) * Vec3d(slopes[k].getValue(v.getCoord()));
+            for (size_t k = 0; k < slopes.size(); ++k)
+                sum += (c[channel][k] * ratio * scale[channel]) * Vec3d(slopes[k].getValue(v.getCoord()));
             for (size_t l = 0; l < lights.size() && l < transmittance.size(); ++l) {
                 double t = 1;
-                if (const auto grey = openvdb::gridPtrCast<FloatGrid>(transmittance[l])) t = grey->tree().getValue(v.getCoord());
-                else if (const auto rgb = openvdb::gridPtrCast<Vec3SGrid>(transmittance[l])) t = rgb->tree().getValue(v.getCoord())[channel];
+                if (const auto grey = openvdb::gridPtrCast<FloatGrid>(transmittance[l]))
+                    t = grey->tree().getValue(v.getCoord());
+                else if (const auto rgb = openvdb::gridPtrCast<Vec3SGrid>(transmittance[l]))
+                    t = rgb->tree().getValue(v.getCoord())[channel];
                 Vec3d travel = -lights[l].to_light;
                 double irradiance = lights[l].irradiance[channel];
                 if (lights[l].kind == LightKind::Point) {
@@ -222,7 +229,8 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
                 }
                 sum += (q * irradiance * t) * travel.unit();
             }
-            const double longest = longest_flux * std::max(double(fluence.getValue(v.getCoord())[channel]), 0.0), length = sum.length();
+            const double longest = longest_flux * std::max(double(fluence.getValue(v.getCoord())[channel]), 0.0),
+                         length = sum.length();
             v.setValue(Vec3f(length > longest ? sum * (longest / length) : sum));
         }
         stamp(*flux, names[channel]);

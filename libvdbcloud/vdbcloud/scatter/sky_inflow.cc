@@ -14,7 +14,8 @@ std::vector<float> sky_along(const VoxelIndex& index, const Sky& sky, int channe
 {
     std::vector<float> radiance;
     for (const Vec3d& s : travel)
-        radiance.push_back(float(sky.radiance(-(s[0] * index.axis(0) + s[1] * index.axis(1) + s[2] * index.axis(2)))[channel]));
+        radiance.push_back(
+            float(sky.radiance(-(s[0] * index.axis(0) + s[1] * index.axis(1) + s[2] * index.axis(2)))[channel]));
     return radiance;
 }
 

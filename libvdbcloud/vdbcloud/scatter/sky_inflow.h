@@ -1,7 +1,7 @@
 #pragma once
 // A sky as what enters a medium: onto faces for P1, along directions for sweeps.
-#include "vdbcloud/grid/voxel_index.h"
 #include "vdbcloud/scene/sky.h"
+#include "vdbcloud/voxels/voxel_index.h"
 
 #include <array>
 #include <vector>

@@ -10,7 +10,7 @@ namespace vdbcloud {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-constexpr int most_pixels = 65536;  // on a side
+constexpr int most_pixels = 65536;      // on a side
 constexpr double near_fraction = 1e-3;  // near plane over the distance to look_at, for worldToNDC
 
 template<typename T>
@@ -54,8 +54,7 @@ CameraView::CameraView(const Camera& camera, const ImageSize& size) : camera_(ca
 {
     check(camera, size);
     for (int c = 0; c < 3; ++c)
-        if (!std::isfinite(camera.position[c]))
-            refuse("camera position", camera.position, "finite coordinates");
+        if (!std::isfinite(camera.position[c])) refuse("camera position", camera.position, "finite coordinates");
 
     forward_ = unit_or_refuse("camera's way from position to look-at", camera.look_at - camera.position,
                               "two different finite points");
@@ -71,8 +70,7 @@ CameraView::CameraView(const Camera& camera, const ImageSize& size) : camera_(ca
     right_.normalize();
     up_ = right_.cross(forward_);
 
-    half_width_ =
-        camera.projection == Projection::Perspective ? std::tan(camera.fov * pi / 360) : camera.width / 2;
+    half_width_ = camera.projection == Projection::Perspective ? std::tan(camera.fov * pi / 360) : camera.width / 2;
     half_height_ = half_width_ * size.height / (size.width * size.pixel_aspect);
 }
 
@@ -91,9 +89,9 @@ double CameraView::depth(double x, double y, double t) const { return t * ray(x,
 Matrix44 CameraView::world_to_camera() const
 {
     const Vec3d& o = camera_.position;
-    return {right_[0], up_[0], forward_[0], 0,  //
-            right_[1], up_[1], forward_[1], 0,  //
-            right_[2], up_[2], forward_[2], 0,  //
+    return {right_[0],      up_[0],      forward_[0],      0,  //
+            right_[1],      up_[1],      forward_[1],      0,  //
+            right_[2],      up_[2],      forward_[2],      0,  //
             -o.dot(right_), -o.dot(up_), -o.dot(forward_), 1};
 }
 
@@ -119,8 +117,7 @@ Matrix44 CameraView::world_to_ndc() const
     Matrix44 out{};
     for (size_t row = 0; row < 4; ++row)
         for (size_t column = 0; column < 4; ++column)
-            for (size_t k = 0; k < 4; ++k)
-                out[4 * row + column] += view[4 * row + k] * project[4 * k + column];
+            for (size_t k = 0; k < 4; ++k) out[4 * row + column] += view[4 * row + k] * project[4 * k + column];
     return out;
 }
 

@@ -25,10 +25,7 @@ struct PixelWindow {
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
     int width() const { return x1 - x0; }
     int height() const { return y1 - y0; }
-    bool operator==(const PixelWindow& o) const
-    {
-        return x0 == o.x0 && y0 == o.y0 && x1 == o.x1 && y1 == o.y1;
-    }
+    bool operator==(const PixelWindow& o) const { return x0 == o.x0 && y0 == o.y0 && x1 == o.x1 && y1 == o.y1; }
 };
 
 /// The picture's size in pixels, and the part of it that is wanted.
@@ -86,7 +83,7 @@ public:
 private:
     Camera camera_;
     ImageSize size_;
-    Vec3d right_, up_, forward_;     // orthonormal, world
+    Vec3d right_, up_, forward_;       // orthonormal, world
     double half_width_, half_height_;  // of the picture, at unit depth or in world units
 };
 

@@ -39,16 +39,15 @@ std::vector<Vec3d> in_view(const std::vector<Vec3d>& points, const CameraView& a
 {
     std::vector<Vec3d> out;
     out.reserve(points.size());
-    for (const Vec3d& p : points)
-        out.push_back({p.dot(axes.right()), p.dot(axes.up()), p.dot(axes.forward())});
+    for (const Vec3d& p : points) out.push_back({p.dot(axes.right()), p.dot(axes.up()), p.dot(axes.forward())});
     return out;
 }
 
 /// Where along one axis across the picture a perspective camera can stand. It sees every point if
 /// |x - camera| <= slope (z - depth), that is, if  low + slope depth <= camera <= high - slope depth.
 struct Stand {
-    double low = -std::numeric_limits<double>::infinity();   // largest x - slope z
-    double high = std::numeric_limits<double>::infinity();   // smallest x + slope z
+    double low = -std::numeric_limits<double>::infinity();  // largest x - slope z
+    double high = std::numeric_limits<double>::infinity();  // smallest x + slope z
     double slope;
     void add(double x, double z)
     {
@@ -60,7 +59,7 @@ struct Stand {
 };
 
 constexpr double view_azimuth = 35,
-                 view_elevation = -6; // of the default camera, seen from the cloud [degrees]
+                 view_elevation = -6;  // of the default camera, seen from the cloud [degrees]
 constexpr double sun_azimuth = view_azimuth - 52, sun_elevation = 46;
 
 /// Unit vector at an angle from +Z towards +X and one above the horizon [degrees], turned along with `up`.
@@ -83,10 +82,8 @@ Camera frame_points(const std::vector<Vec3d>& points, const ImageSize& size, con
     for (const Vec3d& p : points)
         if (!std::isfinite(p[0] + p[1] + p[2])) throw InputError("framing: a point is not finite");
     if (!(options.margin >= 0 && options.margin < 0.5))
-        throw InputError("framing: margin " + std::to_string(options.margin) +
-                         ": expected a number in [0, 0.5)");
-    if (!(options.up.length() > 0 && std::isfinite(options.up.length())))
-        throw InputError("framing: up has no length");
+        throw InputError("framing: margin " + std::to_string(options.margin) + ": expected a number in [0, 0.5)");
+    if (!(options.up.length() > 0 && std::isfinite(options.up.length()))) throw InputError("framing: up has no length");
 
     Camera camera;
     camera.projection = options.projection;

@@ -2,7 +2,8 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 
 #include <cmath>
@@ -19,8 +20,7 @@ bool plain_name(const std::string& text)
 {
     if (text.empty()) return false;
     for (const char c : text)
-        if (!(c >= 'a' && c <= 'z') && !(c >= 'A' && c <= 'Z') && !(c >= '0' && c <= '9') && c != '_')
-            return false;
+        if (!(c >= 'a' && c <= 'z') && !(c >= 'A' && c <= 'Z') && !(c >= '0' && c <= '9') && c != '_') return false;
     return true;
 }
 
@@ -30,8 +30,7 @@ template<typename T>
 [[noreturn]] void refuse(const Light& light, const char* what, const T& value, const char* expected)
 {
     std::ostringstream sentence;
-    sentence << "light '" << printable(light.name) << "': " << what << " " << value << ": expected "
-             << expected;
+    sentence << "light '" << printable(light.name) << "': " << what << " " << value << ": expected " << expected;
     throw InputError(sentence.str());
 }
 
@@ -41,8 +40,7 @@ Light checked(Light light)
     if (!plain_name(light.name)) refuse(light, "name", printable(light.name), "letters, digits and '_'");
     if (light.kind == LightKind::Directional) {
         const double length = light.to_light.length();
-        if (!(std::isfinite(length) && length > 0))
-            refuse(light, "direction", light.to_light, "a non-zero vector");
+        if (!(std::isfinite(length) && length > 0)) refuse(light, "direction", light.to_light, "a non-zero vector");
         light.to_light /= length;
     } else if (!is_finite(light.position)) {
         refuse(light, "position", light.position, "finite coordinates");

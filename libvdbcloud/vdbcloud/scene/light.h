@@ -15,13 +15,13 @@ enum class LightKind { Directional, Point };
 /// One light. Directional: `irradiance` is E, perpendicular to the beam. Point: `irradiance` is the intensity
 /// I [power per steradian], so that E = I / r^2 at distance r.
 struct Light {
-    std::string name = "sun";     ///< letters, digits, '_'; its grid is transmittance_<name>
+    std::string name = "sun";  ///< letters, digits, '_'; its grid is transmittance_<name>
     LightKind kind = LightKind::Directional;
-    Vec3d to_light{0, 1, 0};      ///< unit, towards the light [world]; directional
-    Vec3d position{0, 0, 0};      ///< [world]; point
-    Vec3d irradiance{1, 1, 1};    ///< per colour channel
+    Vec3d to_light{0, 1, 0};    ///< unit, towards the light [world]; directional
+    Vec3d position{0, 0, 0};    ///< [world]; point
+    Vec3d irradiance{1, 1, 1};  ///< per colour channel
     double angular_diameter =
-        0; ///< of a directional light [degrees]; 0: a point at infinity. Its mean direction is to_light.
+        0;  ///< of a directional light [degrees]; 0: a point at infinity. Its mean direction is to_light.
 };
 
 /// "transmittance_<name>".

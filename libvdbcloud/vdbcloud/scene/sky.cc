@@ -2,7 +2,7 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/scatter_schema.h"
 
 #include <algorithm>
@@ -37,8 +37,10 @@ Vec3d Sky::radiance(const Vec3d& direction) const
 
 Vec3d Sky::mean_inflow(const Vec3d& normal) const
 {
-    // At height angle a the cosine to the normal is A + B cos(azimuth); its positive part has a closed form around the circle.
-    const double along = std::clamp(normal.dot(up), -1.0, 1.0), across = std::sqrt(1 - along * along), kink = std::asin(across);
+    // At height angle a the cosine to the normal is A + B cos(azimuth); its positive part has a closed form around the
+    // circle.
+    const double along = std::clamp(normal.dot(up), -1.0, 1.0), across = std::sqrt(1 - along * along),
+                 kink = std::asin(across);
     constexpr double half_turn = 3.14159265358979323846;
     const auto around = [&](double a) {
         const double constant = along * std::sin(a), swing = across * std::cos(a);

@@ -17,8 +17,8 @@ struct Sky {
     Vec3d zenith{0, 0, 0};
     Vec3d horizon{0, 0, 0};
     Vec3d ground{0, 0, 0};
-    double haze = 4;     ///< how narrow the band along the horizon is, >= 0; 4: half gone 9 degrees above it
-    Vec3d up{0, 1, 0};   ///< unit
+    double haze = 4;    ///< how narrow the band along the horizon is, >= 0; 4: half gone 9 degrees above it
+    Vec3d up{0, 1, 0};  ///< unit
 
     /// The same radiance everywhere.
     static Sky constant(const Vec3d& radiance);
@@ -31,8 +31,8 @@ struct Sky {
     Vec3d radiance(const Vec3d& direction) const;
 
     /// The mean of L over the half of directions with dot(w, normal) > 0, weighted with that cosine: pi times it is the
-    /// irradiance of a surface that looks along `normal` (unit). By quadrature in height, exact around it; relative error below 1e-5,
-    /// none for a constant sky.
+    /// irradiance of a surface that looks along `normal` (unit). By quadrature in height, exact around it; relative
+    /// error below 1e-5, none for a constant sky.
     Vec3d mean_inflow(const Vec3d& normal) const;
 
     bool dark() const { return zenith == Vec3d(0.0) && horizon == Vec3d(0.0) && ground == Vec3d(0.0); }
@@ -46,8 +46,8 @@ struct Sky {
 /// length.
 void check(const Sky&);
 
-/// Writes the sky that lit a grid into its metadata (schema::lit_sky ...), and reads it back: none if there is none or it is
-/// black. Reading throws InputError as check().
+/// Writes the sky that lit a grid into its metadata (schema::lit_sky ...), and reads it back: none if there is none or
+/// it is black. Reading throws InputError as check().
 void write_sky(MetaMap&, const Sky&);
 std::optional<Sky> read_sky(const MetaMap&);
 

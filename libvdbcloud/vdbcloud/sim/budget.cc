@@ -7,12 +7,13 @@
 
 namespace vdbcloud::sim {
 
-template<typename T> void Model<T>::name_bad_cell() const
+template<typename T>
+void Model<T>::name_bad_cell() const
 {
     const auto [nx, ny, nz] = lattice_.n;
     const char* names[] = {"u", "v", "w", "theta_l", "q_t", "rain", "dye"};
-    for (const Quantity q : {Quantity::Theta, Quantity::Water, Quantity::Rain, Quantity::Dye, Quantity::U, Quantity::V,
-                             Quantity::W}) {
+    for (const Quantity q :
+         {Quantity::Theta, Quantity::Water, Quantity::Rain, Quantity::Dye, Quantity::U, Quantity::V, Quantity::W}) {
         const Variable<T>& v = of(q);
         for (const Field<T>& f : v.a)
             if (f)
@@ -30,32 +31,37 @@ template<typename T> void Model<T>::name_bad_cell() const
 }
 
 /// Mean and bounds, less the reference. Throws ConvergenceError naming a cell that is not finite.
-template<typename T> Extent Model<T>::extent(const Variable<T>& v) const
+template<typename T>
+Extent Model<T>::extent(const Variable<T>& v) const
 {
     const auto [nx, ny, nz] = lattice_.n;
     double mass = 0;
     for (int k = 0; k < nz; ++k) mass += rho_.centre[size_t(k)] * nx * ny;
-    const Extent sums = reduce_planes(nz, Extent{}, [&, nx = nx, ny = ny](int k) {
-        Extent e;
-        for (int j = 0; j < ny; ++j) {
-            const T* row = v.a[0].row(j, k);
-            double sum = 0;
-            for (int i = 0; i < nx; ++i) {
-                sum += double(row[i]);
-                e.low = std::min(e.low, double(row[i])), e.high = std::max(e.high, double(row[i]));
+    const Extent sums = reduce_planes(
+        nz, Extent{},
+        [&, nx = nx, ny = ny](int k) {
+            Extent e;
+            for (int j = 0; j < ny; ++j) {
+                const T* row = v.a[0].row(j, k);
+                double sum = 0;
+                for (int i = 0; i < nx; ++i) {
+                    sum += double(row[i]);
+                    e.low = std::min(e.low, double(row[i])), e.high = std::max(e.high, double(row[i]));
+                }
+                e.mean += sum * rho_.centre[size_t(k)] / mass;
             }
-            e.mean += sum * rho_.centre[size_t(k)] / mass;
-        }
-        return e;
-    }, [](const Extent& a, const Extent& c) {
-        return Extent{a.mean + c.mean, std::min(a.low, c.low), std::max(a.high, c.high)};
-    });
+            return e;
+        },
+        [](const Extent& a, const Extent& c) {
+            return Extent{a.mean + c.mean, std::min(a.low, c.low), std::max(a.high, c.high)};
+        });
     if (!std::isfinite(sums.mean)) name_bad_cell();
     return sums;
 }
 
 /// Extremes of the air and of the cloud.
-template<typename T> void Model<T>::find_weather(Budget& b) const
+template<typename T>
+void Model<T>::find_weather(Budget& b) const
 {
     const auto [nx, ny, nz] = lattice_.n;
     std::vector<double> speed(static_cast<size_t>(nz), 0.0), rise = speed, energy = speed, most = speed, sum = speed;
@@ -77,7 +83,8 @@ template<typename T> void Model<T>::find_weather(Budget& b) const
                     energy[size_t(k)] += 0.5 * squares;
                 }
                 if (!water_) continue;
-                thermo_.cloud_row(column_.level[size_t(k)], theta_.a[0].row(j, k), water_.a[0].row(j, k), cloud.data(), nx);
+                thermo_.cloud_row(column_.level[size_t(k)], theta_.a[0].row(j, k), water_.a[0].row(j, k), cloud.data(),
+                                  nx);
                 for (int i = 0; i < nx; ++i) {
                     most[size_t(k)] = std::max(most[size_t(k)], double(cloud[size_t(i)]));
                     sum[size_t(k)] += double(cloud[size_t(i)]);
@@ -89,15 +96,18 @@ template<typename T> void Model<T>::find_weather(Budget& b) const
     for (int k = 0; k < nz; ++k) {
         b.speed_max = std::max(b.speed_max, speed[size_t(k)]), b.w_max = std::max(b.w_max, rise[size_t(k)]);
         b.kinetic += energy[size_t(k)] * rho_.centre[size_t(k)] / mass;
-        b.cloud_max = std::max(b.cloud_max, most[size_t(k)]), b.cloud_mean += sum[size_t(k)] * rho_.centre[size_t(k)] / mass;
+        b.cloud_max = std::max(b.cloud_max, most[size_t(k)]),
+        b.cloud_mean += sum[size_t(k)] * rho_.centre[size_t(k)] / mass;
         if (most[size_t(k)] <= 1e-5) continue;
         b.cloud_top = column_.level[size_t(k)].z;
         if (b.cloud_base < 0) b.cloud_base = b.cloud_top;
     }
 }
 
-/// The first invariant out of its tolerance. Of single precision tolerances grow with the steps taken, of double they are round-off.
-template<typename T> std::string Model<T>::fault_in(const Budget& b) const
+/// The first invariant out of its tolerance. Of single precision tolerances grow with the steps taken, of double they
+/// are round-off.
+template<typename T>
+std::string Model<T>::fault_in(const Budget& b) const
 {
     if (!started_ || parameters_.time_scheme == TimeScheme::HugeStep) return "";
     const bool single = sizeof(T) == 4;
@@ -111,14 +121,19 @@ template<typename T> std::string Model<T>::fault_in(const Budget& b) const
     }
     const double still = std::max(single ? 1e-5 : 1e-12, (single ? 1.2e-7 : 2.3e-16) * longest / shortest);
     std::ostringstream fault;
-    if (std::abs(b.water_drift) > drift) fault << "drift of total water " << b.water_drift << ", tolerance " << drift;
-    else if (std::abs(b.theta_drift) > drift) fault << "drift of theta_l " << b.theta_drift << ", tolerance " << drift;
-    else if (b.divergence > still) fault << "divergence " << b.divergence << ", tolerance " << still;
-    else if (b.water_min < 0) fault << "total water " << b.water_min << " kg/kg, below 0";
+    if (std::abs(b.water_drift) > drift)
+        fault << "drift of total water " << b.water_drift << ", tolerance " << drift;
+    else if (std::abs(b.theta_drift) > drift)
+        fault << "drift of theta_l " << b.theta_drift << ", tolerance " << drift;
+    else if (b.divergence > still)
+        fault << "divergence " << b.divergence << ", tolerance " << still;
+    else if (b.water_min < 0)
+        fault << "total water " << b.water_min << " kg/kg, below 0";
     return fault.str();
 }
 
-template<typename T> Budget Model<T>::budget() const
+template<typename T>
+Budget Model<T>::budget() const
 {
     Budget b;
     b.time = time_, b.steps = steps_, b.retries = retries_, b.dt = dt_, b.rain_fallen = rain_fallen_;
@@ -126,19 +141,22 @@ template<typename T> Budget Model<T>::budget() const
     double cells = 0, grown = 0;
     for (const double rho : rho_.centre) cells += rho * lattice_.n[0] * lattice_.n[1];
     bool sourced = false;
-    const auto account = [&](const Variable<T>& v, double& mean, double& drift, double& low, double& high, bool of_range) {
+    const auto account = [&](const Variable<T>& v, double& mean, double& drift, double& low, double& high,
+                             bool of_range) {
         const Extent e = extent(v);
         const double shift = reference(v.quantity), gained = v.sources / cells;
         mean = e.mean + shift, low = e.low + shift, high = e.high + shift;
         if (!started_) return;
         const double range = v.start.high - v.start.low;
-        // Relative to what is there or came in; a range that is small beside the values cannot be resolved better than these.
+        // Relative to what is there or came in; a range that is small beside the values cannot be resolved better than
+        // these.
         const double size = std::max(std::abs(e.low), std::abs(e.high));
         const double unit = of_range ? std::max({range, e.high - e.low, std::abs(gained), 0.05 * size, 1e-3})
                                      : std::max({v.start.mean + shift, std::abs(gained), 1e-12});
         drift = (e.mean - v.start.mean - gained) / unit;
         sourced = sourced || !v.row_source.empty();
-        grown = std::max(grown, std::max(e.high - v.start.high, v.start.low - e.low) / std::max(range, of_range ? 1e-3 : 1e-9));
+        grown = std::max(grown, std::max(e.high - v.start.high, v.start.low - e.low) /
+                                    std::max(range, of_range ? 1e-3 : 1e-9));
     };
     if (theta_) account(theta_, b.theta_mean, b.theta_drift, b.theta_min, b.theta_max, true);
     if (water_) account(water_, b.water_mean, b.water_drift, b.water_min, b.water_max, false);
@@ -159,9 +177,9 @@ template<typename T> Budget Model<T>::budget() const
     return b;
 }
 
-#define VDBCLOUD_BUDGET(T)                                                                                            \
-    template void Model<T>::name_bad_cell() const;                                                                    \
-    template Extent Model<T>::extent(const Variable<T>&) const;                                                       \
+#define VDBCLOUD_BUDGET(T)                                                                                             \
+    template void Model<T>::name_bad_cell() const;                                                                     \
+    template Extent Model<T>::extent(const Variable<T>&) const;                                                        \
     template Budget Model<T>::budget() const;
 VDBCLOUD_BUDGET(float)
 VDBCLOUD_BUDGET(double)

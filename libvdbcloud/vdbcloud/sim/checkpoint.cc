@@ -1,6 +1,7 @@
 #include "vdbcloud/sim/checkpoint.h"
 
 #include "vdbcloud/core/atomic_file.h"
+#include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
 
 #include <cmath>
@@ -111,10 +112,12 @@ std::vector<std::pair<std::string, std::string>> describe(const Parameters& p, c
     number("rho0", c.rho0), number("q_surface", p.q_surface);
     number("q_scale_height", p.q_scale_height > 0 ? p.q_scale_height : l.n[2] * l.h[2] / std::log(10.0));
     number("friction_time", p.friction_time), number("viscosity", p.viscosity), number("diffusivity", p.diffusivity);
-    number("smagorinsky", p.smagorinsky), number("radiation", p.radiation), number("radiation_kappa", p.radiation_kappa);
+    number("smagorinsky", p.smagorinsky), number("radiation", p.radiation),
+        number("radiation_kappa", p.radiation_kappa);
     number("sponge", p.sponge), number("sponge_depth", p.sponge_depth), number("wind_relaxation", p.wind_relaxation);
     number("side_relaxation", p.side_relaxation), number("side_cells", p.side_cells);
-    number("floor_heat", p.floor.heat), number("floor_moisture", p.floor.moisture), number("floor_until", p.floor.until);
+    number("floor_heat", p.floor.heat), number("floor_moisture", p.floor.moisture),
+        number("floor_until", p.floor.until);
     for (const Patch& f : p.floor.patches)
         numbers("patch", {f.centre[0], f.centre[1], f.radius, f.heat, f.moisture, f.dye});
     uint64_t map = 0;
@@ -172,7 +175,8 @@ int read_checkpoint(const std::string& path, Simulation& sim, const Sounding& so
     std::istringstream theirs(text), ours(text_of(sim.parameters(), sounding));
     for (std::string a, b; bool(std::getline(theirs, a)) | bool(std::getline(ours, b)); a.clear(), b.clear())
         if (a != b)
-            throw UsageError(path + ": was made with '" + printable(a, 100) + "', this run has '" + printable(b, 100) + "'");
+            throw UsageError(path + ": was made with '" + printable(a, 100) + "', this run has '" + printable(b, 100) +
+                             "'");
     int frame = 0;
     stream.read(reinterpret_cast<char*>(&frame), sizeof frame);
     try {

@@ -18,16 +18,17 @@ Image image(int i, int n, Side side, bool normal)
 {
     const auto wrapped = [](int a, int period) { return ((a % period) + period) % period; };
     switch (side) {
-        case Side::Periodic: return {wrapped(i, n), 1};
-        case Side::Open: return {std::clamp(i, 0, normal ? n : n - 1), 1};
-        default: break;
+    case Side::Periodic: return {wrapped(i, n), 1};
+    case Side::Open: return {std::clamp(i, 0, normal ? n : n - 1), 1};
+    default: break;
     }
     const int m = wrapped(i, 2 * n);
     if (normal) return m <= n ? Image{m, 1} : Image{2 * n - m, -1};
     return m < n ? Image{m, 1} : Image{2 * n - 1 - m, 1};
 }
 
-template<typename T> void fill_rows_x(const Lattice& lattice, bool normal, T* row)
+template<typename T>
+void fill_rows_x(const Lattice& lattice, bool normal, T* row)
 {
     const int n = lattice.n[0];
     const Side side = lattice.side[0];
@@ -43,16 +44,19 @@ template<typename T> void fill_rows_x(const Lattice& lattice, bool normal, T* ro
 }
 
 /// Rows or planes: copies `count` values from `from`, changing the sign if asked.
-template<typename T> void copy(T* to, const T* from, size_t count, int sign)
+template<typename T>
+void copy(T* to, const T* from, size_t count, int sign)
 {
-    if (sign > 0) std::memcpy(to, from, count * sizeof(T));
+    if (sign > 0)
+        std::memcpy(to, from, count * sizeof(T));
     else
         for (size_t i = 0; i < count; ++i) to[i] = -from[i];
 }
 
 }  // namespace
 
-template<typename T> void fill_halo(const Lattice& lattice, Place place, Field<T>& field)
+template<typename T>
+void fill_halo(const Lattice& lattice, Place place, Field<T>& field)
 {
     const auto [nx, ny, nz] = lattice.n;
     const int left = lattice.flat(0) ? 0 : halo;
@@ -86,13 +90,13 @@ template<typename T> void fill_halo(const Lattice& lattice, Place place, Field<T
     const ptrdiff_t start = field.stride(1) * -below - left;
     if (normal)
         for (const int k : {0, int(nz)})
-            for (int j = -below; j < ny + below; ++j)
-                std::memset(field.row(j, k) - left, 0, width * sizeof(T));
+            for (int j = -below; j < ny + below; ++j) std::memset(field.row(j, k) - left, 0, width * sizeof(T));
     for (int m = 1; m <= halo; ++m)
         for (const int k : {-m, int(nz) - 1 + m}) {
             if (normal && k == nz) continue;
             const Image a = image(k, nz, Side::Wall, normal);
-            copy(field.row(0, k) + start, field.row(0, a.index) + start, plane - (lattice.flat(0) ? 0 : 8 - halo), a.sign);
+            copy(field.row(0, k) + start, field.row(0, a.index) + start, plane - (lattice.flat(0) ? 0 : 8 - halo),
+                 a.sign);
         }
 }
 

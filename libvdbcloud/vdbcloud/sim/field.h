@@ -17,8 +17,8 @@ enum class Side {
 /// A box of cells, x fastest, z up, with uniform spacing an axis. Staggered (Arakawa C): scalars at centres, u, v, w on
 /// the lower x, y, z faces of the cell of the same index.
 struct Lattice {
-    std::array<int, 3> n{1, 1, 1};                           ///< cells
-    std::array<double, 3> h{1, 1, 1};                        ///< spacing [m]
+    std::array<int, 3> n{1, 1, 1};                             ///< cells
+    std::array<double, 3> h{1, 1, 1};                          ///< spacing [m]
     std::array<Side, 2> side{Side::Periodic, Side::Periodic};  ///< of the x and y axes
 
     /// An axis of one cell has no direction: no velocity along it and no fluxes.
@@ -34,9 +34,10 @@ struct Lattice {
 /// Cells beyond each end of an axis: the widest stencil reads 3, and one more past the last face of an open side.
 inline constexpr int halo = 4;
 
-/// A scalar on a lattice with `halo` more values on every side (none along a flat axis), zero at first. Rows along x are
-/// contiguous and begin at 32 bytes. An empty field, as a default one is, has no memory.
-template<typename T> class Field {
+/// A scalar on a lattice with `halo` more values on every side (none along a flat axis), zero at first. Rows along x
+/// are contiguous and begin at 32 bytes. An empty field, as a default one is, has no memory.
+template<typename T>
+class Field {
 public:
     Field() = default;
     explicit Field(const Lattice& lattice)
@@ -51,7 +52,11 @@ public:
         origin_ = data_.get() + left + sy_ * pad(1) + sz_ * pad(2);
     }
     Field(Field&& other) noexcept { swap(other); }
-    Field& operator=(Field&& other) noexcept { swap(other); return *this; }
+    Field& operator=(Field&& other) noexcept
+    {
+        swap(other);
+        return *this;
+    }
 
     explicit operator bool() const { return data_ != nullptr; }
     /// The row of cells (., j, k), at i = 0.
@@ -83,7 +88,8 @@ enum class Place { Centre, FaceX, FaceY, FaceZ };
 
 /// Fills the halo: periodic copies; at walls, floor and lid mirror images, with the sign changed for the velocity
 /// through them, which is itself set to 0; at open sides the nearest value. Parallel over planes.
-template<typename T> void fill_halo(const Lattice&, Place, Field<T>&);
+template<typename T>
+void fill_halo(const Lattice&, Place, Field<T>&);
 
 extern template void fill_halo(const Lattice&, Place, Field<float>&);
 extern template void fill_halo(const Lattice&, Place, Field<double>&);

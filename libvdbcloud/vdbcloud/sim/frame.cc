@@ -97,7 +97,8 @@ typename GridT::Ptr fill(const Axes& axes, const std::string& name, const Value&
 FloatGridPtr scalar(const Axes& axes, const std::string& name, const std::string& unit, const Cells& values,
                     const std::function<bool(size_t)>& active)
 {
-    auto grid = fill<FloatGrid>(axes, name, [&](size_t c) { return values[c]; }, active);
+    auto grid = fill<FloatGrid>(
+        axes, name, [&](size_t c) { return values[c]; }, active);
     grid->setGridClass(openvdb::GRID_FOG_VOLUME);
     set_text(*grid, "vdbcloud:unit", unit);
     return grid;
@@ -117,7 +118,8 @@ void write_extinction(const Simulation& sim, const FrameOptions& o, FloatGrid& d
         set_number(density, schema::g, 0.85);
         set_number(density, "vdbcloud:air_density", p.constants.rho0);
         set_number(density, "vdbcloud:effective_radius", o.effective_radius);
-        set_text(density, "vdbcloud:extinction", "sigma_t = 3 air_density density / (2 x 1000 kg/m^3 x effective_radius)");
+        set_text(density, "vdbcloud:extinction",
+                 "sigma_t = 3 air_density density / (2 x 1000 kg/m^3 x effective_radius)");
     }
     set_text(density, schema::sigma_t_origin, "given");
     set_text(density, schema::phase, "henyey-greenstein");
@@ -125,7 +127,9 @@ void write_extinction(const Simulation& sim, const FrameOptions& o, FloatGrid& d
 
 void write_budget(const Budget& b, MetaMap& meta)
 {
-    const auto number = [&](const char* name, double value) { set_number(meta, std::string("cloudsim:") + name, value); };
+    const auto number = [&](const char* name, double value) {
+        set_number(meta, std::string("cloudsim:") + name, value);
+    };
     number("time", b.time), number("steps", double(b.steps)), number("w_max", b.w_max), number("courant", b.courant);
     number("water_drift", b.water_drift), number("theta_drift", b.theta_drift), number("divergence", b.divergence);
     number("cloud_base", b.cloud_base), number("cloud_top", b.cloud_top), number("cloud_max", b.cloud_max);
@@ -152,10 +156,14 @@ GridFile make_frame(const Simulation& sim, const FrameOptions& o, const std::str
     set_text(*file.metadata, "cloudsim:pressure", pressures.str());  // of the base state [Pa], a value a level
 
     const bool moist = sim.has(Quantity::Water);
-    const auto plane_of = [&](Quantity q) { return gather_cells(l, [&, q](int k, double* out) { sim.get_plane(q, k, out); }); };
+    const auto plane_of = [&](Quantity q) {
+        return gather_cells(l, [&, q](int k, double* out) { sim.get_plane(q, k, out); });
+    };
     Cells density(l.cells(), 0.0f);
-    if (moist) density = gather_cells(l, [&](int k, double* out) { sim.get_cloud_plane(k, out); });
-    else if (sim.has(Quantity::Dye)) density = plane_of(Quantity::Dye);
+    if (moist)
+        density = gather_cells(l, [&](int k, double* out) { sim.get_cloud_plane(k, out); });
+    else if (sim.has(Quantity::Dye))
+        density = plane_of(Quantity::Dye);
     const std::vector<char> near = o.unpruned ? std::vector<char>() : near_positive(l, density);
     const auto nearby = [&](size_t c) { return o.unpruned || near[c]; };
     const auto positive = [&](const Cells& v) { return [&](size_t c) { return o.unpruned || v[c] > 0; }; };
@@ -173,7 +181,8 @@ GridFile make_frame(const Simulation& sim, const FrameOptions& o, const std::str
             const Level& level = sim.column().level[size_t(k)];
             sim.get_plane(Quantity::Theta, k, out);
             if (heated) sim.get_cloud_plane(k, cloud.data());
-            for (size_t c = 0; c < cloud.size(); ++c) out[c] = (out[c] + level.heat * cloud[c]) * (real ? level.exner : 1);
+            for (size_t c = 0; c < cloud.size(); ++c)
+                out[c] = (out[c] + level.heat * cloud[c]) * (real ? level.exner : 1);
         });
         file.grids.push_back(scalar(axes, schema::temperature, "K", temperature, nearby));
     }
@@ -189,7 +198,8 @@ GridFile make_frame(const Simulation& sim, const FrameOptions& o, const std::str
     if (wanted(schema::velocity)) {
         const auto component = [&](Quantity q) { return sim.has(q) ? plane_of(q) : Cells(l.cells(), 0.0f); };
         const Cells u = component(Quantity::U), v = component(Quantity::V), w = component(Quantity::W);
-        auto grid = fill<Vec3SGrid>(axes, schema::velocity, [&](size_t c) { return axes.vector(u[c], v[c], w[c]); }, nearby);
+        auto grid = fill<Vec3SGrid>(
+            axes, schema::velocity, [&](size_t c) { return axes.vector(u[c], v[c], w[c]); }, nearby);
         grid->setGridClass(openvdb::GRID_STAGGERED);
         set_text(*grid, "vdbcloud:unit", "m/s");
         file.grids.push_back(grid);

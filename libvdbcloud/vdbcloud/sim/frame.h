@@ -1,17 +1,18 @@
 #pragma once
-// A moment of a simulation as grids, and grids as a moment to start from: the only part of this module that knows OpenVDB.
+// A moment of a simulation as grids, and grids as a moment to start from: the only part of this module that knows
+// OpenVDB.
 #include "vdbcloud/core/fwd.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/sim/simulation.h"
 
 namespace vdbcloud::sim {
 
 struct FrameOptions {
-    bool y_up = true;       ///< else z is up in the files
-    bool unpruned = false;  ///< all voxels of all grids active, also where there is no cloud
-    std::vector<std::string> grids;  ///< names to write; empty: all there are
+    bool y_up = true;                 ///< else z is up in the files
+    bool unpruned = false;            ///< all voxels of all grids active, also where there is no cloud
+    std::vector<std::string> grids;   ///< names to write; empty: all there are
     double effective_radius = 10e-6;  ///< of the droplets [m]
-    double smoke_extinction = 0.05;  ///< sigma_t at dye 1 [1/m]
+    double smoke_extinction = 0.05;   ///< sigma_t at dye 1 [1/m]
 };
 
 /// The grids of a frame, in metres, the floor at height 0 and the box centred above the origin:
@@ -22,9 +23,9 @@ struct FrameOptions {
 /// | vel         | velocity [m/s], staggered: each component on the lower face of the voxel                         |
 /// | rain, dye   | where the run has them                                                                          |
 ///
-/// temperature, qt and vel are active within two voxels of the density only, unless `unpruned`. Internally z is up; here, and only
-/// here, axes y and z change places if y is up, velocity components too (there is no rotation in the equations, so
-/// the mirror image of a solution is one).
+/// temperature, qt and vel are active within two voxels of the density only, unless `unpruned`. Internally z is up;
+/// here, and only here, axes y and z change places if y is up, velocity components too (there is no rotation in the
+/// equations, so the mirror image of a solution is one).
 GridFile make_frame(const Simulation&, const FrameOptions&, const std::string& grids_made_by);
 
 /// What starting from a file changed or found.

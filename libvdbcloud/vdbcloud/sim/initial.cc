@@ -8,7 +8,8 @@
 
 namespace vdbcloud::sim {
 
-template<typename T> void Model<T>::set_initial_air()
+template<typename T>
+void Model<T>::set_initial_air()
 {
     const auto [nx, ny, nz] = lattice_.n;
     const auto [dx, dy, dz] = lattice_.h;
@@ -44,7 +45,8 @@ template<typename T> void Model<T>::set_initial_air()
     }
 }
 
-template<typename T> void Model<T>::set(Quantity q, const std::vector<double>& values)
+template<typename T>
+void Model<T>::set(Quantity q, const std::vector<double>& values)
 {
     Variable<T>& v = of(q);
     if (!v) throw InputError("initial state: this run has no field for a quantity that is given");
@@ -67,7 +69,8 @@ template<typename T> void Model<T>::set(Quantity q, const std::vector<double>& v
     started_ = false;
 }
 
-template<typename T> void Model<T>::start()
+template<typename T>
+void Model<T>::start()
 {
     for (Variable<T>* v : velocities()) fill_halo(lattice_, v->place, v->a[0]);
     if (parameters_.momentum) pressure_->project(wind_[0].a[0], wind_[1].a[0], wind_[2].a[0]);
@@ -77,9 +80,9 @@ template<typename T> void Model<T>::start()
     for (Variable<T>* v : scalars()) v->start = extent(*v);
 }
 
-#define VDBCLOUD_INITIAL(T)                                                                                           \
-    template void Model<T>::set_initial_air();                                                                        \
-    template void Model<T>::set(Quantity, const std::vector<double>&);                                                \
+#define VDBCLOUD_INITIAL(T)                                                                                            \
+    template void Model<T>::set_initial_air();                                                                         \
+    template void Model<T>::set(Quantity, const std::vector<double>&);                                                 \
     template void Model<T>::start();
 VDBCLOUD_INITIAL(float)
 VDBCLOUD_INITIAL(double)

@@ -5,10 +5,12 @@
 
 namespace vdbcloud::sim {
 
-/// Cloud above 1 g/kg turns to rain at 1e-3 /s, rain collects cloud at 2.2 q_r^0.875 /s, evaporates where the air is not
-/// saturated, and falls at 36.34 (rho q_r)^0.1346 sqrt(rho_floor / rho) m/s (rho in g/cm^3), upwind, in sub-steps of its own Courant
-/// number. theta_l counts only cloud water: cloud that becomes rain leaves its heat, evaporation takes it back.
-template<typename T> void Model<T>::rain(double dt)
+/// Cloud above 1 g/kg turns to rain at 1e-3 /s, rain collects cloud at 2.2 q_r^0.875 /s, evaporates where the air is
+/// not saturated, and falls at 36.34 (rho q_r)^0.1346 sqrt(rho_floor / rho) m/s (rho in g/cm^3), upwind, in sub-steps
+/// of its own Courant number. theta_l counts only cloud water: cloud that becomes rain leaves its heat, evaporation
+/// takes it back.
+template<typename T>
+void Model<T>::rain(double dt)
 {
     const auto [nx, ny, nz] = lattice_.n;
     const Constants& c = parameters_.constants;
@@ -37,12 +39,13 @@ template<typename T> void Model<T>::rain(double dt)
                         const double q_t = double(water[i]) + reference.water;
                         const double dry = 1 - q_t / q_s, rho = 1e-3 * c.rho0 * rho_.centre[size_t(k)];
                         const double vent = 1.6 + 124.9 * std::pow(rho * q_r, 0.2046);
-                        const double rate = dry * vent * std::pow(rho * q_r, 0.525) /
-                                            ((5.4e5 + 2.55e8 / (level.pressure * q_s)) * rho);
+                        const double rate =
+                            dry * vent * std::pow(rho * q_r, 0.525) / ((5.4e5 + 2.55e8 / (level.pressure * q_s)) * rho);
                         // Not more than there is, nor so much that the cooled air would be above saturation.
                         change = -std::min({dt * std::max(0.0, rate), q_r, 0.25 * std::max(0.0, q_s - q_t)});
                     }
-                    const T q_left = T(double(water[i]) - change), q_rain = T(q_r + change), t_l = T(double(theta[i]) + warm * change);
+                    const T q_left = T(double(water[i]) - change), q_rain = T(q_r + change),
+                            t_l = T(double(theta[i]) + warm * change);
                     warmed[size_t(j)] += (double(t_l) - double(theta[i])) * rho_.centre[size_t(k)];
                     dried[size_t(j)] += (double(q_left) - double(water[i])) * rho_.centre[size_t(k)];
                     water[i] = q_left, drops[i] = q_rain, theta[i] = t_l;
@@ -63,8 +66,10 @@ template<typename T> void Model<T>::rain(double dt)
                         const double courant = dt / parts * speed[size_t(k)] / dz, mass = rho_.centre[size_t(k)];
                         const double leaves = std::min(1.0, courant) * q[size_t(k)] * mass;
                         q[size_t(k)] -= leaves / mass;
-                        if (k > 0) q[size_t(k) - 1] += leaves / rho_.centre[size_t(k) - 1];
-                        else fallen[size_t(j)] += leaves;
+                        if (k > 0)
+                            q[size_t(k) - 1] += leaves / rho_.centre[size_t(k) - 1];
+                        else
+                            fallen[size_t(j)] += leaves;
                     }
                 for (int k = 0; k < nz; ++k) rain_.a[0](i, j, k) = T(q[size_t(k)]);
             }

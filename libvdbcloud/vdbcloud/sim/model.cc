@@ -10,8 +10,9 @@ const std::vector<Stage>& stages(TimeScheme scheme)
 {
     static const std::vector<Stage> euler{{0, 0, 1, 0, 0, 1, 0, 1, 1, 1}};
     static const std::vector<Stage> rk2{{0, 0, 1, 0, 0, 1, 0, 1, 1, 0.5}, {1, 1, 0, 1, 1, 1, 0, 0.5, 1, 0.5}};
-    // eSSPRK+(3,3) of Isherwood, Grant and Gottlieb 2018: abscissae 0, 2/3, 2/3, so that the factor exp(-t/t_f) of friction
-    // is only ever applied forwards, and convex sums of Euler steps of 4/3 dt, so that limited scalars stay bounded.
+    // eSSPRK+(3,3) of Isherwood, Grant and Gottlieb 2018: abscissae 0, 2/3, 2/3, so that the factor exp(-t/t_f) of
+    // friction is only ever applied forwards, and convex sums of Euler steps of 4/3 dt, so that limited scalars stay
+    // bounded.
     static const std::vector<Stage> rk3{{0, 0, 1, 0, 0, 2.0 / 3, 0, 1, 2.0 / 3, 0.25},
                                         {1, 1, 2, 2.0 / 3, 2.0 / 3, 2.0 / 3, 0, 1.0 / 3, 4.0 / 3, 3.0 / 16},
                                         {2, 1, 0, 2.0 / 3, 2.0 / 3, 1, 30.0 / 128, 54.0 / 128, 4.0 / 3, 9.0 / 16}};
@@ -19,8 +20,10 @@ const std::vector<Stage>& stages(TimeScheme scheme)
 }
 
 Simulation::Simulation(const Parameters& p, const Sounding& s)
-    : parameters_((check(p, s), p)), column_(make_column(p, s)), thermo_(p.constants, p.moist, p.moisture, column_.reference)
-{}
+    : parameters_((check(p, s), p)), column_(make_column(p, s)),
+      thermo_(p.constants, p.moist, p.moisture, column_.reference)
+{
+}
 Simulation::~Simulation() = default;
 
 std::unique_ptr<Simulation> Simulation::make(const Parameters& p, const Sounding& s)
@@ -58,26 +61,29 @@ Model<T>::Model(const Parameters& p, const Sounding& s)
     set_initial_air();
 }
 
-template<typename T> Variable<T>& Model<T>::of(Quantity q)
+template<typename T>
+Variable<T>& Model<T>::of(Quantity q)
 {
     switch (q) {
-        case Quantity::U: return wind_[0];
-        case Quantity::V: return wind_[1];
-        case Quantity::W: return wind_[2];
-        case Quantity::Theta: return theta_;
-        case Quantity::Water: return water_;
-        case Quantity::Rain: return rain_;
-        default: return dye_;
+    case Quantity::U: return wind_[0];
+    case Quantity::V: return wind_[1];
+    case Quantity::W: return wind_[2];
+    case Quantity::Theta: return theta_;
+    case Quantity::Water: return water_;
+    case Quantity::Rain: return rain_;
+    default: return dye_;
     }
 }
 
 /// What the field of a quantity is counted from.
-template<typename T> double Model<T>::reference(Quantity q) const
+template<typename T>
+double Model<T>::reference(Quantity q) const
 {
     return q == Quantity::Theta ? column_.reference.theta : q == Quantity::Water ? column_.reference.water : 0;
 }
 
-template<typename T> std::vector<Variable<T>*> Model<T>::scalars()
+template<typename T>
+std::vector<Variable<T>*> Model<T>::scalars()
 {
     std::vector<Variable<T>*> list;
     for (Variable<T>* v : {&theta_, &water_, &rain_, &dye_})
@@ -85,7 +91,8 @@ template<typename T> std::vector<Variable<T>*> Model<T>::scalars()
     return list;
 }
 
-template<typename T> std::vector<Variable<T>*> Model<T>::velocities()
+template<typename T>
+std::vector<Variable<T>*> Model<T>::velocities()
 {
     std::vector<Variable<T>*> list;
     for (Variable<T>& v : wind_)
@@ -93,8 +100,10 @@ template<typename T> std::vector<Variable<T>*> Model<T>::velocities()
     return list;
 }
 
-/// Halos of the arrays `at` after they were written; scalars beyond open sides are the environment's where air comes in.
-template<typename T> void Model<T>::finish_state(int at)
+/// Halos of the arrays `at` after they were written; scalars beyond open sides are the environment's where air comes
+/// in.
+template<typename T>
+void Model<T>::finish_state(int at)
 {
     for (Variable<T>* v : velocities()) fill_halo(lattice_, v->place, v->a[parameters_.momentum ? size_t(at) : 0]);
     for (Variable<T>* v : scalars()) {
@@ -104,8 +113,9 @@ template<typename T> void Model<T>::finish_state(int at)
         const auto [nx, ny, nz] = lattice_.n;
         for (int k = 0; k < nz; ++k) {
             const Level& level = column_.level[size_t(k)];
-            const T env = T(v->quantity == Quantity::Theta ? level.theta_env
-                                                           : v->quantity == Quantity::Water ? level.q_env : 0);
+            const T env = T(v->quantity == Quantity::Theta   ? level.theta_env
+                            : v->quantity == Quantity::Water ? level.q_env
+                                                             : 0);
             if (lattice_.side[0] == Side::Open && wind_[0])
                 for (int j = 0; j < ny; ++j) {
                     const Field<T>& u = wind_[0].a[parameters_.momentum ? size_t(at) : 0];
@@ -126,7 +136,8 @@ template<typename T> void Model<T>::finish_state(int at)
     }
 }
 
-template<typename T> void Model<T>::take_courant(int at)
+template<typename T>
+void Model<T>::take_courant(int at)
 {
     const auto [nx, ny, nz] = lattice_.n;
     const size_t now = parameters_.momentum ? size_t(at) : 0;
@@ -138,9 +149,10 @@ template<typename T> void Model<T>::take_courant(int at)
             const double z1 = rho_.face[size_t(k) + 1] / rho_.centre[size_t(k)] / lattice_.h[2];
             double top = 0;
             for (int j = 0; j < ny && std::isfinite(top); ++j)
-                courant(CourantRows<T>{u ? u.row(j, k) : nullptr, v ? v.row(j, k) : nullptr, v ? v.row(j + 1, k) : nullptr,
-                                       lattice_.flat(2) ? nullptr : w.row(j, k), lattice_.flat(2) ? nullptr : w.row(j, k + 1),
-                                       T(1 / lattice_.h[0]), T(1 / lattice_.h[1]), T(z0), T(z1)},
+                courant(CourantRows<T>{u ? u.row(j, k) : nullptr, v ? v.row(j, k) : nullptr,
+                                       v ? v.row(j + 1, k) : nullptr, lattice_.flat(2) ? nullptr : w.row(j, k),
+                                       lattice_.flat(2) ? nullptr : w.row(j, k + 1), T(1 / lattice_.h[0]),
+                                       T(1 / lattice_.h[1]), T(z0), T(z1)},
                         drain_.row(j, k), top, nx);
             rate[size_t(k)] = top;
         }
@@ -155,7 +167,8 @@ template<typename T> void Model<T>::take_courant(int at)
 }
 
 /// Buoyancy at centres, into the planes that the projection will overwrite.
-template<typename T> void Model<T>::find_buoyancy(int at)
+template<typename T>
+void Model<T>::find_buoyancy(int at)
 {
     const auto [nx, ny, nz] = lattice_.n;
     for_blocks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
@@ -168,7 +181,8 @@ template<typename T> void Model<T>::find_buoyancy(int at)
     });
 }
 
-template<typename T> void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double dt)
+template<typename T>
+void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double dt)
 {
     const size_t in = size_t(stage.in), now = parameters_.momentum ? in : 0;
     const Field<T>& q = variable.a[in];
@@ -182,7 +196,8 @@ template<typename T> void Model<T>::advance_scalar(Variable<T>& variable, const 
     const bool open_y = lattice_.side[1] == Side::Open && !lattice_.flat(1);
 
     const auto flux = [&](int axis, int j, int k, T* out, int n) {
-        const ScalarFlux<T> f{wind_[size_t(axis)].a[now].row(j, k), q.row(j, k), drain_.row(j, k), inv_tau, q.stride(axis)};
+        const ScalarFlux<T> f{wind_[size_t(axis)].a[now].row(j, k), q.row(j, k), drain_.row(j, k), inv_tau,
+                              q.stride(axis)};
         scalar_flux(parameters_.scalar_scheme, f, out, n);
     };
     const auto coefficients = [&](int k, FluxRows<T>& rows) {
@@ -205,15 +220,16 @@ template<typename T> void Model<T>::advance_scalar(Variable<T>& variable, const 
                 for (int i = 0; i < nx; ++i) sum -= double(rows.cy) * double(rows.y1[i]);
             variable.row_source[size_t(k) * size_t(ny) + size_t(j)] = sum * rho_.centre[size_t(k)];
         }
-        scalar_stage({variable.a[size_t(stage.out)].row(j, k), variable.a[0].row(j, k), variable.a[size_t(stage.x1)].row(j, k),
-                      q.row(j, k), tendency},
+        scalar_stage({variable.a[size_t(stage.out)].row(j, k), variable.a[0].row(j, k),
+                      variable.a[size_t(stage.x1)].row(j, k), q.row(j, k), tendency},
                      s, nx);
     };
     sweep<T>({nx, ny, 0, nz, !lattice_.flat(0), !lattice_.flat(1), !lattice_.flat(2)}, coefficients, flux, sink);
     for (const double sum : variable.row_source) variable.sources += stage.weight * dt * sum;
 }
 
-template<typename T> void Model<T>::advance_velocity(int axis, const Stage& stage, double dt)
+template<typename T>
+void Model<T>::advance_velocity(int axis, const Stage& stage, double dt)
 {
     Variable<T>& variable = wind_[size_t(axis)];
     const size_t in = size_t(stage.in);
@@ -232,8 +248,8 @@ template<typename T> void Model<T>::advance_velocity(int axis, const Stage& stag
         double wa = 0.5, wb = 0.5;
         if (vertical && d != 2) wa *= rho_.centre[size_t(k)], wb *= rho_.centre[size_t(k) - 1];
         if (vertical && d == 2) wa *= rho_.face[size_t(k)], wb *= rho_.face[size_t(k) - 1];
-        momentum_flux(parameters_.momentum_scheme, {b, b - carrier.stride(axis), T(wa), T(wb), q.row(j, k), q.stride(d)}, out,
-                      n);
+        momentum_flux(parameters_.momentum_scheme,
+                      {b, b - carrier.stride(axis), T(wa), T(wb), q.row(j, k), q.stride(d)}, out, n);
     };
     const auto coefficients = [&](int k, FluxRows<T>& rows) {
         if (vertical) {
@@ -253,8 +269,8 @@ template<typename T> void Model<T>::advance_velocity(int axis, const Stage& stag
             add_sum(tendency, pressure_->scratch().row(j, k), pressure_->scratch().row(j, k - 1), T(0.5), width);
         for (const auto& term : variable.terms) term(stage.in, j, k, tendency);
         for (const auto& term : variable.stiff) term(stage.in, j, k, tendency);
-        momentum_stage({variable.a[size_t(stage.out)].row(j, k), variable.a[0].row(j, k), variable.a[size_t(stage.x1)].row(j, k),
-                        q.row(j, k), tendency},
+        momentum_stage({variable.a[size_t(stage.out)].row(j, k), variable.a[0].row(j, k),
+                        variable.a[size_t(stage.x1)].row(j, k), q.row(j, k), tendency},
                        s, width);
     };
     sweep<T>({width, rows, vertical ? 1 : 0, lattice_.n[2], !lattice_.flat(0), !lattice_.flat(1), !lattice_.flat(2)},
@@ -262,7 +278,8 @@ template<typename T> void Model<T>::advance_velocity(int axis, const Stage& stag
 }
 
 /// Makes the air that a stage has written incompressible, with halos.
-template<typename T> void Model<T>::settle(const Stage& stage, double)
+template<typename T>
+void Model<T>::settle(const Stage& stage, double)
 {
     const size_t out = size_t(stage.out);
     if (parameters_.momentum) {
@@ -274,7 +291,8 @@ template<typename T> void Model<T>::settle(const Stage& stage, double)
 }
 
 /// Takes one step if the air allows: false, with the state untouched, if it speeds up too much within it.
-template<typename T> bool Model<T>::step(double dt)
+template<typename T>
+bool Model<T>::step(double dt)
 {
     const auto& list = stages(parameters_.time_scheme);
     std::vector<double> sources;
@@ -304,25 +322,30 @@ template<typename T> bool Model<T>::step(double dt)
     return true;
 }
 
-template<typename T> double Model<T>::stratification() const
+template<typename T>
+double Model<T>::stratification() const
 {
     if (!theta_ || !parameters_.buoyancy || lattice_.n[2] < 2) return 0;
     const auto [nx, ny, nz] = lattice_.n;
-    const double steepest = reduce_planes(nz - 1, 0.0, [&, nx = nx, ny = ny](int k) {
-        T most[16] = {};
-        for (int j = 0; j < ny; ++j) {
-            const T *a = theta_.a[0].row(j, k), *b = theta_.a[0].row(j, k + 1);
-            for (int i = 0; i < nx; ++i) {
-                const T d = std::abs(b[i] - a[i]);
-                most[i & 15] = d > most[i & 15] ? d : most[i & 15];
+    const double steepest = reduce_planes(
+        nz - 1, 0.0,
+        [&, nx = nx, ny = ny](int k) {
+            T most[16] = {};
+            for (int j = 0; j < ny; ++j) {
+                const T *a = theta_.a[0].row(j, k), *b = theta_.a[0].row(j, k + 1);
+                for (int i = 0; i < nx; ++i) {
+                    const T d = std::abs(b[i] - a[i]);
+                    most[i & 15] = d > most[i & 15] ? d : most[i & 15];
+                }
             }
-        }
-        return double(*std::max_element(most, most + 16));
-    }, [](double a, double b) { return std::max(a, b); });
+            return double(*std::max_element(most, most + 16));
+        },
+        [](double a, double b) { return std::max(a, b); });
     return std::sqrt(parameters_.constants.g / parameters_.constants.theta0 * steepest / lattice_.h[2]);
 }
 
-template<typename T> double Model<T>::step_limit() const
+template<typename T>
+double Model<T>::step_limit() const
 {
     // Advection and mixing share one step: their rates add, for stability and so that sums of a stage stay convex.
     const double shared = rate_ / parameters_.cfl + fastest_rate_;
@@ -333,7 +356,8 @@ template<typename T> double Model<T>::step_limit() const
     return limit;
 }
 
-template<typename T> void Model<T>::advance_to(double end, const Progress& progress)
+template<typename T>
+void Model<T>::advance_to(double end, const Progress& progress)
 {
     if (!started_) start();
     const double begin = time_;

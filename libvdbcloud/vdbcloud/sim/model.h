@@ -16,7 +16,8 @@ struct Extent {
 };
 
 /// A transported quantity with room for the stages of a step; a[0] holds the state between steps.
-template<typename T> struct Variable {
+template<typename T>
+struct Variable {
     Quantity quantity = Quantity::U;
     Place place = Place::Centre;
     std::array<Field<T>, 3> a;
@@ -42,7 +43,8 @@ struct Stage {
 };
 const std::vector<Stage>& stages(TimeScheme);
 
-template<typename T> class Model final : public Simulation {
+template<typename T>
+class Model final : public Simulation {
 public:
     Model(const Parameters&, const Sounding&);
 
@@ -108,16 +110,16 @@ private:
     BaseDensity rho_;
     std::array<Variable<T>, 3> wind_;
     Variable<T> theta_, water_, rain_, dye_;
-    Field<T> drain_;                        // time in which the outflow empties a cell [s]
+    Field<T> drain_;  // time in which the outflow empties a cell [s]
     std::optional<Projection<T>> pressure_;
-    Field<T> eddy_, heating_;               // only with sub-grid mixing, radiation
-    std::vector<double> mean_u_, mean_v_;   // only with wind relaxation
+    Field<T> eddy_, heating_;              // only with sub-grid mixing, radiation
+    std::vector<double> mean_u_, mean_v_;  // only with wind relaxation
     std::vector<std::function<void(int at)>> before_stage_;
-    double fastest_rate_ = 0;               // of the terms' explicit damping and diffusion [1/s]
+    double fastest_rate_ = 0;  // of the terms' explicit damping and diffusion [1/s]
     double side_rate_ = 0;
 
-    double time_ = 0, dt_ = 0, rate_ = 0;   // rate_: largest Courant rate [1/s]
-    double stage_time_ = 0;                 // of the values a stage reads [s]
+    double time_ = 0, dt_ = 0, rate_ = 0;  // rate_: largest Courant rate [1/s]
+    double stage_time_ = 0;                // of the values a stage reads [s]
     uint64_t steps_ = 0, retries_ = 0;
     double rain_fallen_ = 0, water_corrected_ = 0;
     bool started_ = false;

@@ -112,8 +112,8 @@ void check_sounding(const Sounding& s)
     }
 }
 
-/// The middle of the environment's theta_l, and water that is everywhere at the start: exact in single precision, so that none is
-/// none.
+/// The middle of the environment's theta_l, and water that is everywhere at the start: exact in single precision, so
+/// that none is none.
 Reference reference_of(const std::vector<Level>& levels, const Parameters& p)
 {
     double low = never, high = -never, water = never;
@@ -154,7 +154,8 @@ void check(const Parameters& p, const Sounding& sounding)
     if (p.side_cells < 0) refuse("cells of open sides", p.side_cells, "0 or more");
     expect_from_zero("viscosity", p.viscosity), expect_within("viscosity", p.viscosity, 1e6);
     expect_from_zero("diffusivity", p.diffusivity), expect_within("diffusivity", p.diffusivity, 1e6);
-    expect_from_zero("Smagorinsky coefficient", p.smagorinsky), expect_within("Smagorinsky coefficient", p.smagorinsky, 10);
+    expect_from_zero("Smagorinsky coefficient", p.smagorinsky),
+        expect_within("Smagorinsky coefficient", p.smagorinsky, 10);
     expect_from_zero("radiative flux", p.radiation), expect_within("radiative flux", p.radiation, 1e5);
     expect_from_zero("absorption of radiation", p.radiation_kappa);
     expect_from_zero("sponge rate", p.sponge), expect_within("sponge rate", p.sponge, 1e3);
@@ -164,7 +165,8 @@ void check(const Parameters& p, const Sounding& sounding)
     expect_finite_positive("longest time step", p.dt_max);
     const bool open = p.lattice.side[0] == Side::Open || p.lattice.side[1] == Side::Open;
     if ((p.maccormack || p.fix_budget) && p.time_scheme != TimeScheme::HugeStep)
-        throw InputError("MacCormack's correction and the fix of budgets belong to huge steps: expected them, or neither");
+        throw InputError(
+            "MacCormack's correction and the fix of budgets belong to huge steps: expected them, or neither");
     if (p.fix_budget && open) throw InputError("a fix of budgets with open sides: expected periodic sides or walls");
     if (p.rain && !p.moisture) throw InputError("rain without moisture: expected moisture, or no rain");
     if (p.radiation > 0 && !p.moisture) throw InputError("radiation of cloud without moisture: expected moisture");

@@ -16,9 +16,9 @@ inline constexpr double never = std::numeric_limits<double>::infinity();
 
 enum class Precision { Float, Double };
 enum class TimeScheme {
-    Euler,    ///< forward differencing, first order
-    Rk2,      ///< Heun, strong stability preserving, second order
-    Rk3,      ///< third order, strong stability preserving, of stages that never go back in time (Isherwood et al. 2018)
+    Euler,  ///< forward differencing, first order
+    Rk2,    ///< Heun, strong stability preserving, second order
+    Rk3,    ///< third order, strong stability preserving, of stages that never go back in time (Isherwood et al. 2018)
     HugeStep,  ///< semi-Lagrangian, stable at any step, first order, conserves nothing (Stam 1999)
 };
 
@@ -42,16 +42,16 @@ struct Patch {
 };
 
 struct Floor {
-    double heat = 0;      ///< uniform kinematic heat flux [K m/s]
-    double moisture = 0;  ///< uniform [kg/kg m/s], >= 0
+    double heat = 0;       ///< uniform kinematic heat flux [K m/s]
+    double moisture = 0;   ///< uniform [kg/kg m/s], >= 0
     double until = never;  ///< fluxes stop then [s]
     std::vector<Patch> patches;
     std::vector<double> map;  ///< empty, or a factor for the uniform fluxes, one a cell of the floor, x fastest, >= 0
 };
 
 struct Noise {
-    double theta = 0;   ///< amplitude of uniform noise on theta_l [K]
-    double water = 0;   ///< on q_t [kg/kg]
+    double theta = 0;      ///< amplitude of uniform noise on theta_l [K]
+    double water = 0;      ///< on q_t [kg/kg]
     double below = never;  ///< only below this height [m]
     uint64_t seed = 1;
 };
@@ -61,25 +61,25 @@ struct Parameters {
     Precision precision = Precision::Float;
 
     // Which effects act. What is off allocates no field and runs no kernel.
-    bool momentum = true;     ///< off: the environment's wind blows for ever, but not at walls (no momentum, no pressure)
+    bool momentum = true;  ///< off: the environment's wind blows for ever, but not at walls (no momentum, no pressure)
     bool buoyancy = true;
     bool moisture = true;
-    bool rain = false;        ///< Kessler 1969: autoconversion, accretion, evaporation, fall
-    bool anelastic = false;   ///< density of the base state falls with height
-    bool dye = false;         ///< a passive scalar, e.g. smoke
-    bool subgrid = false;     ///< Smagorinsky-Lilly
+    bool rain = false;       ///< Kessler 1969: autoconversion, accretion, evaporation, fall
+    bool anelastic = false;  ///< density of the base state falls with height
+    bool dye = false;        ///< a passive scalar, e.g. smoke
+    bool subgrid = false;    ///< Smagorinsky-Lilly
     MoistTerms moist;
     double friction_time = never;  ///< drag -V/t_f [s], > 0
     double viscosity = 0;          ///< [m^2/s]
     double diffusivity = 0;        ///< of theta_l, q_t, dye [m^2/s]
     double smagorinsky = 0.17;
-    double radiation = 0;          ///< long-wave cooling of cloud top: net flux lost to space [W/m^2]; 70 is usual
-    double radiation_kappa = 85;   ///< its absorption by cloud water [m^2/kg]
-    double sponge = 0;             ///< damping at the lid [1/s], sin^2 from sponge_depth below it
-    double sponge_depth = 0.2;     ///< fraction of the height
+    double radiation = 0;            ///< long-wave cooling of cloud top: net flux lost to space [W/m^2]; 70 is usual
+    double radiation_kappa = 85;     ///< its absorption by cloud water [m^2/kg]
+    double sponge = 0;               ///< damping at the lid [1/s], sin^2 from sponge_depth below it
+    double sponge_depth = 0.2;       ///< fraction of the height
     double wind_relaxation = never;  ///< horizontal mean wind returns to the environment's in this time [s]
-    double side_relaxation = 60;   ///< open sides: return to the environment in this time [s] ...
-    double side_cells = 6;         ///< ... within so many cells of them
+    double side_relaxation = 60;     ///< open sides: return to the environment in this time [s] ...
+    double side_cells = 6;           ///< ... within so many cells of them
 
     Constants constants;
     double q_surface = 0.02;    ///< A of q_s = A exp(-z/H) [kg/kg]
@@ -93,14 +93,14 @@ struct Parameters {
     TimeScheme time_scheme = TimeScheme::Rk3;
     ScalarScheme scalar_scheme = ScalarScheme::Limited5;
     MomentumScheme momentum_scheme = MomentumScheme::Upwind5;
-    /// Steps so that dt (|u|/dx + |v|/dy + |w|/dz) stays below this. All up to 0.75 is stable and bounded; limited scalars
-    /// pay for long steps with diffusion where the air is fastest, as a stage of 4/3 dt leaves them (1 / (4/3 cfl) - 1)
-    /// of the slope behind: all of it at 0.375, half at 0.5, a fifteenth at 0.7.
+    /// Steps so that dt (|u|/dx + |v|/dy + |w|/dz) stays below this. All up to 0.75 is stable and bounded; limited
+    /// scalars pay for long steps with diffusion where the air is fastest, as a stage of 4/3 dt leaves them (1 / (4/3
+    /// cfl) - 1) of the slope behind: all of it at 0.375, half at 0.5, a fifteenth at 0.7.
     double cfl = 0.5;
     bool maccormack = false;  ///< huge steps: second order in space, for twice the time
     bool fix_budget = false;  ///< huge steps: what transport loses of heat, water and dye is given back to all cells
-    double dt = 0;         ///< asked for [s]; split where it is over a limit; 0: as long as the limits allow
-    double dt_max = 60;    ///< never longer [s] (adaptive)
+    double dt = 0;            ///< asked for [s]; split where it is over a limit; 0: as long as the limits allow
+    double dt_max = 60;       ///< never longer [s] (adaptive)
 };
 
 /// The air before anything happens, at given heights; between them linear, beyond them constant.
@@ -117,9 +117,9 @@ struct Sounding {
 
 /// The environment and the base state on the levels of a lattice.
 struct Column {
-    Reference reference;        ///< what theta_l and q_t of fields and levels are counted from
-    std::vector<Level> level;   ///< nz, at cell centres
-    std::vector<double> u, v;   ///< nz [m/s]
+    Reference reference;                       ///< what theta_l and q_t of fields and levels are counted from
+    std::vector<Level> level;                  ///< nz, at cell centres
+    std::vector<double> u, v;                  ///< nz [m/s]
     std::vector<double> rho_centre, rho_face;  ///< relative to the floor; 1 unless anelastic
 };
 

@@ -12,8 +12,8 @@ const std::vector<std::pair<std::string, std::string>>& sounding_tables();  // d
 namespace {
 
 /// A box with periodic sides, its noise, a sponge under the lid, and how long it is worth watching.
-Scene begin(std::array<int, 3> cells, double h, double dz, const Noise& noise, double sponge, double depth, double minutes,
-            double every)
+Scene begin(std::array<int, 3> cells, double h, double dz, const Noise& noise, double sponge, double depth,
+            double minutes, double every)
 {
     Scene s;
     s.parameters.lattice = {cells, {h, h, dz}, {Side::Periodic, Side::Periodic}};
@@ -117,8 +117,9 @@ Sounding sounding_named(const std::string& name)
 
 Scene scene(const std::string& name)
 {
-    const std::vector<std::pair<std::string, Scene (*)()>> scenes{{"cumulus", cumulus}, {"congestus", congestus},
-        {"stratocumulus", stratocumulus}, {"fog", fog}, {"smoke", smoke}, {"paper", paper}};
+    const std::vector<std::pair<std::string, Scene (*)()>> scenes{
+        {"cumulus", cumulus}, {"congestus", congestus}, {"stratocumulus", stratocumulus},
+        {"fog", fog},         {"smoke", smoke},         {"paper", paper}};
     for (const auto& [known, make] : scenes)
         if (known == name) {
             Scene s = make();
@@ -133,21 +134,15 @@ Scene scene(const std::string& name)
 void apply(Accuracy accuracy, Parameters& p)
 {
     switch (accuracy) {
-        case Accuracy::Fast:
-            p.time_scheme = TimeScheme::Rk2, p.scalar_scheme = ScalarScheme::Koren;
-            break;
-        case Accuracy::Accurate:
-            p.precision = Precision::Double, p.cfl = 0.3;
-            break;
-        default: break;
+    case Accuracy::Fast: p.time_scheme = TimeScheme::Rk2, p.scalar_scheme = ScalarScheme::Koren; break;
+    case Accuracy::Accurate: p.precision = Precision::Double, p.cfl = 0.3; break;
+    default: break;
     }
 }
 
 void rescale_forcing(Parameters& p, const Lattice& before)
 {
-    const auto factor = [&](size_t d) {
-        return p.lattice.n[d] * p.lattice.h[d] / (before.n[d] * before.h[d]);
-    };
+    const auto factor = [&](size_t d) { return p.lattice.n[d] * p.lattice.h[d] / (before.n[d] * before.h[d]); };
     const double horizontal = std::min(factor(0), factor(1) > 0 && !p.lattice.flat(1) ? factor(1) : factor(0));
     for (Patch& patch : p.floor.patches) {
         patch.centre = {patch.centre[0] * factor(0), patch.centre[1] * factor(1)};

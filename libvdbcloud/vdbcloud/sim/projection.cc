@@ -13,18 +13,20 @@ fft::AxisEnd end_of(const Lattice& lattice, int axis)
 {
     if (lattice.flat(axis)) return fft::AxisEnd::Periodic;
     switch (lattice.side[size_t(axis)]) {
-        case Side::Periodic: return fft::AxisEnd::Periodic;
-        case Side::Wall: return fft::AxisEnd::Even;
-        default: return fft::AxisEnd::Odd;
+    case Side::Periodic: return fft::AxisEnd::Periodic;
+    case Side::Wall: return fft::AxisEnd::Even;
+    default: return fft::AxisEnd::Odd;
     }
 }
 
 /// out = (u[i+1] - u[i]) cu + (vn - vs) cv + (w_top ct - w_bottom cb)
-template<typename T> struct DivergenceTerms {
+template<typename T>
+struct DivergenceTerms {
     const T *u, *vs, *vn, *wb, *wt;
     T cu, cv, cb, ct;
 };
-template<typename T> VDBCLOUD_INLINE void divergence(const DivergenceTerms<T>& d, T* out, int n)
+template<typename T>
+VDBCLOUD_INLINE void divergence(const DivergenceTerms<T>& d, T* out, int n)
 {
     for (int i = 0; i < n; ++i) out[i] = d.wt[i] * d.ct - d.wb[i] * d.cb;
     if (d.u)
@@ -37,7 +39,8 @@ VDBCLOUD_CLONES void divergence_clones(const DivergenceTerms<double>& d, double*
 
 /// One level of the elimination upwards, for a row of modes. With s >= 0 the part of the pivot that is not the coupling
 /// `a` to the level above: y <- y - d, m = a / (s + a), and both s and y carry on multiplied by m.
-template<typename T> VDBCLOUD_INLINE void eliminate(T* s, T* carry, T* m, T* f, T a, T inv_a, int n)
+template<typename T>
+VDBCLOUD_INLINE void eliminate(T* s, T* carry, T* m, T* f, T a, T inv_a, int n)
 {
     for (int i = 0; i < n; ++i) {
         const T ratio = a / (s[i] + a);
@@ -57,18 +60,23 @@ VDBCLOUD_CLONES void eliminate_clones(double* s, double* c, double* m, double* f
     eliminate(s, c, m, f, a, inv_a, n);
 }
 
-template<typename T> VDBCLOUD_INLINE void substitute(const T* m, const T* above, T* f, int n)
+template<typename T>
+VDBCLOUD_INLINE void substitute(const T* m, const T* above, T* f, int n)
 {
     for (int i = 0; i < n; ++i) f[i] = m[i] * (f[i] + above[i]);
 }
-VDBCLOUD_CLONES void substitute_clones(const float* m, const float* above, float* f, int n) { substitute(m, above, f, n); }
+VDBCLOUD_CLONES void substitute_clones(const float* m, const float* above, float* f, int n)
+{
+    substitute(m, above, f, n);
+}
 VDBCLOUD_CLONES void substitute_clones(const double* m, const double* above, double* f, int n)
 {
     substitute(m, above, f, n);
 }
 
 /// v[i] -= (p[i] - q[i]) c
-template<typename T> VDBCLOUD_INLINE void subtract_difference(T* v, const T* p, const T* q, T c, int n)
+template<typename T>
+VDBCLOUD_INLINE void subtract_difference(T* v, const T* p, const T* q, T c, int n)
 {
     for (int i = 0; i < n; ++i) v[i] -= (p[i] - q[i]) * c;
 }
@@ -98,8 +106,7 @@ Planes<T>::Planes(size_t plane_length, size_t row_length, int planes)
 
 template<typename T>
 Projection<T>::Projection(const Lattice& lattice, const BaseDensity& rho)
-    : lattice_(lattice), rho_(rho),
-      transform_(lattice.n[0], lattice.n[1], end_of(lattice, 0), end_of(lattice, 1)),
+    : lattice_(lattice), rho_(rho), transform_(lattice.n[0], lattice.n[1], end_of(lattice, 0), end_of(lattice, 1)),
       phi_(transform_.plane_length(), transform_.row_length(), lattice.n[2])
 {
     const auto eigenvalue = [](double half_phase, double h) { return std::pow(2 * std::sin(half_phase) / h, 2); };
@@ -119,7 +126,8 @@ void Projection<T>::divergence_row(const Field<T>& u, const Field<T>& v, const F
                       out, lattice_.n[0]);
 }
 
-template<typename T> void Projection<T>::solve_columns(int j)
+template<typename T>
+void Projection<T>::solve_columns(int j)
 {
     constexpr int width = 64;  // of a bundle of columns, so that its scratch stays in cache
     const int nz = lattice_.n[2], modes = transform_.modes_x();
@@ -145,7 +153,8 @@ template<typename T> void Projection<T>::solve_columns(int j)
     }
 }
 
-template<typename T> void Projection<T>::correct_plane(Field<T>& u, Field<T>& v, Field<T>& w, int k)
+template<typename T>
+void Projection<T>::correct_plane(Field<T>& u, Field<T>& v, Field<T>& w, int k)
 {
     const auto [nx, ny, nz] = lattice_.n;
     const T cx = T(1 / lattice_.h[0]), cy = T(1 / lattice_.h[1]), cz = T(1 / lattice_.h[2]);
@@ -160,15 +169,19 @@ template<typename T> void Projection<T>::correct_plane(Field<T>& u, Field<T>& v,
             if (lattice_.side[0] == Side::Open) row[0] -= 2 * p[0] * cx, row[nx] += 2 * p[nx - 1] * cx;
         }
         if (!v) continue;
-        if (j > 0) subtract_clones(v.row(j, k), p, phi_.row(j - 1, k), cy, nx);
-        else if (lattice_.side[1] == Side::Periodic) subtract_clones(v.row(0, k), p, phi_.row(ny - 1, k), cy, nx);
-        else if (lattice_.side[1] == Side::Open) subtract_clones(v.row(0, k), p, zero.data(), 2 * cy, nx);
+        if (j > 0)
+            subtract_clones(v.row(j, k), p, phi_.row(j - 1, k), cy, nx);
+        else if (lattice_.side[1] == Side::Periodic)
+            subtract_clones(v.row(0, k), p, phi_.row(ny - 1, k), cy, nx);
+        else if (lattice_.side[1] == Side::Open)
+            subtract_clones(v.row(0, k), p, zero.data(), 2 * cy, nx);
     }
     if (v && lattice_.side[1] == Side::Open)
         subtract_clones(v.row(ny, k), zero.data(), phi_.row(ny - 1, k), 2 * cy, nx);
 }
 
-template<typename T> void Projection<T>::project(Field<T>& u, Field<T>& v, Field<T>& w)
+template<typename T>
+void Projection<T>::project(Field<T>& u, Field<T>& v, Field<T>& w)
 {
     const auto [nx, ny, nz] = lattice_.n;
     const T scale = T(transform_.scale());
@@ -196,15 +209,18 @@ template<typename T> void Projection<T>::project(Field<T>& u, Field<T>& v, Field
 template<typename T>
 double Projection<T>::max_divergence(const Field<T>& u, const Field<T>& v, const Field<T>& w) const
 {
-    return reduce_planes(lattice_.n[2], 0.0, [&](int k) {
-        std::vector<T> row(size_t(lattice_.n[0]));
-        double most = 0;
-        for (int j = 0; j < lattice_.n[1]; ++j) {
-            divergence_row(u, v, w, j, k, row.data());
-            for (const T d : row) most = std::max(most, std::abs(double(d)));
-        }
-        return most / rho_.centre[size_t(k)];
-    }, [](double a, double b) { return std::max(a, b); });
+    return reduce_planes(
+        lattice_.n[2], 0.0,
+        [&](int k) {
+            std::vector<T> row(size_t(lattice_.n[0]));
+            double most = 0;
+            for (int j = 0; j < lattice_.n[1]; ++j) {
+                divergence_row(u, v, w, j, k, row.data());
+                for (const T d : row) most = std::max(most, std::abs(double(d)));
+            }
+            return most / rho_.centre[size_t(k)];
+        },
+        [](double a, double b) { return std::max(a, b); });
 }
 
 template class Planes<float>;

@@ -16,7 +16,8 @@ struct BaseDensity {
 };
 
 /// Scratch for the planes of a transform: one value a cell, without halo, aligned.
-template<typename T> class Planes {
+template<typename T>
+class Planes {
 public:
     Planes(size_t plane_length, size_t row_length, int planes);
     T* row(int j, int k) { return data_.get() + plane_ * size_t(k) + row_ * size_t(j); }
@@ -37,13 +38,14 @@ private:
 ///     V <- V - grad phi,   div(rho V) = 0,   so   div(rho grad phi) = div(rho V)
 ///
 /// with the discrete operators of the grid itself, so that what remains is round-off. In x and y the discrete cosines
-/// diagonalise the differences, with eigenvalue -4 sin^2(half phase)/h^2; each mode leaves a tridiagonal system in z, which
-/// is eliminated without a subtraction (pivots are sums of positive terms), so single precision keeps its
+/// diagonalise the differences, with eigenvalue -4 sin^2(half phase)/h^2; each mode leaves a tridiagonal system in z,
+/// which is eliminated without a subtraction (pivots are sums of positive terms), so single precision keeps its
 /// relative accuracy for the longest waves. The mean mode is fixed by phi = 0 at the lid, unless a side is open:
 /// there phi = 0 on the faces. Schumann and Sweet 1988 is the classical description.
 ///
 /// Threads: all of TBB's; every value is computed by one fixed sequence of operations.
-template<typename T> class Projection {
+template<typename T>
+class Projection {
 public:
     Projection(const Lattice&, const BaseDensity&);
 

@@ -4,12 +4,25 @@ namespace vdbcloud::sim {
 
 namespace {
 
-template<typename T> VDBCLOUD_INLINE T least(T a, T b) { return a < b ? a : b; }
-template<typename T> VDBCLOUD_INLINE T most(T a, T b) { return a > b ? a : b; }
-template<typename T> VDBCLOUD_INLINE T magnitude(T a) { return a < T(0) ? -a : a; }
+template<typename T>
+VDBCLOUD_INLINE T least(T a, T b)
+{
+    return a < b ? a : b;
+}
+template<typename T>
+VDBCLOUD_INLINE T most(T a, T b)
+{
+    return a > b ? a : b;
+}
+template<typename T>
+VDBCLOUD_INLINE T magnitude(T a)
+{
+    return a < T(0) ? -a : a;
+}
 
 /// The argument of least magnitude if all have one sign, else 0.
-template<typename T> VDBCLOUD_INLINE T minmod(T a, T b, T c)
+template<typename T>
+VDBCLOUD_INLINE T minmod(T a, T b, T c)
 {
     return most(T(0), least(a, least(b, c))) + least(T(0), most(a, most(b, c)));
 }
@@ -60,7 +73,8 @@ VDBCLOUD_INLINE void scalar_flux_row(const ScalarFlux<T>& f, T* __restrict out, 
                 const T m3 = q[i - 3 * s], p2 = q[i + 2 * s];
                 const T far_lower = m2 - m3, far_upper = p1 - p2;
                 const T far_ahead = up ? -upper : -lower, far_behind = up ? far_lower : far_upper;
-                delta = T(24.0 / 60) * ahead + T(11.0 / 60) * behind - T(3.0 / 60) * far_ahead - T(2.0 / 60) * far_behind;
+                delta =
+                    T(24.0 / 60) * ahead + T(11.0 / 60) * behind - T(3.0 / 60) * far_ahead - T(2.0 / 60) * far_behind;
             }
             if constexpr (scheme != ScalarScheme::Plain5) {
                 const T drain_lower = drain[i - s], drain_upper = drain[i];
@@ -73,7 +87,8 @@ VDBCLOUD_INLINE void scalar_flux_row(const ScalarFlux<T>& f, T* __restrict out, 
     }
 }
 
-template<typename T> VDBCLOUD_INLINE void flux_tendency_row(const FluxRows<T>& f, T* __restrict out, int n)
+template<typename T>
+VDBCLOUD_INLINE void flux_tendency_row(const FluxRows<T>& f, T* __restrict out, int n)
 {
     if (f.z0) {
         for (int i = 0; i < n; ++i) out[i] = f.cz0 * f.z0[i] - f.cz1 * f.z1[i];
@@ -86,9 +101,11 @@ template<typename T> VDBCLOUD_INLINE void flux_tendency_row(const FluxRows<T>& f
         for (int i = 0; i < n; ++i) out[i] -= f.cy * (f.y1[i] - f.y0[i]);
 }
 
-template<typename T> VDBCLOUD_INLINE void scalar_stage_row(const StageRows<T>& r, const ScalarStage& s, int n)
+template<typename T>
+VDBCLOUD_INLINE void scalar_stage_row(const StageRows<T>& r, const ScalarStage& s, int n)
 {
-    const T alpha = T(s.alpha), beta = T(s.beta), tau = T(s.tau), least = T(s.least), tiny = T(s.tiny), low = least - tiny;
+    const T alpha = T(s.alpha), beta = T(s.beta), tau = T(s.tau), least = T(s.least), tiny = T(s.tiny),
+            low = least - tiny;
     for (int i = 0; i < n; ++i) {
         const T x0 = r.x0[i];
         const T next = x0 + (alpha * (r.x1[i] - x0) + beta * ((r.x[i] - x0) + tau * r.tendency[i]));
@@ -97,14 +114,15 @@ template<typename T> VDBCLOUD_INLINE void scalar_stage_row(const StageRows<T>& r
     }
 }
 
-template<typename T> VDBCLOUD_INLINE void momentum_stage_row(const StageRows<T>& r, const MomentumStage& s, int n)
+template<typename T>
+VDBCLOUD_INLINE void momentum_stage_row(const StageRows<T>& r, const MomentumStage& s, int n)
 {
     const T a0 = T(s.a0), a1 = T(s.a1), ax = T(s.ax), al = T(s.al);
-    for (int i = 0; i < n; ++i)
-        r.out[i] = (a0 * r.x0[i] + a1 * r.x1[i]) + (ax * r.x[i] + al * r.tendency[i]);
+    for (int i = 0; i < n; ++i) r.out[i] = (a0 * r.x0[i] + a1 * r.x1[i]) + (ax * r.x[i] + al * r.tendency[i]);
 }
 
-template<typename T> VDBCLOUD_INLINE void courant_row(const CourantRows<T>& c, T* __restrict drain, double& rate, int n)
+template<typename T>
+VDBCLOUD_INLINE void courant_row(const CourantRows<T>& c, T* __restrict drain, double& rate, int n)
 {
     constexpr int lanes = 16;
     T top[lanes] = {}, poison[lanes] = {};
@@ -112,7 +130,8 @@ template<typename T> VDBCLOUD_INLINE void courant_row(const CourantRows<T>& c, T
     for (int i0 = 0; i0 < n; i0 += lanes) {
         const int m = n - i0 < lanes ? n - i0 : lanes;
         for (int l = 0; l < lanes; ++l) out[l] = fast[l] = T(0);
-        const auto add = [&](const T* lower, const T* upper, T c0, T c1) __attribute__((always_inline)) {
+        const auto add = [&](const T* lower, const T* upper, T c0, T c1) __attribute__((always_inline))
+        {
             for (int l = 0; l < m; ++l) {
                 const T a = magnitude(lower[i0 + l]) * c0, b = magnitude(upper[i0 + l]) * c1;
                 out[l] += T(0.5) * (a + b);
@@ -134,12 +153,14 @@ template<typename T> VDBCLOUD_INLINE void courant_row(const CourantRows<T>& c, T
     }
 }
 
-template<typename T> VDBCLOUD_INLINE void add_sum_row(T* out, const T* a, const T* b, T c, int n)
+template<typename T>
+VDBCLOUD_INLINE void add_sum_row(T* out, const T* a, const T* b, T c, int n)
 {
     for (int i = 0; i < n; ++i) out[i] += c * (a[i] + b[i]);
 }
 
-template<typename T> VDBCLOUD_INLINE void add_laplacian_row(const LaplaceRow<T>& r, T* __restrict out, int n)
+template<typename T>
+VDBCLOUD_INLINE void add_laplacian_row(const LaplaceRow<T>& r, T* __restrict out, int n)
 {
     const T* q = r.q;
     for (int i = 0; i < n; ++i) {
@@ -149,53 +170,59 @@ template<typename T> VDBCLOUD_INLINE void add_laplacian_row(const LaplaceRow<T>&
     }
 }
 
-template<typename T> VDBCLOUD_INLINE void add_relaxation_row(T* out, const T* q, T target, T rate, int n)
+template<typename T>
+VDBCLOUD_INLINE void add_relaxation_row(T* out, const T* q, T target, T rate, int n)
 {
     for (int i = 0; i < n; ++i) out[i] -= rate * (q[i] - target);
 }
 
-template<typename T> VDBCLOUD_INLINE void momentum_flux_any(MomentumScheme scheme, const MomentumFlux<T>& f, T* out, int n)
+template<typename T>
+VDBCLOUD_INLINE void momentum_flux_any(MomentumScheme scheme, const MomentumFlux<T>& f, T* out, int n)
 {
     scheme == MomentumScheme::Upwind ? momentum_flux_row<MomentumScheme::Upwind>(f, out, n)
                                      : momentum_flux_row<MomentumScheme::Upwind5>(f, out, n);
 }
 
-template<typename T> VDBCLOUD_INLINE void scalar_flux_any(ScalarScheme scheme, const ScalarFlux<T>& f, T* out, int n)
+template<typename T>
+VDBCLOUD_INLINE void scalar_flux_any(ScalarScheme scheme, const ScalarFlux<T>& f, T* out, int n)
 {
     switch (scheme) {
-        case ScalarScheme::Upwind: return scalar_flux_row<ScalarScheme::Upwind>(f, out, n);
-        case ScalarScheme::Koren: return scalar_flux_row<ScalarScheme::Koren>(f, out, n);
-        case ScalarScheme::Limited5: return scalar_flux_row<ScalarScheme::Limited5>(f, out, n);
-        case ScalarScheme::Plain5: return scalar_flux_row<ScalarScheme::Plain5>(f, out, n);
+    case ScalarScheme::Upwind: return scalar_flux_row<ScalarScheme::Upwind>(f, out, n);
+    case ScalarScheme::Koren: return scalar_flux_row<ScalarScheme::Koren>(f, out, n);
+    case ScalarScheme::Limited5: return scalar_flux_row<ScalarScheme::Limited5>(f, out, n);
+    case ScalarScheme::Plain5: return scalar_flux_row<ScalarScheme::Plain5>(f, out, n);
     }
 }
 
 }  // namespace
 
-#define VDBCLOUD_ROWS(T)                                                                                              \
-    VDBCLOUD_CLONES void momentum_flux(MomentumScheme m, const MomentumFlux<T>& f, T* out, int n)                     \
-    {                                                                                                                 \
-        momentum_flux_any(m, f, out, n);                                                                              \
-    }                                                                                                                 \
-    VDBCLOUD_CLONES void scalar_flux(ScalarScheme m, const ScalarFlux<T>& f, T* out, int n)                           \
-    {                                                                                                                 \
-        scalar_flux_any(m, f, out, n);                                                                                \
-    }                                                                                                                 \
-    VDBCLOUD_CLONES void flux_tendency(const FluxRows<T>& f, T* out, int n) { flux_tendency_row(f, out, n); }         \
-    VDBCLOUD_CLONES void scalar_stage(const StageRows<T>& r, const ScalarStage& s, int n) { scalar_stage_row(r, s, n); } \
-    VDBCLOUD_CLONES void momentum_stage(const StageRows<T>& r, const MomentumStage& s, int n)                         \
-    {                                                                                                                 \
-        momentum_stage_row(r, s, n);                                                                                  \
-    }                                                                                                                 \
-    VDBCLOUD_CLONES void courant(const CourantRows<T>& c, T* drain, double& rate, int n)                              \
-    {                                                                                                                 \
-        courant_row(c, drain, rate, n);                                                                               \
-    }                                                                                                                 \
-    VDBCLOUD_CLONES void add_sum(T* out, const T* a, const T* b, T c, int n) { add_sum_row(out, a, b, c, n); }        \
-    VDBCLOUD_CLONES void add_laplacian(const LaplaceRow<T>& r, T* out, int n) { add_laplacian_row(r, out, n); }       \
-    VDBCLOUD_CLONES void add_relaxation(T* out, const T* q, T target, T rate, int n)                                  \
-    {                                                                                                                 \
-        add_relaxation_row(out, q, target, rate, n);                                                                  \
+#define VDBCLOUD_ROWS(T)                                                                                               \
+    VDBCLOUD_CLONES void momentum_flux(MomentumScheme m, const MomentumFlux<T>& f, T* out, int n)                      \
+    {                                                                                                                  \
+        momentum_flux_any(m, f, out, n);                                                                               \
+    }                                                                                                                  \
+    VDBCLOUD_CLONES void scalar_flux(ScalarScheme m, const ScalarFlux<T>& f, T* out, int n)                            \
+    {                                                                                                                  \
+        scalar_flux_any(m, f, out, n);                                                                                 \
+    }                                                                                                                  \
+    VDBCLOUD_CLONES void flux_tendency(const FluxRows<T>& f, T* out, int n) { flux_tendency_row(f, out, n); }          \
+    VDBCLOUD_CLONES void scalar_stage(const StageRows<T>& r, const ScalarStage& s, int n)                              \
+    {                                                                                                                  \
+        scalar_stage_row(r, s, n);                                                                                     \
+    }                                                                                                                  \
+    VDBCLOUD_CLONES void momentum_stage(const StageRows<T>& r, const MomentumStage& s, int n)                          \
+    {                                                                                                                  \
+        momentum_stage_row(r, s, n);                                                                                   \
+    }                                                                                                                  \
+    VDBCLOUD_CLONES void courant(const CourantRows<T>& c, T* drain, double& rate, int n)                               \
+    {                                                                                                                  \
+        courant_row(c, drain, rate, n);                                                                                \
+    }                                                                                                                  \
+    VDBCLOUD_CLONES void add_sum(T* out, const T* a, const T* b, T c, int n) { add_sum_row(out, a, b, c, n); }         \
+    VDBCLOUD_CLONES void add_laplacian(const LaplaceRow<T>& r, T* out, int n) { add_laplacian_row(r, out, n); }        \
+    VDBCLOUD_CLONES void add_relaxation(T* out, const T* q, T target, T rate, int n)                                   \
+    {                                                                                                                  \
+        add_relaxation_row(out, q, target, rate, n);                                                                   \
     }
 VDBCLOUD_ROWS(float)
 VDBCLOUD_ROWS(double)

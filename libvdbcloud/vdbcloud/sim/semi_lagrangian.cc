@@ -1,5 +1,5 @@
-// The step of any length: Stam 1999. Each value is fetched from where the air came from; nothing is conserved, unless what
-// is lost is given back to all cells.
+// The step of any length: Stam 1999. Each value is fetched from where the air came from; nothing is conserved, unless
+// what is lost is given back to all cells.
 #include "vdbcloud/sim/model.h"
 
 #include <algorithm>
@@ -15,7 +15,8 @@ struct Support {
     double weight[3][2];
 };
 
-/// Of a position in index space of a field whose first point is (0, 0, 0). Positions beyond the halo are wrapped or clamped.
+/// Of a position in index space of a field whose first point is (0, 0, 0). Positions beyond the halo are wrapped or
+/// clamped.
 Support support(const Lattice& l, const ptrdiff_t (&stride)[3], const std::array<double, 3>& x)
 {
     Support s;
@@ -37,7 +38,8 @@ Support support(const Lattice& l, const ptrdiff_t (&stride)[3], const std::array
 }
 
 /// Calls f(weight, value) for the points around a position.
-template<typename T, typename F> void visit(const Field<T>& field, const Lattice& l, const std::array<double, 3>& x, const F& f)
+template<typename T, typename F>
+void visit(const Field<T>& field, const Lattice& l, const std::array<double, 3>& x, const F& f)
 {
     const Support s = support(l, {field.stride(0), field.stride(1), field.stride(2)}, x);
     const T* base = field.row(0, 0) + s.offset;
@@ -50,7 +52,8 @@ template<typename T, typename F> void visit(const Field<T>& field, const Lattice
 }
 
 /// Trilinear value at a position.
-template<typename T> double sample(const Field<T>& f, const Lattice& l, const std::array<double, 3>& x)
+template<typename T>
+double sample(const Field<T>& f, const Lattice& l, const std::array<double, 3>& x)
 {
     double sum = 0;
     visit(f, l, x, [&](double weight, double value) { sum += weight * value; });
@@ -59,9 +62,10 @@ template<typename T> double sample(const Field<T>& f, const Lattice& l, const st
 
 }  // namespace
 
-/// Forces act implicitly where stratification is stable, w <- (w + dt B) / (1 + dt^2 N^2), so that no wave can grow; instability
-/// still grows, but the air fetched always lies between values that were there.
-template<typename T> void Model<T>::huge_buoyancy(double dt)
+/// Forces act implicitly where stratification is stable, w <- (w + dt B) / (1 + dt^2 N^2), so that no wave can grow;
+/// instability still grows, but the air fetched always lies between values that were there.
+template<typename T>
+void Model<T>::huge_buoyancy(double dt)
 {
     const auto [nx, ny, nz] = lattice_.n;
     find_buoyancy(0);
@@ -72,7 +76,8 @@ template<typename T> void Model<T>::huge_buoyancy(double dt)
             for (int j = 0; j < ny; ++j) {
                 const T *above = pressure_->scratch().row(j, k), *below = pressure_->scratch().row(j, k - 1);
                 for (int i = 0; i < nx; ++i) {
-                    const double n2 = g * (double(theta_.a[0](i, j, k)) - double(theta_.a[0](i, j, k - 1))) / lattice_.h[2];
+                    const double n2 =
+                        g * (double(theta_.a[0](i, j, k)) - double(theta_.a[0](i, j, k - 1))) / lattice_.h[2];
                     const double pushed = double(w(i, j, k)) + dt * 0.5 * (double(above[i]) + double(below[i]));
                     w(i, j, k) = T(pushed / (1 + dt * dt * std::max(0.0, n2)));
                 }
@@ -83,9 +88,11 @@ template<typename T> void Model<T>::huge_buoyancy(double dt)
     finish_state(0);
 }
 
-/// Transport of one quantity along trajectories of the midpoint rule, from a[0] to a[1]. MacCormack's correction (Selle et al.
-/// 2008): what is brought there and back again differs from what was there by twice the error; clamped to the values it came from.
-template<typename T> void Model<T>::huge_transport(Variable<T>& v, double dt)
+/// Transport of one quantity along trajectories of the midpoint rule, from a[0] to a[1]. MacCormack's correction (Selle
+/// et al. 2008): what is brought there and back again differs from what was there by twice the error; clamped to the
+/// values it came from.
+template<typename T>
+void Model<T>::huge_transport(Variable<T>& v, double dt)
 {
     const std::array<double, 3> shift{v.place == Place::FaceX ? 0.0 : 0.5, v.place == Place::FaceY ? 0.0 : 0.5,
                                       v.place == Place::FaceZ ? 0.0 : 0.5};
@@ -123,17 +130,17 @@ template<typename T> void Model<T>::huge_transport(Variable<T>& v, double dt)
         const double back = sample(v.a[1], lattice_, trace(i, j, k, dt));
         const double corrected = double(v.a[1](i, j, k)) + 0.5 * (double(v.a[0](i, j, k)) - back);
         double low = never, high = -never;
-        visit(v.a[0], lattice_, trace(i, j, k, -dt), [&](double, double value) {
-            low = std::min(low, value), high = std::max(high, value);
-        });
+        visit(v.a[0], lattice_, trace(i, j, k, -dt),
+              [&](double, double value) { low = std::min(low, value), high = std::max(high, value); });
         v.a[2](i, j, k) = T(std::clamp(corrected, low, high));
     });
     v.a[1].swap(v.a[2]);
 }
 
-/// Friction and sources, onto a[1]. Relaxation and diffusion that would overshoot in so long a step act as far as one step
-/// can take them.
-template<typename T> void Model<T>::huge_sources(Variable<T>& v, double dt)
+/// Friction and sources, onto a[1]. Relaxation and diffusion that would overshoot in so long a step act as far as one
+/// step can take them.
+template<typename T>
+void Model<T>::huge_sources(Variable<T>& v, double dt)
 {
     const bool scalar = v.place == Place::Centre;
     const double drag = scalar ? 1 : std::exp(-dt / parameters_.friction_time), least = -reference(v.quantity);
@@ -160,8 +167,10 @@ template<typename T> void Model<T>::huge_sources(Variable<T>& v, double dt)
     for (const double sum : gained) v.sources += sum;
 }
 
-/// Gives back what transport lost or made: heat by a shift of all cells, water and dye by a factor, which leaves none negative.
-template<typename T> void Model<T>::fix_budget(Variable<T>& v)
+/// Gives back what transport lost or made: heat by a shift of all cells, water and dye by a factor, which leaves none
+/// negative.
+template<typename T>
+void Model<T>::fix_budget(Variable<T>& v)
 {
     double cells = 0;
     for (const double rho : rho_.centre) cells += rho * lattice_.n[0] * lattice_.n[1];
@@ -181,7 +190,8 @@ template<typename T> void Model<T>::fix_budget(Variable<T>& v)
 }
 
 /// Forces, then transport, then friction and sources, then the projection.
-template<typename T> void Model<T>::huge_step(double dt)
+template<typename T>
+void Model<T>::huge_step(double dt)
 {
     const Parameters& p = parameters_;
     if (p.momentum && p.buoyancy) huge_buoyancy(dt);

@@ -17,26 +17,26 @@ enum class Quantity { U, V, W, Theta, Water, Rain, Dye };
 /// One line of accounts: what must be conserved, what must vanish, and what one wants to see. Means are weighted
 /// with the density of the base state; sources and what passed open sides are already taken off the drifts.
 struct Budget {
-    double time = 0;           ///< [s]
-    uint64_t steps = 0;        ///< so far
-    uint64_t retries = 0;      ///< steps repeated with half their length, as the air had sped up too much
-    double dt = 0;             ///< last step [s]
-    double courant = 0;        ///< dt (|u|/dx + |v|/dy + |w|/dz), its maximum
-    double water_mean = 0;     ///< q_t [kg/kg]
-    double water_drift = 0;    ///< of water_mean since the start, less sources, relative to its start value
-    double theta_mean = 0;     ///< theta_l [K]
-    double theta_drift = 0;    ///< less sources, relative to the range of theta_l
-    double divergence = 0;     ///< max |div V| h / max |V|, the environment's wind and 0.1 m/s included in the maximum
+    double time = 0;         ///< [s]
+    uint64_t steps = 0;      ///< so far
+    uint64_t retries = 0;    ///< steps repeated with half their length, as the air had sped up too much
+    double dt = 0;           ///< last step [s]
+    double courant = 0;      ///< dt (|u|/dx + |v|/dy + |w|/dz), its maximum
+    double water_mean = 0;   ///< q_t [kg/kg]
+    double water_drift = 0;  ///< of water_mean since the start, less sources, relative to its start value
+    double theta_mean = 0;   ///< theta_l [K]
+    double theta_drift = 0;  ///< less sources, relative to the range of theta_l
+    double divergence = 0;   ///< max |div V| h / max |V|, the environment's wind and 0.1 m/s included in the maximum
     double speed_max = 0, w_max = 0;  ///< [m/s]
     double theta_min = 0, theta_max = 0, water_min = 0, water_max = 0;
-    double new_extrema = 0;    ///< by how much theta_l or q_t left its start's bounds [of their range]; -1 with sources
+    double new_extrema = 0;  ///< by how much theta_l or q_t left its start's bounds [of their range]; -1 with sources
     double cloud_base = -1, cloud_top = -1;  ///< lowest and highest cell centre with q_l > 1e-5 [m], -1: no cloud
-    double cloud_max = 0;      ///< largest q_l [kg/kg]
-    double cloud_mean = 0;     ///< mean q_l [kg/kg]
-    double water_corrected = 0; ///< sum over steps of the water given back or taken by --fix-budget, of what there is
-    double rain_fallen = 0;    ///< on the floor since the start [kg/m^2]
-    double kinetic = 0;        ///< mean of |V|^2/2 [m^2/s^2]
-    std::string fault;         ///< the first invariant out of its tolerance, in words; empty: all are kept
+    double cloud_max = 0;                    ///< largest q_l [kg/kg]
+    double cloud_mean = 0;                   ///< mean q_l [kg/kg]
+    double water_corrected = 0;  ///< sum over steps of the water given back or taken by --fix-budget, of what there is
+    double rain_fallen = 0;      ///< on the floor since the start [kg/m^2]
+    double kinetic = 0;          ///< mean of |V|^2/2 [m^2/s^2]
+    std::string fault;           ///< the first invariant out of its tolerance, in words; empty: all are kept
 };
 
 class Simulation {
@@ -50,8 +50,8 @@ public:
     const Column& column() const { return column_; }
     const Thermodynamics& thermodynamics() const { return thermo_; }
 
-    /// Steps until `time` [s] exactly. The sequence of values does not depend on threads. Throws ConvergenceError naming
-    /// a cell if a value is no longer finite, Cancelled between steps.
+    /// Steps until `time` [s] exactly. The sequence of values does not depend on threads. Throws ConvergenceError
+    /// naming a cell if a value is no longer finite, Cancelled between steps.
     virtual void advance_to(double time, const Progress& = {}) = 0;
     virtual double time() const = 0;
     virtual Budget budget() const = 0;
@@ -68,8 +68,9 @@ public:
     virtual void get_cloud_plane(int k, double* out) const = 0;
     /// Replaces the state before the first step: nx ny nz values, x fastest. A velocity is projected when started.
     virtual void set(Quantity, const std::vector<double>&) = 0;
-    /// Adds a prescribed rate [unit/s] of position [m] and time [s] to a quantity's equation, beside all else: large-scale forcing, or what
-    /// makes a given flow a solution. Called from several threads. Not part of checkpoints: add it again before restore().
+    /// Adds a prescribed rate [unit/s] of position [m] and time [s] to a quantity's equation, beside all else:
+    /// large-scale forcing, or what makes a given flow a solution. Called from several threads. Not part of
+    /// checkpoints: add it again before restore().
     using Source = std::function<double(double x, double y, double z, double t)>;
     virtual void add_source(Quantity, Source) = 0;
     /// Call after the last set(): starts accounts from here.

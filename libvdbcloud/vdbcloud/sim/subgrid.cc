@@ -5,8 +5,10 @@
 
 namespace vdbcloud::sim {
 
-/// Smagorinsky 1963, Lilly 1962: eddy viscosity (c_s delta)^2 |S| sqrt(1 - Ri / Pr), Pr = 1/3; stresses from the full strain.
-template<typename T> void Model<T>::add_subgrid()
+/// Smagorinsky 1963, Lilly 1962: eddy viscosity (c_s delta)^2 |S| sqrt(1 - Ri / Pr), Pr = 1/3; stresses from the full
+/// strain.
+template<typename T>
+void Model<T>::add_subgrid()
 {
     eddy_ = Field<T>(lattice_);
     before_stage_.push_back([this](int in) { find_eddy_viscosity(in); });
@@ -52,7 +54,8 @@ template<typename T> void Model<T>::add_subgrid()
         });
 }
 
-template<typename T> void Model<T>::find_eddy_viscosity(int at)
+template<typename T>
+void Model<T>::find_eddy_viscosity(int at)
 {
     const auto [nx, ny, nz] = lattice_.n;
     const size_t now = parameters_.momentum ? size_t(at) : 0;

@@ -28,7 +28,8 @@ void sweep(const SweepBox& box, const Coefficients& coefficients, const Flux& fl
     for_blocks(blocks_k * blocks_j, 1, [&](int block, int) {
         const int k0 = box.first + block / blocks_j * deep, k1 = std::min(box.last, k0 + deep);
         const int j0 = block % blocks_j * tall, j1 = std::min(box.rows, j0 + tall);
-        std::vector<T> below(box.z ? width * size_t(j1 - j0) : 0), above(width), fx(width + 1), south(width), north(width);
+        std::vector<T> below(box.z ? width * size_t(j1 - j0) : 0), above(width), fx(width + 1), south(width),
+            north(width);
         std::vector<T> tendency(width);
         if (box.z)
             for (int j = j0; j < j1; ++j) flux(2, j, k0, &below[size_t(j - j0) * width], box.width);

@@ -1,5 +1,5 @@
-// The effects that can be on or off. Each registers the rows it adds to a tendency, or what must be found before a stage;
-// an effect that is off registers nothing.
+// The effects that can be on or off. Each registers the rows it adds to a tendency, or what must be found before a
+// stage; an effect that is off registers nothing.
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/sim/model.h"
 
@@ -7,7 +7,8 @@
 
 namespace vdbcloud::sim {
 
-template<typename T> void Model<T>::add_terms()
+template<typename T>
+void Model<T>::add_terms()
 {
     const Parameters& p = parameters_;
     add_floor_fluxes();
@@ -20,7 +21,8 @@ template<typename T> void Model<T>::add_terms()
     if (open && p.side_cells > 0) add_side_relaxation();
 }
 
-template<typename T> void Model<T>::add_source(Quantity q, Source rate)
+template<typename T>
+void Model<T>::add_source(Quantity q, Source rate)
 {
     Variable<T>& v = of(q);
     if (!v) throw InputError("source: this run has no field for its quantity");
@@ -35,7 +37,8 @@ template<typename T> void Model<T>::add_source(Quantity q, Source rate)
 }
 
 /// Heat, water and smoke that enter through the floor, spread over the first cell: flux / dz.
-template<typename T> void Model<T>::add_floor_fluxes()
+template<typename T>
+void Model<T>::add_floor_fluxes()
 {
     const auto [nx, ny, nz] = lattice_.n;
     const Floor& floor = parameters_.floor;
@@ -68,16 +71,18 @@ template<typename T> void Model<T>::add_floor_fluxes()
     if (dye_) add(dye_, map_of(0, &Patch::dye));
 }
 
-template<typename T> void Model<T>::add_diffusion()
+template<typename T>
+void Model<T>::add_diffusion()
 {
     const auto coefficient = [&](double k, int axis) {
         return T(lattice_.flat(axis) ? 0 : k / (lattice_.h[size_t(axis)] * lattice_.h[size_t(axis)]));
     };
     const auto add = [&](Variable<T>& v, double k, int width) {
-        v.stiff.push_back([&v, width, cx = coefficient(k, 0), cy = coefficient(k, 1), cz = coefficient(k, 2)](
-                              int in, int j, int level, T* out) {
+        v.stiff.push_back([&v, width, cx = coefficient(k, 0), cy = coefficient(k, 1),
+                           cz = coefficient(k, 2)](int in, int j, int level, T* out) {
             const Field<T>& q = v.a[size_t(in)];
-            add_laplacian({q.row(j, level), cx == 0 ? 0 : 1, cy == 0 ? 0 : q.stride(1), q.stride(2), cx, cy, cz}, out, width);
+            add_laplacian({q.row(j, level), cx == 0 ? 0 : 1, cy == 0 ? 0 : q.stride(1), q.stride(2), cx, cy, cz}, out,
+                          width);
         });
     };
     const Parameters& p = parameters_;
@@ -87,12 +92,14 @@ template<typename T> void Model<T>::add_diffusion()
         for (Variable<T>* v : scalars()) add(*v, p.diffusivity, lattice_.n[0]);
     double inverse = 0;
     for (const int axis : {0, 1, 2}) inverse += double(coefficient(1, axis));
-    // Twice the sum of nu / h^2 leaves a cell at rest with what it has at 1 / rate; half of that more for stages of 4/3 dt.
+    // Twice the sum of nu / h^2 leaves a cell at rest with what it has at 1 / rate; half of that more for stages of 4/3
+    // dt.
     fastest_rate_ = std::max(fastest_rate_, std::max(p.viscosity, p.diffusivity) * inverse * 3);
 }
 
 /// Long-wave cooling: net flux F exp(-kappa LWP above); heating = -(1 / rho cp) dF/dz, of theta.
-template<typename T> void Model<T>::add_radiation()
+template<typename T>
+void Model<T>::add_radiation()
 {
     heating_ = Field<T>(lattice_);
     before_stage_.push_back([this](int in) { find_heating(in); });
@@ -102,7 +109,8 @@ template<typename T> void Model<T>::add_radiation()
     });
 }
 
-template<typename T> void Model<T>::find_heating(int at)
+template<typename T>
+void Model<T>::find_heating(int at)
 {
     const auto [nx, ny, nz] = lattice_.n;
     const Parameters& p = parameters_;
@@ -114,12 +122,13 @@ template<typename T> void Model<T>::find_heating(int at)
             for (int k = nz - 1; k >= 0; --k) {
                 const Level& level = column_.level[size_t(k)];
                 const double rho = p.constants.rho0 * rho_.centre[size_t(k)];
-                thermo_.cloud_row(level, theta_.a[size_t(at)].row(j, k), water_.a[size_t(at)].row(j, k), cloud.data(), nx);
+                thermo_.cloud_row(level, theta_.a[size_t(at)].row(j, k), water_.a[size_t(at)].row(j, k), cloud.data(),
+                                  nx);
                 T* out = heating_.row(j, k);
                 for (int i = 0; i < nx; ++i) {
                     const double lower = path[size_t(i)] + rho * double(cloud[size_t(i)]) * lattice_.h[2];
-                    const double divergence =
-                        p.radiation * (std::exp(-p.radiation_kappa * path[size_t(i)]) - std::exp(-p.radiation_kappa * lower));
+                    const double divergence = p.radiation * (std::exp(-p.radiation_kappa * path[size_t(i)]) -
+                                                             std::exp(-p.radiation_kappa * lower));
                     out[i] = T(-divergence / (rho * p.constants.cp * lattice_.h[2] * level.exner));
                     path[size_t(i)] = lower;
                 }
@@ -128,8 +137,10 @@ template<typename T> void Model<T>::find_heating(int at)
     });
 }
 
-/// Rayleigh damping below the lid, so that waves are not reflected: Klemp and Lilly 1978. Velocities only: budgets stay.
-template<typename T> void Model<T>::add_sponge()
+/// Rayleigh damping below the lid, so that waves are not reflected: Klemp and Lilly 1978. Velocities only: budgets
+/// stay.
+template<typename T>
+void Model<T>::add_sponge()
 {
     const int nz = lattice_.n[2];
     const double lid = nz * lattice_.h[2], start = lid * (1 - parameters_.sponge_depth);
@@ -146,21 +157,24 @@ template<typename T> void Model<T>::add_sponge()
         const int width = c == 0 ? lattice_.faces(0) : lattice_.n[0];
         wind_[size_t(c)].stiff.push_back([this, c, width, rates, targets](int in, int j, int k, T* out) {
             if (rates[size_t(k)] > 0)
-                add_relaxation(out, wind_[size_t(c)].a[size_t(in)].row(j, k), targets[size_t(k)], rates[size_t(k)], width);
+                add_relaxation(out, wind_[size_t(c)].a[size_t(in)].row(j, k), targets[size_t(k)], rates[size_t(k)],
+                               width);
         });
     }
     fastest_rate_ = std::max(fastest_rate_, parameters_.sponge);
 }
 
 /// The mean wind of every level returns to the environment's; eddies are left alone.
-template<typename T> void Model<T>::add_wind_relaxation()
+template<typename T>
+void Model<T>::add_wind_relaxation()
 {
     before_stage_.push_back([this](int in) { find_mean_wind(in); });
     for (const int c : {0, 1}) {
         if (!wind_[size_t(c)]) continue;
         const int width = c == 0 ? lattice_.faces(0) : lattice_.n[0];
         wind_[size_t(c)].stiff.push_back([this, c, width](int, int, int k, T* out) {
-            const double mean = (c == 0 ? mean_u_ : mean_v_)[size_t(k)], env = (c == 0 ? column_.u : column_.v)[size_t(k)];
+            const double mean = (c == 0 ? mean_u_ : mean_v_)[size_t(k)],
+                         env = (c == 0 ? column_.u : column_.v)[size_t(k)];
             const T push = T((env - mean) / parameters_.wind_relaxation);
             for (int i = 0; i < width; ++i) out[i] += push;
         });
@@ -168,7 +182,8 @@ template<typename T> void Model<T>::add_wind_relaxation()
     fastest_rate_ = std::max(fastest_rate_, 1 / parameters_.wind_relaxation);
 }
 
-template<typename T> void Model<T>::find_mean_wind(int at)
+template<typename T>
+void Model<T>::find_mean_wind(int at)
 {
     const auto [nx, ny, nz] = lattice_.n;
     mean_u_.assign(size_t(nz), 0), mean_v_.assign(size_t(nz), 0);
@@ -187,7 +202,8 @@ template<typename T> void Model<T>::find_mean_wind(int at)
 }
 
 /// Near open sides everything returns to the environment, so that what leaves is not seen again.
-template<typename T> void Model<T>::add_side_relaxation()
+template<typename T>
+void Model<T>::add_side_relaxation()
 {
     const auto weight = [&](int axis, double position) {  // position in cells from the lower end
         const int n = lattice_.n[size_t(axis)];
@@ -200,7 +216,8 @@ template<typename T> void Model<T>::add_side_relaxation()
         std::vector<T> rate;
         for (int j = 0; j < rows; ++j)
             for (int i = 0; i < width; ++i)
-                rate.push_back(T(std::max(weight(0, i + shift_x), weight(1, j + shift_y)) / parameters_.side_relaxation));
+                rate.push_back(
+                    T(std::max(weight(0, i + shift_x), weight(1, j + shift_y)) / parameters_.side_relaxation));
         std::vector<T> target;
         for (int k = 0; k < lattice_.n[2]; ++k) target.push_back(T(environment(size_t(k))));
         v.stiff.push_back([&v, width, rate, target](int in, int j, int k, T* out) {
@@ -222,8 +239,8 @@ template<typename T> void Model<T>::add_side_relaxation()
     fastest_rate_ = std::max(fastest_rate_, 1 / parameters_.side_relaxation);
 }
 
-#define VDBCLOUD_TERMS(T)                                                                                             \
-    template void Model<T>::add_terms();                                                                              \
+#define VDBCLOUD_TERMS(T)                                                                                              \
+    template void Model<T>::add_terms();                                                                               \
     template void Model<T>::add_source(Quantity, Source);
 VDBCLOUD_TERMS(float)
 VDBCLOUD_TERMS(double)

@@ -13,8 +13,16 @@ constexpr double e0 = 611.2, slope_a = 17.67, freezing = 273.15, shift_b = 29.65
 // Outside this range the formula has no meaning; there its ends are used.
 constexpr double coldest = 150, hottest = 370;
 
-template<typename T> VDBCLOUD_INLINE T least(T a, T b) { return a < b ? a : b; }
-template<typename T> VDBCLOUD_INLINE T most(T a, T b) { return a > b ? a : b; }
+template<typename T>
+VDBCLOUD_INLINE T least(T a, T b)
+{
+    return a < b ? a : b;
+}
+template<typename T>
+VDBCLOUD_INLINE T most(T a, T b)
+{
+    return a > b ? a : b;
+}
 
 /// exp without a call, so that loops vectorise and every machine gives the same bits; |x| < 80, relative error 2 ulp.
 /// x = k ln 2 + r with |r| <= 0.35, then a Taylor polynomial in r.
@@ -65,7 +73,8 @@ VDBCLOUD_INLINE double exponential(double x)
 }
 
 /// q_s and its slope dq_s/dT.
-template<typename T> VDBCLOUD_INLINE T saturated(T temperature, T p, T epsilon, T& slope)
+template<typename T>
+VDBCLOUD_INLINE T saturated(T temperature, T p, T epsilon, T& slope)
 {
     const T t = least(T(hottest), most(T(coldest), temperature));
     const T over = T(1) / (t - T(shift_b));
@@ -76,7 +85,8 @@ template<typename T> VDBCLOUD_INLINE T saturated(T temperature, T p, T epsilon, 
 }
 
 /// What the rows need of a level, in their precision.
-template<typename T> struct RowLevel {
+template<typename T>
+struct RowLevel {
     T pressure, exner, q_height, warm, epsilon;
     T theta_ref, q_ref;  // q_height is less this one
     T b_theta, b_water, b_cloud, theta_env, q_env, cloud_env;
@@ -86,7 +96,8 @@ template<typename T> struct RowLevel {
 /// Solves T = T_l + (L/cp) (q_t - q_s(T)) by Newton's method: q_l = q_t - q_s(T), 0 if there is no cloud. The function
 /// is convex and increasing in T, so from the first step on iterates fall towards the root. A few steps do in air as it
 /// is found; what remains, T - T_l - (L/cp) q_l [K], tells where they did not.
-template<int steps, typename T> VDBCLOUD_INLINE T condensate(const RowLevel<T>& c, T theta_l, T q_t, T& remains)
+template<int steps, typename T>
+VDBCLOUD_INLINE T condensate(const RowLevel<T>& c, T theta_l, T q_t, T& remains)
 {
     const T t_l = (theta_l + c.theta_ref) * c.exner;
     T t = t_l, slope;
@@ -100,10 +111,11 @@ template<int steps, typename T> VDBCLOUD_INLINE T condensate(const RowLevel<T>& 
     return q_l;
 }
 
-/// Cloud water of up to `chunk` cells: none, if the wettest is below saturation at the coldest; else all with few steps, then
-/// those that need it, each for itself, with many. No cell's value depends on its neighbours.
+/// Cloud water of up to `chunk` cells: none, if the wettest is below saturation at the coldest; else all with few
+/// steps, then those that need it, each for itself, with many. No cell's value depends on its neighbours.
 constexpr int chunk = 32;
-template<typename T> VDBCLOUD_INLINE void cloud_of_chunk(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* q_l, int n)
+template<typename T>
+VDBCLOUD_INLINE void cloud_of_chunk(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* q_l, int n)
 {
     if (c.by_height) {
         for (int i = 0; i < n; ++i) q_l[i] = most(q_t[i] - c.q_height, T(0));
@@ -138,10 +150,10 @@ template<typename T> VDBCLOUD_INLINE void cloud_of_chunk(const RowLevel<T>& c, c
                 q_l[i] = condensate<40>(c, theta_l[i], q_t[i] + c.q_ref, remains[i]);
 }
 
-template<typename T> VDBCLOUD_INLINE void cloud_of_row(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* q_l, int n)
+template<typename T>
+VDBCLOUD_INLINE void cloud_of_row(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* q_l, int n)
 {
-    for (int i = 0; i < n; i += chunk)
-        cloud_of_chunk(c, theta_l + i, q_t + i, q_l + i, n - i < chunk ? n - i : chunk);
+    for (int i = 0; i < n; i += chunk) cloud_of_chunk(c, theta_l + i, q_t + i, q_l + i, n - i < chunk ? n - i : chunk);
 }
 
 template<typename T>
@@ -161,21 +173,22 @@ VDBCLOUD_INLINE void buoyancy_of_row(const RowLevel<T>& c, const T* theta_l, con
     }
 }
 
-#define VDBCLOUD_THERMO(T)                                                                                            \
-    VDBCLOUD_CLONES void cloud_clones(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* q_l, int n)            \
-    {                                                                                                                 \
-        cloud_of_row(c, theta_l, q_t, q_l, n);                                                                        \
-    }                                                                                                                 \
-    VDBCLOUD_CLONES void buoyancy_clones(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* out, int n)         \
-    {                                                                                                                 \
-        buoyancy_of_row(c, theta_l, q_t, out, n);                                                                     \
+#define VDBCLOUD_THERMO(T)                                                                                             \
+    VDBCLOUD_CLONES void cloud_clones(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* q_l, int n)             \
+    {                                                                                                                  \
+        cloud_of_row(c, theta_l, q_t, q_l, n);                                                                         \
+    }                                                                                                                  \
+    VDBCLOUD_CLONES void buoyancy_clones(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* out, int n)          \
+    {                                                                                                                  \
+        buoyancy_of_row(c, theta_l, q_t, out, n);                                                                      \
     }
 VDBCLOUD_THERMO(float)
 VDBCLOUD_THERMO(double)
 #undef VDBCLOUD_THERMO
 
 template<typename T>
-RowLevel<T> row_level(const Constants& k, const MoistTerms& terms, bool moist, const Reference& reference, const Level& level)
+RowLevel<T> row_level(const Constants& k, const MoistTerms& terms, bool moist, const Reference& reference,
+                      const Level& level)
 {
     RowLevel<T> c;
     c.pressure = T(level.pressure), c.exner = T(level.exner), c.q_height = T(level.q_height - reference.water);
@@ -196,11 +209,14 @@ RowLevel<T> row_level(const Constants& k, const MoistTerms& terms, bool moist, c
 
 Thermodynamics::Thermodynamics(const Constants& constants, const MoistTerms& terms, bool moisture)
     : Thermodynamics(constants, terms, moisture, {constants.theta0, 0})
-{}
+{
+}
 
-Thermodynamics::Thermodynamics(const Constants& constants, const MoistTerms& terms, bool moisture, const Reference& reference)
+Thermodynamics::Thermodynamics(const Constants& constants, const MoistTerms& terms, bool moisture,
+                               const Reference& reference)
     : constants_(constants), terms_(terms), moisture_(moisture), reference_(reference)
-{}
+{
+}
 
 double Thermodynamics::saturation(double temperature, double pressure, double* slope) const
 {
@@ -229,7 +245,8 @@ void Thermodynamics::cloud_row(const Level& level, const T* theta_l, const T* q_
 }
 
 template<typename T>
-void Thermodynamics::buoyancy_row(const Level& level, const T* theta_l, const T* q_t, const T* carried, T* out, int n) const
+void Thermodynamics::buoyancy_row(const Level& level, const T* theta_l, const T* q_t, const T* carried, T* out,
+                                  int n) const
 {
     RowLevel<T> c = row_level<T>(constants_, terms_, moisture_, reference_, level);
     // The environment's cloud by the arithmetic of the cells, so that like air has no weight to the last bit.
@@ -243,6 +260,7 @@ void Thermodynamics::buoyancy_row(const Level& level, const T* theta_l, const T*
 template void Thermodynamics::cloud_row(const Level&, const float*, const float*, float*, int) const;
 template void Thermodynamics::cloud_row(const Level&, const double*, const double*, double*, int) const;
 template void Thermodynamics::buoyancy_row(const Level&, const float*, const float*, const float*, float*, int) const;
-template void Thermodynamics::buoyancy_row(const Level&, const double*, const double*, const double*, double*, int) const;
+template void Thermodynamics::buoyancy_row(const Level&, const double*, const double*, const double*, double*,
+                                           int) const;
 
 }  // namespace vdbcloud::sim

@@ -2,8 +2,8 @@
 // Water: how much of it the air can hold, how much is cloud, and what that does to buoyancy.
 //
 // Transported are theta_l = theta - (L / cp Pi) q_l and the total water q_t, which condensation does not change; cloud
-// water q_l is a diagnostic of the two, so no latent heat term appears anywhere. Fields hold deviations of theta_l and q_t from
-// a Reference, so that single precision is spent on differences.
+// water q_l is a diagnostic of the two, so no latent heat term appears anywhere. Fields hold deviations of theta_l and
+// q_t from a Reference, so that single precision is spent on differences.
 #include "vdbcloud/sim/clones.h"
 
 #include <string>
@@ -13,14 +13,14 @@ namespace vdbcloud::sim {
 
 /// Physical constants; every one can be set, and travels in the metadata of the frames.
 struct Constants {
-    double g = 9.81;                 ///< [m/s^2]
-    double theta0 = 300;             ///< potential temperature of the base state [K]
-    double latent_heat = 2.5e6;      ///< L [J/kg]
-    double cp = 1004;                ///< [J/(kg K)]
-    double r_dry = 287.05;           ///< gas constant of dry air [J/(kg K)]
-    double r_vapour = 461.5;         ///< of water vapour [J/(kg K)]
-    double surface_pressure = 1e5;   ///< at the floor [Pa]
-    double rho0 = 1.16;              ///< density of the base state at the floor [kg/m^3]
+    double g = 9.81;                ///< [m/s^2]
+    double theta0 = 300;            ///< potential temperature of the base state [K]
+    double latent_heat = 2.5e6;     ///< L [J/kg]
+    double cp = 1004;               ///< [J/(kg K)]
+    double r_dry = 287.05;          ///< gas constant of dry air [J/(kg K)]
+    double r_vapour = 461.5;        ///< of water vapour [J/(kg K)]
+    double surface_pressure = 1e5;  ///< at the floor [Pa]
+    double rho0 = 1.16;             ///< density of the base state at the floor [kg/m^3]
 };
 
 /// What saturation depends on.
@@ -45,17 +45,18 @@ struct Reference {
 
 /// Constants of one level, in double; kernels take them in their own precision.
 struct Level {
-    double z = 0;          ///< [m]
+    double z = 0;           ///< [m]
     double pressure = 1e5;  ///< of the base state [Pa]
-    double exner = 1;      ///< (p / 1e5 Pa)^(R/cp): T = theta exner
-    double q_height = 0;   ///< saturation by height [kg/kg]
-    double heat = 2490;    ///< L / cp, over exner where saturation is by temperature: what q_l adds to theta [K]
-    double theta_env = 0;  ///< environment's theta_l, less the reference [K]
-    double q_env = 0;      ///< environment's q_t, less the reference [kg/kg]
+    double exner = 1;       ///< (p / 1e5 Pa)^(R/cp): T = theta exner
+    double q_height = 0;    ///< saturation by height [kg/kg]
+    double heat = 2490;     ///< L / cp, over exner where saturation is by temperature: what q_l adds to theta [K]
+    double theta_env = 0;   ///< environment's theta_l, less the reference [K]
+    double q_env = 0;       ///< environment's q_t, less the reference [kg/kg]
 };
 
-/// Buoyancy [m/s^2] = b_theta theta_l' + b_water q_t' + b_cloud q_l', dashes for deviations from the environment, which is
-/// g [theta'/theta0 + 0.608 q_v' - q_l'] with the terms that are on. All arguments theta_l and q_t are less the reference.
+/// Buoyancy [m/s^2] = b_theta theta_l' + b_water q_t' + b_cloud q_l', dashes for deviations from the environment, which
+/// is g [theta'/theta0 + 0.608 q_v' - q_l'] with the terms that are on. All arguments theta_l and q_t are less the
+/// reference.
 class Thermodynamics {
 public:
     /// Without a reference: theta0 and no water.
@@ -74,8 +75,10 @@ public:
     double buoyancy(const Level&, double theta_l, double q_t) const;
 
     /// q_l of a row, 0 where not saturated; exactly max(q_t - q_s, 0) with q_s at the temperature that results.
-    template<typename T> void cloud_row(const Level&, const T* theta_l, const T* q_t, T* q_l, int n) const;
-    /// Buoyancy of a row, exactly 0 where the air is the environment's; q_t null without moisture. `carried`, where not null: other water that weighs [kg/kg].
+    template<typename T>
+    void cloud_row(const Level&, const T* theta_l, const T* q_t, T* q_l, int n) const;
+    /// Buoyancy of a row, exactly 0 where the air is the environment's; q_t null without moisture. `carried`, where not
+    /// null: other water that weighs [kg/kg].
     template<typename T>
     void buoyancy_row(const Level&, const T* theta_l, const T* q_t, const T* carried, T* out, int n) const;
 

@@ -8,9 +8,9 @@ namespace vdbcloud {
 
 namespace {
 
-constexpr float strong = 0.4f;     // of the strongest link of either end: joins voxels
-constexpr double worst_pair = 9;   // condition number of a pair of sets that is still joined
-constexpr double held = 1.0 / 3;   // extra of at least this part of the links needs no coarser level
+constexpr float strong = 0.4f;    // of the strongest link of either end: joins voxels
+constexpr double worst_pair = 9;  // condition number of a pair of sets that is still joined
+constexpr double held = 1.0 / 3;  // extra of at least this part of the links needs no coarser level
 
 /// What is known of a set of unknowns.
 struct Set {
@@ -57,15 +57,18 @@ int group_block(const Stencil& a, size_t block, uint16_t* of)
             }
         for (int k = 0; k < 8; ++k) {
             uint16_t& group = of[at + corner(k)];
-            if (most[at + corner(k)] < 0) group = VoxelGroups::none;
-            else group = lowest[k] == k ? uint16_t(count++) : of[at + corner(lowest[k])];
+            if (most[at + corner(k)] < 0)
+                group = VoxelGroups::none;
+            else
+                group = lowest[k] == k ? uint16_t(count++) : of[at + corner(lowest[k])];
         }
     }
     return count;
 }
 
 /// One round of pairing. `set` are the masses and extras, summed over what was fine; returns the number of groups.
-size_t pair_up(const Graph& graph, const std::vector<Set>& set, const std::vector<char>& left_out, std::vector<int32_t>& group)
+size_t pair_up(const Graph& graph, const std::vector<Set>& set, const std::vector<char>& left_out,
+               std::vector<int32_t>& group)
 {
     int32_t count = 0;
     group.assign(graph.size(), -1);
@@ -124,8 +127,10 @@ Graph collapsed(const Stencil& a, const VoxelGroups& groups)
                     const float c = a.face[face / 2][face % 2 ? slot : to];
                     if (!(c > 0)) continue;
                     const int32_t column = groups(to);
-                    if (column < 0) extra[row] += c;
-                    else if (column != groups.first[block] + row) links[row].emplace_back(column, c);
+                    if (column < 0)
+                        extra[row] += c;
+                    else if (column != groups.first[block] + row)
+                        links[row].emplace_back(column, c);
                 }
             }
             for (size_t row = 0; row < rows; ++row) parts[part].add_row(links[row], extra[row]);

@@ -60,9 +60,13 @@ VDBCLOUD_INLINE RowFaces row_faces(const Faces& a, size_t block, const float* lo
 {
     const size_t here = block * 512, row = here + x * 64 + y * 8;
     const int32_t* neighbour = a.neighbours[block];
-    return {x > 0 ? a.x + row - 64 : a.x + size_t(neighbour[0]) * 512 + 7 * 64 + y * 8, a.x + row,
-            y > 0 ? a.y + row - 8 : a.y + size_t(neighbour[2]) * 512 + x * 64 + 7 * 8, a.y + row,
-            lower_z + (x * 8 + y) * 8, a.z + row, a.extra + row};
+    return {x > 0 ? a.x + row - 64 : a.x + size_t(neighbour[0]) * 512 + 7 * 64 + y * 8,
+            a.x + row,
+            y > 0 ? a.y + row - 8 : a.y + size_t(neighbour[2]) * 512 + x * 64 + 7 * 8,
+            a.y + row,
+            lower_z + (x * 8 + y) * 8,
+            a.z + row,
+            a.extra + row};
 }
 
 /// out[0..7] = (A v) of one row; v points at the row's first value in a padded block.

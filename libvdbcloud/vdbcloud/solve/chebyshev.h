@@ -1,8 +1,9 @@
 #pragma once
 // The smoother of all levels. Private to solve/.
 
-/// Two steps of the Chebyshev iteration of the fourth kind (Lottes 2022) for the spectrum [0, 2] of the Jacobi-scaled matrix,
-/// which needs no estimate: a diagonally dominant symmetric matrix never leaves it. With r the scaled residual D^-1 (b - A x),
+/// Two steps of the Chebyshev iteration of the fourth kind (Lottes 2022) for the spectrum [0, 2] of the Jacobi-scaled
+/// matrix, which needs no estimate: a diagonally dominant symmetric matrix never leaves it. With r the scaled residual
+/// D^-1 (b - A x),
 ///
 ///     x1 = x + first_step r(x),   x2 = x1 + keep (x1 - x) + second_step r(x1).
 namespace vdbcloud::chebyshev {

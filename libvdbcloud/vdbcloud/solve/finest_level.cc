@@ -17,8 +17,9 @@ namespace {
 VDBCLOUD_CLONES void smooth_from_zero(const Faces& a, const float* inverse, const double* b, float* x, size_t block)
 {
     alignas(64) float pad[pad_size], lower_z[512];
-    load_padded(a.neighbours[block], block, pad,
-                [=](size_t slot) __attribute__((always_inline)) { return first_step * inverse[slot] * float(b[slot]); });
+    load_padded(
+        a.neighbours[block], block,
+        pad, [=](size_t slot) __attribute__((always_inline)) { return first_step * inverse[slot] * float(b[slot]); });
     load_lower_z(a, block, lower_z);
     for (int i = 0; i < 8; ++i)
         for (int j = 0; j < 8; ++j) {
@@ -36,7 +37,8 @@ VDBCLOUD_CLONES void smooth_first(const Faces& a, const float* inverse, const do
                                   size_t block)
 {
     alignas(64) float pad[pad_size], lower_z[512];
-    load_padded(a.neighbours[block], block, pad, [=](size_t slot) __attribute__((always_inline)) { return x[slot]; });
+    load_padded(
+        a.neighbours[block], block, pad, [=](size_t slot) __attribute__((always_inline)) { return x[slot]; });
     load_lower_z(a, block, lower_z);
     for (int i = 0; i < 8; ++i)
         for (int j = 0; j < 8; ++j) {
@@ -44,16 +46,18 @@ VDBCLOUD_CLONES void smooth_first(const Faces& a, const float* inverse, const do
             const float* v = pad + padded(i, j, 0);
             float product[8];
             row_apply(row_faces(a, block, lower_z, i, j), v, product);
-            for (int k = 0; k < 8; ++k) y[row + k] = v[k] + first_step * inverse[row + k] * (float(b[row + k]) - product[k]);
+            for (int k = 0; k < 8; ++k)
+                y[row + k] = v[k] + first_step * inverse[row + k] * (float(b[row + k]) - product[k]);
         }
 }
 
 /// The second step: x1 is the first one's result, x its start and then the end. Adds up x . b and x . against.
-VDBCLOUD_CLONES Multigrid::Products smooth_second(const Faces& a, const float* inverse, const double* b, const double* against,
-                                                  const float* x1, float* x, size_t block)
+VDBCLOUD_CLONES Multigrid::Products smooth_second(const Faces& a, const float* inverse, const double* b,
+                                                  const double* against, const float* x1, float* x, size_t block)
 {
     alignas(64) float pad[pad_size], lower_z[512];
-    load_padded(a.neighbours[block], block, pad, [=](size_t slot) __attribute__((always_inline)) { return x1[slot]; });
+    load_padded(
+        a.neighbours[block], block, pad, [=](size_t slot) __attribute__((always_inline)) { return x1[slot]; });
     load_lower_z(a, block, lower_z);
     double xb[8] = {}, xa[8] = {};
     for (int i = 0; i < 8; ++i)
@@ -76,11 +80,12 @@ VDBCLOUD_CLONES Multigrid::Products smooth_second(const Faces& a, const float* i
 }
 
 /// The residual of one block, summed over groups.
-VDBCLOUD_CLONES void restrict_residual(const Faces& a, const double* b, const float* x, const uint16_t* group, float* sums,
-                                       int groups, size_t block)
+VDBCLOUD_CLONES void restrict_residual(const Faces& a, const double* b, const float* x, const uint16_t* group,
+                                       float* sums, int groups, size_t block)
 {
     alignas(64) float pad[pad_size], lower_z[512], left[512];
-    load_padded(a.neighbours[block], block, pad, [=](size_t slot) __attribute__((always_inline)) { return x[slot]; });
+    load_padded(
+        a.neighbours[block], block, pad, [=](size_t slot) __attribute__((always_inline)) { return x[slot]; });
     load_lower_z(a, block, lower_z);
     for (int i = 0; i < 8; ++i)
         for (int j = 0; j < 8; ++j) {
@@ -121,18 +126,22 @@ void each_block(const Blocks& blocks, const F& f)
 }  // namespace
 
 FinestLevel::FinestLevel(const Stencil& a)
-    : a_(a), groups_(group_voxels(a)), inverse_(inverse_diagonal(a)), x_(a.blocks->slots(), 0.0f), other_(a.blocks->slots(), 0.0f)
-{}
+    : a_(a), groups_(group_voxels(a)), inverse_(inverse_diagonal(a)), x_(a.blocks->slots(), 0.0f),
+      other_(a.blocks->slots(), 0.0f)
+{
+}
 
 size_t FinestLevel::bytes() const { return 4 * 3 * x_.size() + groups_.bytes(); }
 
 void FinestLevel::descend(const std::vector<double>& residual, std::vector<float>& coarse_b)
 {
     const Faces a = faces_of(a_);
-    each_block(*a_.blocks, [&](size_t block) { smooth_from_zero(a, inverse_.data(), residual.data(), x_.data(), block); });
+    each_block(*a_.blocks,
+               [&](size_t block) { smooth_from_zero(a, inverse_.data(), residual.data(), x_.data(), block); });
     each_block(*a_.blocks, [&](size_t block) {
         const int first = groups_.first[block], rows = groups_.first[block + 1] - first;
-        restrict_residual(a, residual.data(), x_.data(), groups_.of.data() + block * 512, coarse_b.data() + first, rows, block);
+        restrict_residual(a, residual.data(), x_.data(), groups_.of.data() + block * 512, coarse_b.data() + first, rows,
+                          block);
     });
 }
 
@@ -145,11 +154,13 @@ Multigrid::Products FinestLevel::ascend(const std::vector<double>& residual, con
         for (size_t slot = block * 512; slot < block * 512 + 512; ++slot)
             if (groups_.of[slot] != VoxelGroups::none) x_[slot] += from[groups_.of[slot]];
     });
-    each_block(*a_.blocks,
-               [&](size_t block) { smooth_first(a, inverse_.data(), residual.data(), x_.data(), other_.data(), block); });
+    each_block(*a_.blocks, [&](size_t block) {
+        smooth_first(a, inverse_.data(), residual.data(), x_.data(), other_.data(), block);
+    });
     std::vector<Multigrid::Products> terms(a_.blocks->count());
     each_block(*a_.blocks, [&](size_t block) {
-        terms[block] = smooth_second(a, inverse_.data(), residual.data(), against.data(), other_.data(), x_.data(), block);
+        terms[block] =
+            smooth_second(a, inverse_.data(), residual.data(), against.data(), other_.data(), x_.data(), block);
     });
     Multigrid::Products all{0, 0};
     for (const auto& term : terms) all = {all.residual + term.residual, all.against + term.against};

@@ -37,7 +37,8 @@ void Graph::append(const Graph& rows)
     for (size_t i = 1; i < rows.begin.size(); ++i) begin.push_back(before + rows.begin[i]);
 }
 
-void list_members(const std::vector<int32_t>& group, size_t count, std::vector<uint32_t>& first, std::vector<int32_t>& member)
+void list_members(const std::vector<int32_t>& group, size_t count, std::vector<uint32_t>& first,
+                  std::vector<int32_t>& member)
 {
     first.assign(count + 1, 0);
     for (int32_t g : group)
@@ -65,8 +66,10 @@ Graph collapsed(const Graph& fine, const std::vector<int32_t>& group, size_t cou
                 extra += fine.extra[i];
                 for (uint32_t k = fine.begin[i]; k < fine.begin[i + 1]; ++k) {
                     const int32_t to = group[size_t(fine.column[k])];
-                    if (to < 0) extra += fine.c[k];
-                    else if (size_t(to) != g) links.emplace_back(to, fine.c[k]);
+                    if (to < 0)
+                        extra += fine.c[k];
+                    else if (size_t(to) != g)
+                        links.emplace_back(to, fine.c[k]);
                 }
             }
             parts[part].add_row(links, extra);

@@ -20,18 +20,19 @@ struct Graph {
     /// Sum of the row's links.
     double linked(size_t i) const;
 
-    /// Appends a row: links of one column are added up, in an order that does not depend on theirs, so that the operator stays
-    /// symmetric to the bit. `links` is used up.
+    /// Appends a row: links of one column are added up, in an order that does not depend on theirs, so that the
+    /// operator stays symmetric to the bit. `links` is used up.
     void add_row(std::vector<std::pair<int32_t, float>>& links, double extra_of_row);
     /// Appends the rows of another part of the same operator.
     void append(const Graph& rows);
 };
 
 /// Members of each group in rising order: member[first[g]] .. member[first[g + 1] - 1].
-void list_members(const std::vector<int32_t>& group, size_t count, std::vector<uint32_t>& first, std::vector<int32_t>& member);
+void list_members(const std::vector<int32_t>& group, size_t count, std::vector<uint32_t>& first,
+                  std::vector<int32_t>& member);
 
-/// The Galerkin operator P^T A P of interpolation P that is constant on groups. group[i] is that of unknown i, or -1 if it has
-/// none: P is 0 there, and links to it hold the group as extra does.
+/// The Galerkin operator P^T A P of interpolation P that is constant on groups. group[i] is that of unknown i, or -1 if
+/// it has none: P is 0 there, and links to it hold the group as extra does.
 Graph collapsed(const Graph& fine, const std::vector<int32_t>& group, size_t count);
 
 }  // namespace vdbcloud

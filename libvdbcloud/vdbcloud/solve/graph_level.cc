@@ -28,7 +28,10 @@ GraphLevel::GraphLevel(Graph graph) : a(std::move(graph)), inverse(a.size())
     for (auto* v : {&b, &x, &other, &search, &image}) v->assign(a.size(), 0.0f);
 }
 
-size_t GraphLevel::bytes() const { return a.bytes() + 4 * (6 * size() + group_.size() + first_.size() + member_.size()); }
+size_t GraphLevel::bytes() const
+{
+    return a.bytes() + 4 * (6 * size() + group_.size() + first_.size() + member_.size());
+}
 
 Graph GraphLevel::make_groups()
 {

@@ -40,8 +40,8 @@ struct GraphLevel {
 private:
     void smooth_from_zero();
     void smooth();
-    std::vector<int32_t> group_;          // of the next level, -1 without one; empty on the last
-    std::vector<uint32_t> first_;         // where each group's members begin
+    std::vector<int32_t> group_;   // of the next level, -1 without one; empty on the last
+    std::vector<uint32_t> first_;  // where each group's members begin
     std::vector<int32_t> member_;
 };
 

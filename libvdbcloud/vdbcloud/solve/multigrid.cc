@@ -13,7 +13,7 @@ namespace {
 
 constexpr size_t direct_size = 256;  // unknowns that the coarsest level may have
 constexpr size_t most_levels = 24;
-constexpr double enough = 0.25;      // reduction of a coarse residual after which the second step is left out
+constexpr double enough = 0.25;  // reduction of a coarse residual after which the second step is left out
 
 }  // namespace
 
@@ -46,8 +46,10 @@ struct Multigrid::Levels {
     {
         GraphLevel& l = graphs[number];
         if (number + 1 == graphs.size()) {
-            if (direct) direct->solve(l.b, l.x);
-            else l.smooth_alone();
+            if (direct)
+                direct->solve(l.b, l.x);
+            else
+                l.smooth_alone();
             return;
         }
         visit(number);

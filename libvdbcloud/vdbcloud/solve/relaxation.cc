@@ -30,7 +30,8 @@ void half_sweep(const Stencil& a, int colour, double factor, const std::vector<d
 
 }  // namespace
 
-SolveResult relax(const Stencil& a, double factor, std::vector<double>& b, std::vector<double>& x, const SolveOptions& options)
+SolveResult relax(const Stencil& a, double factor, std::vector<double>& b, std::vector<double>& x,
+                  const SolveOptions& options)
 {
     const Blocks& blocks = *a.blocks;
     if (x.empty()) x.assign(blocks.slots(), 0.0);

@@ -9,6 +9,7 @@ namespace vdbcloud {
 /// Contract of b, x and the result as for conjugate_gradient, but `error` is not estimated (it stays 0) and only the
 /// residual decides: with voids and jumps that is no bound of the error. The residual is looked at every tenth sweep.
 /// Sweeps needed grow with the number of voxels along an edge. Source: Kajiya & Von Herzen 1984, section 4.
-SolveResult relax(const Stencil&, double factor, std::vector<double>& b, std::vector<double>& x, const SolveOptions& = {});
+SolveResult relax(const Stencil&, double factor, std::vector<double>& b, std::vector<double>& x,
+                  const SolveOptions& = {});
 
 }  // namespace vdbcloud

@@ -23,7 +23,8 @@ VDBCLOUD_INLINE double apply_rows(const Faces& a, size_t block, const T* x, doub
 {
     alignas(64) double pad[pad_size];
     alignas(64) float lower_z[512];
-    load_padded(a.neighbours[block], block, pad, [x](size_t slot) __attribute__((always_inline)) { return double(x[slot]); });
+    load_padded(
+        a.neighbours[block], block, pad, [x](size_t slot) __attribute__((always_inline)) { return double(x[slot]); });
     load_lower_z(a, block, lower_z);
     double* out = y + block * 512;
     double lanes[8] = {};
@@ -38,7 +39,8 @@ VDBCLOUD_INLINE double apply_rows(const Faces& a, size_t block, const T* x, doub
     return total;
 }
 
-__attribute__((target_clones("avx2", "default"))) double apply_block(const Faces& a, size_t block, const double* x, double* y)
+__attribute__((target_clones("avx2", "default"))) double apply_block(const Faces& a, size_t block, const double* x,
+                                                                     double* y)
 {
     return apply_rows(a, block, x, y);
 }

@@ -1,6 +1,6 @@
 #pragma once
 // Symmetric seven-point operators on sparse blocks of voxels. Knows coefficients, not what they stand for.
-#include "vdbcloud/grid/blocks.h"
+#include "vdbcloud/voxels/blocks.h"
 
 #include <vector>
 

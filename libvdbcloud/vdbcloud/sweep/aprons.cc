@@ -26,7 +26,8 @@ size_t SweepPath::bytes() const
 {
     size_t total = sizeof *this;
     for (const VoidBeam& beam : beams)
-        total += sizeof beam + beam.crossings.size() * sizeof(VoidBeam::Crossing) + beam.entries.size() * sizeof(VoidBeam::Entry);
+        total += sizeof beam + beam.crossings.size() * sizeof(VoidBeam::Crossing) +
+                 beam.entries.size() * sizeof(VoidBeam::Entry);
     return total;
 }
 
@@ -62,7 +63,8 @@ Aprons::Upstream Aprons::upstream(const std::array<int, 3>& sign, size_t block) 
     return result;
 }
 
-void Aprons::load_sigma(const Frame& frame, const float* sigma, size_t block, const Upstream& upstream, float* padded) const
+void Aprons::load_sigma(const Frame& frame, const float* sigma, size_t block, const Upstream& upstream,
+                        float* padded) const
 {
     static constexpr int slot_stride[3] = {64, 8, 1};
     block_sweep::load_inside(*frame.layout, sigma + block * 512, padded);
@@ -101,7 +103,8 @@ namespace {
 float value(const VoidBeam::Entry& entry, const float* face)
 {
     const float* from = face + entry.cell;
-    return (entry.weight[0] * from[0] + entry.weight[1] * from[1]) + (entry.weight[2] * from[8] + entry.weight[3] * from[9]);
+    return (entry.weight[0] * from[0] + entry.weight[1] * from[1]) +
+           (entry.weight[2] * from[8] + entry.weight[3] * from[9]);
 }
 
 }  // namespace
@@ -111,9 +114,9 @@ struct Aprons::Patch {
     const SweepPath& path;
     int d;
     float inflow;
-    Vec3d corner;   // its first voxel, in block coordinates
-    int along[2];   // axes; -1: none
-    int stride[2];  // in `radiance` and `hit`
+    Vec3d corner;         // its first voxel, in block coordinates
+    int along[2];         // axes; -1: none
+    int stride[2];        // in `radiance` and `hit`
     uint64_t traced = 0;  // which of the hits are known
     VoidRays::Hit hit[64];
 
@@ -175,7 +178,8 @@ bool Aprons::fill_patch(Patch& patch, const int* lo, const int* hi, float* radia
     for (int k = 0; k < 2 && first.block >= 0 && !on_edge; ++k) {
         const int axis = first.axes >> 1;  // 1, 2, 4: 0, 1, 2
         for (int a = 0; a < 3 && patch.along[k] >= 0; ++a)
-            if (a != axis) slope[k][a] = a == patch.along[k] ? 1.0 : patch.along[k] == axis ? -step[a] / step[axis] : 0.0;
+            if (a != axis)
+                slope[k][a] = a == patch.along[k] ? 1.0 : patch.along[k] == axis ? -step[a] / step[axis] : 0.0;
     }
     for (int i = lo[0]; i <= hi[0]; ++i)
         for (int j = lo[1]; j <= hi[1]; ++j) {
@@ -188,8 +192,9 @@ bool Aprons::fill_patch(Patch& patch, const int* lo, const int* hi, float* radia
 
 /// Radiance that reaches a region of the apron where its block is missing.
 ///
-/// First the blocks that the beam crosses nearby, then, for rays that meet none, a walk through the void. What is learnt is kept: bit
-/// `region` of known_: all rays that meet nothing nearby end in the sky; bit `region` + 8: none meets anything nearby.
+/// First the blocks that the beam crosses nearby, then, for rays that meet none, a walk through the void. What is
+/// learnt is kept: bit `region` of known_: all rays that meet nothing nearby end in the sky; bit `region` + 8: none
+/// meets anything nearby.
 void Aprons::through_void(const SweepPath& path, int d, int region, size_t block, float inflow, float* radiance)
 {
     const int count = region_size(region);
@@ -221,7 +226,14 @@ void Aprons::through_void(const SweepPath& path, int d, int region, size_t block
         return;
     }
     const std::array<int, 2> runs = region_runs(path.frame, region);
-    Patch patch{path, d, inflow, region_corner(path.frame, region, blocks_.at(block)), {runs[0], runs[1]}, {runs[1] < 0 ? 1 : 8, 1}, 0, {}};
+    Patch patch{path,
+                d,
+                inflow,
+                region_corner(path.frame, region, blocks_.at(block)),
+                {runs[0], runs[1]},
+                {runs[1] < 0 ? 1 : 8, 1},
+                0,
+                {}};
     bool sky = true;
     if (left == all) {
         const int lo[2] = {0, 0}, hi[2] = {runs[0] < 0 ? 0 : 7, runs[1] < 0 ? 0 : 7};
@@ -264,7 +276,8 @@ void Aprons::show(const SweepPath& path, int d, size_t block, const Scratch& s)
     for (int k = 0; k < 3; ++k) {
         const int32_t outer = outer_of_[block][size_t(frame.axis[size_t(k)])];
         if (outer >= 0)
-            block_sweep::leave_face(frame, k, d, s, to.radiance[size_t(k)], &outer_[(size_t(outer) * width_ + size_t(d)) * 64]);
+            block_sweep::leave_face(frame, k, d, s, to.radiance[size_t(k)],
+                                    &outer_[(size_t(outer) * width_ + size_t(d)) * 64]);
     }
 }
 

@@ -51,10 +51,11 @@ private:
     const Blocks& blocks_;
     VoidRays rays_;
     size_t width_ = 0;
-    std::vector<Shown> shown_;                      // block by block, `width_` each
-    std::vector<std::array<int32_t, 3>> outer_of_;  // by axis: the number of a block's downstream face that looks into the void, or -1
-    std::vector<float> outer_;                      // radiance that leaves such faces, 64 each, `width_` each
-    std::vector<uint16_t> known_;                   // by direction and block: see through_void()
+    std::vector<Shown> shown_;  // block by block, `width_` each
+    std::vector<std::array<int32_t, 3>>
+        outer_of_;                 // by axis: the number of a block's downstream face that looks into the void, or -1
+    std::vector<float> outer_;     // radiance that leaves such faces, 64 each, `width_` each
+    std::vector<uint16_t> known_;  // by direction and block: see through_void()
 };
 
 }  // namespace vdbcloud

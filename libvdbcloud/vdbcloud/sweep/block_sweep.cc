@@ -136,7 +136,8 @@ void fetch(const Rows& rows, int terms, float* const* moments)
         for (int n = 0; n < rows.count; ++n) __builtin_prefetch(moments[k] + rows.row[n] * 8, 1);
 }
 
-VDBCLOUD_CLONES void expand(const Rows& rows, int n, int terms, const float* const* source, const float* basis, Scratch& s)
+VDBCLOUD_CLONES void expand(const Rows& rows, int n, int terms, const float* const* source, const float* basis,
+                            Scratch& s)
 {
     for (int g = 0; g < n; g += group) {
         if (rows.count < 64) std::memset(s.q[g], 0, group * sizeof s.q[0]);
@@ -306,7 +307,7 @@ void leave_face(const Frame& frame, int face, int d, const Scratch& s, const std
 
 namespace {
 
-template <int groups, bool first>
+template<int groups, bool first>
 VDBCLOUD_INLINE void accumulate_groups(const Rows& rows, float* to, const float* weight, const Scratch& s)
 {
     Lanes w[groups * group];
@@ -325,21 +326,24 @@ VDBCLOUD_INLINE void accumulate_groups(const Rows& rows, float* to, const float*
 
 }  // namespace
 
-VDBCLOUD_CLONES void accumulate(const Rows& rows, int n, int terms, bool first, float* const* moments, const float* weight,
-                                const Scratch& s)
+VDBCLOUD_CLONES void accumulate(const Rows& rows, int n, int terms, bool first, float* const* moments,
+                                const float* weight, const Scratch& s)
 {
     static_assert(group == 4 && batch == 2 * group);
     for (int k = 0; k < terms; ++k) {
         const float* w = weight + k * batch;
         if (first && rows.count < 64) std::memset(moments[k], 0, 512 * sizeof(float));
         if (n > group)
-            first ? accumulate_groups<2, true>(rows, moments[k], w, s) : accumulate_groups<2, false>(rows, moments[k], w, s);
+            first ? accumulate_groups<2, true>(rows, moments[k], w, s)
+                  : accumulate_groups<2, false>(rows, moments[k], w, s);
         else
-            first ? accumulate_groups<1, true>(rows, moments[k], w, s) : accumulate_groups<1, false>(rows, moments[k], w, s);
+            first ? accumulate_groups<1, true>(rows, moments[k], w, s)
+                  : accumulate_groups<1, false>(rows, moments[k], w, s);
     }
 }
 
-VDBCLOUD_CLONES void leave(int n, const float* radiance, const float* sigma, const float* q, float length, float* result)
+VDBCLOUD_CLONES void leave(int n, const float* radiance, const float* sigma, const float* q, float length,
+                           float* result)
 {
     const Lanes along = all(length);
     for (int i = 0; i < n; i += 8) {
@@ -348,7 +352,8 @@ VDBCLOUD_CLONES void leave(int n, const float* radiance, const float* sigma, con
     }
 }
 
-VDBCLOUD_CLONES void add(size_t n, const float* values, const std::array<float, 3>& factor, const std::array<float*, 3>& to)
+VDBCLOUD_CLONES void add(size_t n, const float* values, const std::array<float, 3>& factor,
+                         const std::array<float*, 3>& to)
 {
     for (size_t a = 0; a < 3; ++a)
         for (size_t i = 0; i < n; ++i) to[a][i] += factor[a] * values[i];

@@ -1,7 +1,7 @@
 #pragma once
 // A few directions through one block of 8^3 voxels: the inner loops of transport_sweep. Private to sweep/.
 #include "vdbcloud/core/fwd.h"
-#include "vdbcloud/grid/blocks.h"
+#include "vdbcloud/voxels/blocks.h"
 
 #include <array>
 #include <cstddef>
@@ -12,8 +12,8 @@ namespace vdbcloud::block_sweep {
 inline constexpr int batch = 8;  ///< directions that are taken through a block together, at most
 inline constexpr int group = 4;  ///< they are summed in groups
 
-/// A block with the aprons of its neighbours: (x, y, z), each -1..8, at (x+1) stride[0] + (y+1) stride[1] + (z+1) stride[2] + first.
-/// Rows of eight are contiguous along one axis: z, or y for directions that cross planes of z.
+/// A block with the aprons of its neighbours: (x, y, z), each -1..8, at (x+1) stride[0] + (y+1) stride[1] + (z+1)
+/// stride[2] + first. Rows of eight are contiguous along one axis: z, or y for directions that cross planes of z.
 struct Layout {
     std::array<int, 3> stride;      ///< in a padded block
     std::array<int, 3> row_stride;  ///< in 512 values without apron
@@ -31,19 +31,20 @@ struct Frame {
 
     const Layout* layout;
     Vec3d step;
-    std::array<int, 3> axis;       ///< w, u, v
-    std::array<int, 3> stride;     ///< of a padded block, frame order
-    std::array<int, 3> q_stride;   ///< of 512 values in the layout's order, frame order
-    std::array<int, 3> sign;       ///< of step, frame order
+    std::array<int, 3> axis;          ///< w, u, v
+    std::array<int, 3> stride;        ///< of a padded block, frame order
+    std::array<int, 3> q_stride;      ///< of 512 values in the layout's order, frame order
+    std::array<int, 3> sign;          ///< of step, frame order
     std::array<int, 3> before, last;  ///< coordinates upstream of the block and in its last plane, frame order
-    std::array<int, 7> region;     ///< axes of each region of the apron (below) as bits, x the lowest
-    std::array<float, 3> half_exit;  ///< half the length from one centre to the plane of the next along each axis, frame order
-    float c00, c01, c10, c11;      ///< bilinear weights: none, v, u, both upstream
-    float half_step;               ///< half the length from plane to plane [world unit]
+    std::array<int, 7> region;        ///< axes of each region of the apron (below) as bits, x the lowest
+    std::array<float, 3>
+        half_exit;  ///< half the length from one centre to the plane of the next along each axis, frame order
+    float c00, c01, c10, c11;  ///< bilinear weights: none, v, u, both upstream
+    float half_step;           ///< half the length from plane to plane [world unit]
 };
 
-/// Regions of a block's upstream apron, by the axes along which they lie outside it as bits in frame order: faces, edges, the corner.
-/// Values of a region are in frame order of the coordinates that run, the last fastest: 64, 8 or 1.
+/// Regions of a block's upstream apron, by the axes along which they lie outside it as bits in frame order: faces,
+/// edges, the corner. Values of a region are in frame order of the coordinates that run, the last fastest: 64, 8 or 1.
 inline constexpr int regions = 7;
 inline constexpr int region_axes[regions] = {1, 2, 4, 3, 5, 6, 7};
 constexpr int region_size(int region) { return region < 3 ? 64 : region < 6 ? 8 : 1; }
@@ -60,8 +61,8 @@ struct Rows {
 
 struct alignas(64) Scratch {
     float sigma[Layout::size], radiance[Layout::size], source[Layout::size];
-    float q[batch][512];    ///< direction by direction, in its layout's order
-    float out[batch][512];  ///< radiance, in slot order
+    float q[batch][512];         ///< direction by direction, in its layout's order
+    float out[batch][512];       ///< radiance, in slot order
     std::array<uint8_t, 8> lit;  ///< rows that emit or absorb, themselves or what lies upstream of them, plane by plane
 };
 
@@ -70,8 +71,8 @@ void load_inside(const Layout& to, const float* values, float* padded);
 
 /// Has the active rows of arrays on their way to the processor.
 void fetch(const Rows&, int terms, float* const* arrays);
-/// s.q[d] = sum over terms k of basis[k * batch + d] source[k], each a pointer to the block's 512 values; in the natural order. For the
-/// directions 0 .. n - 1 and others up to a multiple of `group`.
+/// s.q[d] = sum over terms k of basis[k * batch + d] source[k], each a pointer to the block's 512 values; in the
+/// natural order. For the directions 0 .. n - 1 and others up to a multiple of `group`.
 void expand(const Rows&, int n, int terms, const float* const* source, const float* basis, Scratch& s);
 /// Brings a direction's q to its layout's order, and source = sigma q inside.
 void prepare(const Frame&, int d, Scratch&);
@@ -84,16 +85,18 @@ void fill_apron(const Frame&, int region, float value, float* padded);
 /// The region of the apron, from the faces of the block that it lies in.
 void set_apron(const Frame&, int region, const Faces& neighbour, float* padded);
 
-/// Sweeps the planes: radiance inside from its aprons and those of sigma and source. Then `out` of d holds it in slot order.
+/// Sweeps the planes: radiance inside from its aprons and those of sigma and source. Then `out` of d holds it in slot
+/// order.
 void sweep_planes(const Frame&, int d, Scratch&);
 
 void take_faces(const Frame&, const float* padded, Faces& to);
 /// Radiance on a downstream face (frame order) after half a voxel more, from that on its last centres.
 void leave_face(const Frame&, int face, int d, const Scratch&, const std::array<float, 64>& radiance, float* to);
 
-/// moments[k] += sum over d of weight[k * batch + d] out[d], for `terms` arrays of 512 values. d as in expand(). `first`: moments hold
-/// nothing yet.
-void accumulate(const Rows&, int n, int terms, bool first, float* const* moments, const float* weight, const Scratch& s);
+/// moments[k] += sum over d of weight[k * batch + d] out[d], for `terms` arrays of 512 values. d as in expand().
+/// `first`: moments hold nothing yet.
+void accumulate(const Rows&, int n, int terms, bool first, float* const* moments, const float* weight,
+                const Scratch& s);
 
 /// n values, a multiple of eight: radiance e^-tau + q (1 - e^-tau), tau = sigma length.
 void leave(int n, const float* radiance, const float* sigma, const float* q, float length, float* result);

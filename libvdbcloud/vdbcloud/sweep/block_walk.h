@@ -10,7 +10,8 @@ namespace vdbcloud {
 
 inline constexpr double same_wall = 1e-7;  ///< walls this close [voxels] are met at once
 
-/// A ray that goes from cell to cell of 2^bits blocks, against `step`. Coordinates are such that block b covers 8 b .. 8 b + 8.
+/// A ray that goes from cell to cell of 2^bits blocks, against `step`. Coordinates are such that block b covers 8 b ..
+/// 8 b + 8.
 struct Walk {
     Vec3d from, step, inverse;
     Vec3i block;
@@ -54,7 +55,8 @@ struct Walk {
                 wall[a] += 8 * std::abs(inverse[a]);
             } else if (bits) {
                 const int cell = block[a] >> bits;
-                block[a] = std::clamp(int(std::floor((from[a] - t * step[a]) / 8)), cell << bits, ((cell + 1) << bits) - 1);
+                block[a] =
+                    std::clamp(int(std::floor((from[a] - t * step[a]) / 8)), cell << bits, ((cell + 1) << bits) - 1);
             }
         }
         if (bits) face_walls(0);

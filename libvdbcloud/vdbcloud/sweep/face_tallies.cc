@@ -27,8 +27,8 @@ struct Places {
     int16_t padded[512], row[512];
 };
 
-/// The four voxels, and their weights, whose centres' plane light passed half a voxel before it meets the middle of a face; at
-/// most one voxel to the side, where light grazes.
+/// The four voxels, and their weights, whose centres' plane light passed half a voxel before it meets the middle of a
+/// face; at most one voxel to the side, where light grazes.
 struct Origin {
     Origin(const Frame& frame, int k, bool along, bool outward)
     {
@@ -36,7 +36,8 @@ struct Origin {
         const double across = std::abs(frame.step[frame.axis[size_t(k)]]);
         float f[2];
         for (int n = 0; n < 2; ++n)
-            f[n] = float(std::min(0.5 * std::abs(frame.step[frame.axis[size_t(side[n])]]) / std::max(across, 1e-30), along ? 0.0 : 1.0));
+            f[n] = float(std::min(0.5 * std::abs(frame.step[frame.axis[size_t(side[n])]]) / std::max(across, 1e-30),
+                                  along ? 0.0 : 1.0));
         const auto before = [&](int n) { return -frame.sign[size_t(n)] * frame.stride[size_t(n)]; };
         for (int n = 0; n < 4; ++n) {
             at[n] = (along || outward ? 0 : before(k)) + (n & 1 ? before(side[0]) : 0) + (n & 2 ? before(side[1]) : 0);
@@ -45,7 +46,8 @@ struct Origin {
     }
     float operator()(const float* radiance) const
     {
-        return (weight[0] * radiance[at[0]] + weight[1] * radiance[at[1]]) + (weight[2] * radiance[at[2]] + weight[3] * radiance[at[3]]);
+        return (weight[0] * radiance[at[0]] + weight[1] * radiance[at[1]]) +
+               (weight[2] * radiance[at[2]] + weight[3] * radiance[at[3]]);
     }
     int at[4];
     float weight[4];
@@ -73,7 +75,8 @@ void FaceTallies::clear()
     for (auto& sum : sum_) sum.assign(number_.size(), 0.0f);
 }
 
-void FaceTallies::add(const Frame& frame, int d, size_t block, const Vec3d& direction, float weight, const block_sweep::Scratch& s)
+void FaceTallies::add(const Frame& frame, int d, size_t block, const Vec3d& direction, float weight,
+                      const block_sweep::Scratch& s)
 {
     static const Places natural(block_sweep::natural), turned(block_sweep::turned);
     if (begin_[block * 6] == begin_[block * 6 + 6]) return;
@@ -115,7 +118,8 @@ void FaceTallies::write(std::vector<FaceTally>& to) const
 
 size_t FaceTallies::bytes() const
 {
-    return begin_.size() * sizeof(uint32_t) + number_.size() * (sizeof(uint32_t) + sizeof(uint16_t) + 3 * sizeof(float));
+    return begin_.size() * sizeof(uint32_t) +
+           number_.size() * (sizeof(uint32_t) + sizeof(uint16_t) + 3 * sizeof(float));
 }
 
 }  // namespace vdbcloud

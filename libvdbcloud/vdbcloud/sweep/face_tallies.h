@@ -5,23 +5,24 @@
 
 namespace vdbcloud {
 
-/// Sums of FaceTally for a list of faces, block by block and side by side, so that one direction takes all of a side alike.
-/// Threads: add() to different blocks.
+/// Sums of FaceTally for a list of faces, block by block and side by side, so that one direction takes all of a side
+/// alike. Threads: add() to different blocks.
 class FaceTallies {
 public:
     FaceTallies(size_t blocks, const std::vector<SweepFace>& faces);
 
     void clear();
     /// Radiance of direction d of the batch on the block's faces, times the weight. `direction` is unit, by axis.
-    void add(const block_sweep::Frame&, int d, size_t block, const Vec3d& direction, float weight, const block_sweep::Scratch&);
+    void add(const block_sweep::Frame&, int d, size_t block, const Vec3d& direction, float weight,
+             const block_sweep::Scratch&);
     /// In the order of the list.
     void write(std::vector<FaceTally>& to) const;
     size_t bytes() const;
 
 private:
-    std::vector<uint32_t> begin_;   // of each side of each block, and the end
-    std::vector<uint32_t> number_;  // in the list
-    std::vector<uint16_t> slot_;    // in the block
+    std::vector<uint32_t> begin_;            // of each side of each block, and the end
+    std::vector<uint32_t> number_;           // in the list
+    std::vector<uint16_t> slot_;             // in the block
     std::array<std::vector<float>, 3> sum_;  // current, fluence, second
 };
 

@@ -12,10 +12,10 @@ namespace vdbcloud {
 
 namespace {
 
-constexpr int tile = 32;             // integer ray positions a tile owns along u and v
-constexpr int rays = tile + 1;       // and one more, to interpolate towards
-constexpr int row = 36;              // rays, padded
-constexpr int margin = 4;            // voxels that a plane buffer holds beyond the tile on each side
+constexpr int tile = 32;        // integer ray positions a tile owns along u and v
+constexpr int rays = tile + 1;  // and one more, to interpolate towards
+constexpr int row = 36;         // rays, padded
+constexpr int margin = 4;       // voxels that a plane buffer holds beyond the tile on each side
 constexpr int span = rays + 2 * margin + 3;
 
 int floor_div(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
@@ -23,11 +23,11 @@ int ifloor(double x) { return int(std::floor(x)); }
 
 /// Index space turned so that light travels along +w: index[axis.w] = sign * w, slopes |mu|, |mv| <= 1.
 struct Frame {
-    int u, v, w;       // which index axes
-    int sign;          // of index[w] along w
-    double mu, mv;     // du/dw, dv/dw along a ray
-    double length;     // world units per unit of w
-    double ou, ov, ow; // offset of the targets [voxels]
+    int u, v, w;        // which index axes
+    int sign;           // of index[w] along w
+    double mu, mv;      // du/dw, dv/dw along a ray
+    double length;      // world units per unit of w
+    double ou, ov, ow;  // offset of the targets [voxels]
 };
 
 Frame frame_of(const BrickMap& density, const Vec3d& to_light, const Vec3d& offset)
@@ -36,7 +36,8 @@ Frame frame_of(const BrickMap& density, const Vec3d& to_light, const Vec3d& offs
     Frame f{};
     f.w = std::abs(s[0]) > std::abs(s[1]) ? (std::abs(s[0]) > std::abs(s[2]) ? 0 : 2)
                                           : (std::abs(s[1]) >= std::abs(s[2]) ? 1 : 2);
-    f.u = f.w == 2 ? 1 : 2;  // rows of a plane buffer run along z, which is contiguous in a brick, where that is possible
+    f.u =
+        f.w == 2 ? 1 : 2;  // rows of a plane buffer run along z, which is contiguous in a brick, where that is possible
     f.v = 3 - f.u - f.w;
     f.sign = s[f.w] > 0 ? 1 : -1;
     f.length = 1 / std::abs(s[f.w]);
@@ -111,9 +112,9 @@ __attribute__((target_clones("avx2", "default"))) void add_scaled(double* sum, c
 class Tile {
 public:
     Tile(const BrickMap& density, const Frame& frame, int rays_per_voxel, int a0, int b0)
-        : density_(density), f_(frame), r_(rays_per_voxel), a0_(a0), b0_(b0),
-          depth_(size_t(r_) * r_ * rays * row, 0.0)
-    {}
+        : density_(density), f_(frame), r_(rays_per_voxel), a0_(a0), b0_(b0), depth_(size_t(r_) * r_ * rays * row, 0.0)
+    {
+    }
 
     /// From plane n - 1 to plane n (planes lie at w = n + frame.ow).
     void step(int n)
@@ -130,7 +131,8 @@ public:
                     if (!from.any) continue;
                     const int u = a0_ + tap.du - from.u0, v = b0_ + tap.dv - from.v0;
                     for (int j = 0; j < rays; ++j)
-                        add_scaled(phase(p, q) + j * row, from.value.data() + size_t(v + j) * span + u, tap.weight, rays);
+                        add_scaled(phase(p, q) + j * row, from.value.data() + size_t(v + j) * span + u, tap.weight,
+                                   rays);
                 }
     }
 
@@ -255,7 +257,8 @@ void run_tile(const BrickMap& density, const Frame& frame, int rays_per_voxel, c
             rays_of_tile.step(n);
             while (writing < end && writing->layer < (n >> 3)) ++writing;
             for (const Visit* t = writing; t < end && t->layer == (n >> 3); ++t)
-                if (t->target >= 0) rays_of_tile.write(n, targets.block[size_t(t->target)], &targets.value[size_t(t->target) * 512]);
+                if (t->target >= 0)
+                    rays_of_tile.write(n, targets.block[size_t(t->target)], &targets.value[size_t(t->target) * 512]);
         }
         done = last;
     }
@@ -273,9 +276,9 @@ void lattice_depth(const BrickMap& density, const Vec3d& to_light, const Lattice
     for (const auto& b : density.bricks()) add_visits(frame, b, 2, -1, visits);
     for (size_t n = 0; n < targets.block.size(); ++n) add_visits(frame, targets.block[n], 0, int(n), visits);
     std::sort(visits.begin(), visits.end());
-    visits.erase(std::unique(visits.begin(), visits.end(),
-                             [](const Visit& p, const Visit& q) { return !(p < q) && !(q < p); }),
-                 visits.end());
+    visits.erase(
+        std::unique(visits.begin(), visits.end(), [](const Visit& p, const Visit& q) { return !(p < q) && !(q < p); }),
+        visits.end());
 
     std::vector<size_t> begin;  // of each tile's visits
     for (size_t n = 0; n < visits.size(); ++n)

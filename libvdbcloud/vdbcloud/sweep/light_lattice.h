@@ -1,7 +1,7 @@
 #pragma once
 // Optical depth from a directional light at every voxel asked for, in time proportional to the voxels.
 #include "vdbcloud/core/progress.h"
-#include "vdbcloud/grid/brick_map.h"
+#include "vdbcloud/voxels/brick_map.h"
 
 #include <vector>
 
@@ -15,8 +15,8 @@ struct VoxelBlocks {
 };
 
 struct LatticeOptions {
-    int rays_per_voxel = 2;    ///< along each axis across the light, >= 1
-    Vec3d offset{0, 0, 0};     ///< targets lie at voxel centre + offset [voxels]: (.5,0,0) asks for faces
+    int rays_per_voxel = 2;  ///< along each axis across the light, >= 1
+    Vec3d offset{0, 0, 0};   ///< targets lie at voxel centre + offset [voxels]: (.5,0,0) asks for faces
 };
 
 /// Fills `targets.value` with the density depth from each target point towards the light, to infinity:
@@ -24,10 +24,10 @@ struct LatticeOptions {
 ///     depth(x) = \int_0^infinity rho(x + t to_light) dt      [density x world unit]
 ///
 /// Persistent rays on a lattice aligned with the light are carried through the medium from plane to plane of voxels.
-/// All rays of one lattice phase cross cell walls at the same distances, so the exact integral of the trilinear density over
-/// one plane step is one fixed stencil for the whole plane. Targets interpolate bilinearly, once, between the four
-/// rays about them: that is the method's only error, O((1/rays_per_voxel)^2), as nothing is interpolated from plane to plane.
-/// A plane-to-plane sweep of the voxels themselves would smear every shadow's edge.
+/// All rays of one lattice phase cross cell walls at the same distances, so the exact integral of the trilinear density
+/// over one plane step is one fixed stencil for the whole plane. Targets interpolate bilinearly, once, between the four
+/// rays about them: that is the method's only error, O((1/rays_per_voxel)^2), as nothing is interpolated from plane to
+/// plane. A plane-to-plane sweep of the voxels themselves would smear every shadow's edge.
 ///
 /// `to_light`: unit, world space. Cost: targets + bricks, wherever they lie; empty space is not visited.
 /// Threads: tiles of rays in parallel; the value of a target does not depend on how many.

@@ -98,11 +98,13 @@ private:
         }
         const size_t base = size_t(hit.block) * 512 + (step_[axis] > 0 ? 7 * stride[axis] : 0);
         // A ray through an edge may meet a face that touches another block.
-        const bool open = size_t(blocks_.neighbours(size_t(hit.block))[2 * axis + (step_[axis] > 0)]) == blocks_.count();
+        const bool open =
+            size_t(blocks_.neighbours(size_t(hit.block))[2 * axis + (step_[axis] > 0)]) == blocks_.count();
         double sum = 0;
         for (int n = 0; n < 4; ++n) {
             const size_t slot = base + (cell[0] + (n & 1)) * stride[other[0]] + (cell[1] + (n >> 1)) * stride[other[1]];
-            sum += (n & 1 ? f[0] : 1 - f[0]) * (n & 2 ? f[1] : 1 - f[1]) * (open ? emergent(slot, axis) : radiance_[slot]);
+            sum +=
+                (n & 1 ? f[0] : 1 - f[0]) * (n & 2 ? f[1] : 1 - f[1]) * (open ? emergent(slot, axis) : radiance_[slot]);
         }
         return sum;
     }

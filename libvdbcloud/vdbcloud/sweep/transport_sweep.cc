@@ -106,7 +106,8 @@ void TransportSweep::Impl::start(const SweepSet& with, const SweepFields& of, Sw
     fields = &of;
     if (known != with.direction) {
         known = with.direction;
-        tbb::parallel_for(0, 8, [&](int octant) { batches[octant] = batches_of(known, index.spacing(), signs(octant)); });
+        tbb::parallel_for(0, 8,
+                          [&](int octant) { batches[octant] = batches_of(known, index.spacing(), signs(octant)); });
         size_t width = group;
         for (const auto& of_octant : batches)
             if (!of_octant.empty() && of_octant[0].paths.size() > group) width = batch;
@@ -115,7 +116,8 @@ void TransportSweep::Impl::start(const SweepSet& with, const SweepFields& of, Sw
     result.moments.resize(size_t(with.moment_terms));
     for (auto& moment : result.moments) {
         moment.resize(blocks.slots());
-        std::fill(with.count() ? moment.end() - 512 : moment.begin(), moment.end(), 0.0f);  // the rest is written by the first batch
+        std::fill(with.count() ? moment.end() - 512 : moment.begin(), moment.end(),
+                  0.0f);  // the rest is written by the first batch
     }
     tallies.clear();
 }
@@ -128,11 +130,13 @@ void TransportSweep::Impl::take_basis(Batch& to) const
     for (size_t d = 0; d < to.paths.size(); ++d) {
         const size_t m = to.paths[d].number;
         for (size_t k = 0; k < sources; ++k) to.basis[k * batch + d] = set->source_basis[m * sources + k];
-        for (size_t k = 0; k < moments; ++k) to.weight[k * batch + d] = set->weight[m] * set->moment_basis[m * moments + k];
+        for (size_t k = 0; k < moments; ++k)
+            to.weight[k * batch + d] = set->weight[m] * set->moment_basis[m * moments + k];
     }
 }
 
-void TransportSweep::Impl::sweep_block(const Batch& with, bool first, const Sign& sign, size_t block, SweepResult& result)
+void TransportSweep::Impl::sweep_block(const Batch& with, bool first, const Sign& sign, size_t block,
+                                       SweepResult& result)
 {
     Scratch s;
     const Aprons::Upstream upstream = aprons.upstream(sign, block);
@@ -141,7 +145,8 @@ void TransportSweep::Impl::sweep_block(const Batch& with, bool first, const Sign
     float* moments[most_terms];
     for (int k = 0; k < set->source_terms; ++k) source[k] = (*fields->source)[size_t(k)].data() + block * 512;
     for (int k = 0; k < set->moment_terms; ++k) moments[k] = result.moments[size_t(k)].data() + block * 512;
-    if (set->moment_terms <= 16 && !first) block_sweep::fetch(rows, set->moment_terms, moments);  // they are needed last
+    if (set->moment_terms <= 16 && !first)
+        block_sweep::fetch(rows, set->moment_terms, moments);  // they are needed last
     const int n_paths = int(with.paths.size());
     block_sweep::expand(rows, n_paths, set->source_terms, source, with.basis.data(), s);
     const block_sweep::Frame* last = nullptr;
@@ -188,8 +193,8 @@ void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepRe
 {
     Impl& my = *impl_;
     if (set.source_terms < 1 || set.source_terms > most_terms || set.moment_terms < 0 || set.moment_terms > most_terms)
-        throw InputError("a sweep of " + std::to_string(set.source_terms) + " source and " + std::to_string(set.moment_terms) +
-                         " moment terms: expected 1 to 64");
+        throw InputError("a sweep of " + std::to_string(set.source_terms) + " source and " +
+                         std::to_string(set.moment_terms) + " moment terms: expected 1 to 64");
     my.start(set, fields, result);
     bool first = true;
     for (int octant = 0; octant < 8; ++octant) {
@@ -213,7 +218,8 @@ size_t TransportSweep::bytes() const
 {
     size_t total = impl_->aprons.bytes() + impl_->tallies.bytes();
     for (int octant = 0; octant < 8; ++octant) {
-        total += impl_->order[octant].block.size() * sizeof(int32_t) + impl_->order[octant].begin.size() * sizeof(size_t);
+        total +=
+            impl_->order[octant].block.size() * sizeof(int32_t) + impl_->order[octant].begin.size() * sizeof(size_t);
         for (const Batch& each : impl_->batches[octant])
             for (const SweepPath& path : each.paths) total += path.bytes();
     }

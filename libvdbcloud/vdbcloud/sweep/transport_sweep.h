@@ -1,6 +1,6 @@
 #pragma once
 // Radiance along many directions through the active voxels of a cloud: the transport equation with a known source.
-#include "vdbcloud/grid/voxel_index.h"
+#include "vdbcloud/voxels/voxel_index.h"
 
 #include <memory>
 #include <vector>
@@ -9,8 +9,8 @@ namespace vdbcloud {
 
 /// The directions of a quadrature and the functions of direction that source and result are expanded in.
 struct SweepSet {
-    std::vector<Vec3d> direction;     ///< unit, components along index.axis(0..2), the way light travels
-    std::vector<float> weight;        ///< [sr]
+    std::vector<Vec3d> direction;  ///< unit, components along index.axis(0..2), the way light travels
+    std::vector<float> weight;     ///< [sr]
     int source_terms = 0;
     std::vector<float> source_basis;  ///< direction by direction, source_terms each
     int moment_terms = 0;
@@ -35,13 +35,14 @@ struct FaceTally {
 
 /// The fields of a sweep: a value a slot of the index's blocks, 0 at slots that are not active.
 struct SweepFields {
-    const std::vector<float>* sigma_t = nullptr;        ///< [1/world unit]
+    const std::vector<float>* sigma_t = nullptr;              ///< [1/world unit]
     const std::vector<std::vector<float>>* source = nullptr;  ///< S / sigma_t, source_terms arrays [radiance]
 };
 
 struct SweepResult {
-    std::vector<std::vector<float>> moments;  ///< moment_terms arrays over the slots, sum over directions of weight basis L
-    std::vector<FaceTally> tally;             ///< of each face asked for
+    std::vector<std::vector<float>>
+        moments;                   ///< moment_terms arrays over the slots, sum over directions of weight basis L
+    std::vector<FaceTally> tally;  ///< of each face asked for
 };
 
 /// Solves s.grad L + sigma_t L = S for each direction, by short characteristics.
@@ -52,21 +53,22 @@ struct SweepResult {
 ///
 ///     tau = (sigma_u + sigma) ds / 2,   L = L_u e^-tau + q (1 - e^-tau) + (q_u - q) ((1 - e^-tau) / tau - e^-tau)
 ///
-/// which is exact for such q. Weights are >= 0 and sum to 1: L is a mean of inflow and q, so a furnace is kept to rounding
-/// and nothing is negative. q_u is S_u / sigma_u; where one
-/// of the two ends is void q is that of the other. Bilinear interpolation from plane to plane spreads a beam: first order in the voxel. The scheme is not conservative; whoever needs balance takes ratios
-/// from it (scatter/second_moment.h). Voxels that are not active have sigma_t = 0; inside blocks light crosses them the same way, outside
-/// blocks by rays (void_rays.h) that end at a block's face or in the sky. Light that leaves a block into the void
-/// has crossed the half voxel about its last centres.
+/// which is exact for such q. Weights are >= 0 and sum to 1: L is a mean of inflow and q, so a furnace is kept to
+/// rounding and nothing is negative. q_u is S_u / sigma_u; where one of the two ends is void q is that of the other.
+/// Bilinear interpolation from plane to plane spreads a beam: first order in the voxel. The scheme is not conservative;
+/// whoever needs balance takes ratios from it (scatter/second_moment.h). Voxels that are not active have sigma_t = 0;
+/// inside blocks light crosses them the same way, outside blocks by rays (void_rays.h) that end at a block's face or in
+/// the sky. Light that leaves a block into the void has crossed the half voxel about its last centres.
 ///
-/// On faces L is that of the middle: taken where light passed the plane of centres half a voxel before, at most one voxel aside, from the
-/// four about it; outward, of the voxel's own plane and after half a voxel of it. (From the voxel's own centre alone the corners of a
-/// staircase would shine twice: 5 to 30 % too much power at half a mean free path a voxel.) On faces that a direction runs along,
-/// the voxel's own.
+/// On faces L is that of the middle: taken where light passed the plane of centres half a voxel before, at most one
+/// voxel aside, from the four about it; outward, of the voxel's own plane and after half a voxel of it. (From the
+/// voxel's own centre alone the corners of a staircase would shine twice: 5 to 30 % too much power at half a mean free
+/// path a voxel.) On faces that a direction runs along, the voxel's own.
 ///
 /// Cost: time proportional to blocks x directions. Moments and source are in single precision.
 /// Threads: blocks that do not depend on one another in parallel; values do not depend on their number.
-/// Source: Kunasz & Auer 1988 (short characteristics with linear interpolation); Kajiya & Von Herzen 1984, section 4, is the equation.
+/// Source: Kunasz & Auer 1988 (short characteristics with linear interpolation); Kajiya & Von Herzen 1984, section 4,
+/// is the equation.
 class TransportSweep {
 public:
     /// Keeps a reference to `index`. `faces` are sorted by slot. Throws InputError if an axis is periodic:

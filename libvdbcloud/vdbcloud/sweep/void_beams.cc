@@ -24,8 +24,7 @@ VoidBeam::Entry face_entry(const Frame& frame, int face, const double* at, doubl
         f[k] = on - cell;
         entry.cell = uint8_t(entry.cell + (k == 0 ? 8 : 1) * cell);
     }
-    for (int n = 0; n < 4; ++n)
-        entry.weight[n] = float(share * (n & 2 ? f[0] : 1 - f[0]) * (n & 1 ? f[1] : 1 - f[1]));
+    for (int n = 0; n < 4; ++n) entry.weight[n] = float(share * (n & 2 ? f[0] : 1 - f[0]) * (n & 1 ? f[1] : 1 - f[1]));
     return entry;
 }
 

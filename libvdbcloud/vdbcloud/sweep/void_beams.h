@@ -6,8 +6,8 @@
 
 namespace vdbcloud {
 
-/// The rays of one region of the apron, followed upstream from block to block. The blocks that they cross lie at the same
-/// offsets about every block, so they are found once, and each block only asks which of them are there.
+/// The rays of one region of the apron, followed upstream from block to block. The blocks that they cross lie at the
+/// same offsets about every block, so they are found once, and each block only asks which of them are there.
 struct VoidBeam {
     /// What a ray gets from where it enters a block: four weighted values of that block's face.
     struct Entry {
@@ -28,8 +28,8 @@ struct VoidBeam {
     VoidBeam(const block_sweep::Frame&, int region, int walls);
 };
 
-/// Where light that enters a block's face at `at` (voxels from the block's first voxel, by axis) met its last centres: half a step
-/// before. `face` in frame order; adds `share` of the four weights.
+/// Where light that enters a block's face at `at` (voxels from the block's first voxel, by axis) met its last centres:
+/// half a step before. `face` in frame order; adds `share` of the four weights.
 VoidBeam::Entry face_entry(const block_sweep::Frame&, int face, const double* at, double share);
 
 /// The first voxel of a region of the apron of the block at `block`, in block coordinates.

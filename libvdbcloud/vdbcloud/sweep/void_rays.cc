@@ -79,7 +79,8 @@ int32_t VoidRays::find(const Vec3i& at) const
 
 size_t VoidRays::bytes() const
 {
-    return tiles_.size() * (4096 * sizeof(int32_t) + sizeof(Tile)) + supers_.size() * 32 + dense_.size() * sizeof(void*);
+    return tiles_.size() * (4096 * sizeof(int32_t) + sizeof(Tile)) + supers_.size() * 32 +
+           dense_.size() * sizeof(void*);
 }
 
 VoidRays::Hit VoidRays::trace(const Vec3d& point, const Vec3d& step) const
@@ -111,7 +112,8 @@ VoidRays::Hit VoidRays::trace(const Vec3d& point, const Vec3d& step) const
         if (bits) walk.face_walls(bits);
         hit.axes = walk.cross(bits);
         for (int a = 0; a < 3; ++a)
-            if (blocks_.period()[a] == 0 && ((step[a] >= 0 && walk.block[a] < first_[a]) || (step[a] <= 0 && walk.block[a] > last_[a]))) {
+            if (blocks_.period()[a] == 0 &&
+                ((step[a] >= 0 && walk.block[a] < first_[a]) || (step[a] <= 0 && walk.block[a] > last_[a]))) {
                 hit.axes = 0;
                 return hit;
             }

@@ -1,6 +1,6 @@
 #pragma once
 // Rays through the void between blocks: where light that reaches a block's edge came from.
-#include "vdbcloud/grid/blocks.h"
+#include "vdbcloud/voxels/blocks.h"
 
 #include <unordered_map>
 #include <vector>
@@ -17,8 +17,8 @@ class VoidRays {
 public:
     struct Hit {
         int32_t block = -1;  ///< -1: the sky
-        int axes = 0;        ///< bits: of the block's faces that the ray meets, those towards +step; two or three on an edge
-        double at[3];        ///< where, in voxels from the block's first voxel
+        int axes = 0;  ///< bits: of the block's faces that the ray meets, those towards +step; two or three on an edge
+        double at[3];  ///< where, in voxels from the block's first voxel
     };
 
     explicit VoidRays(const Blocks&);

@@ -1,10 +1,13 @@
 #include "vdbcloud/core/atomic_file.h"
+#include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/descriptor_stream.h"
+#include "vdbcloud/file/descriptor_stream.h"
+#include "vdbcloud/file/file_digest.h"
+#include "vdbcloud/file/guard.h"
+#include "vdbcloud/file/header.h"
+#include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/digest.h"
-#include "vdbcloud/grid/guard.h"
-#include "vdbcloud/grid/header.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/grid_file.h"
 
 #include <openvdb/io/Stream.h>
 
@@ -74,8 +77,7 @@ Input::Input(const std::string& path, uint64_t max_bytes) : path_(path)
         if (S_ISDIR(status.st_mode)) throw IoError(system_message(path, "cannot read", EISDIR));
         size_ = uint64_t(status.st_size);
         if (!S_ISREG(status.st_mode) || ::lseek(descriptor_, 0, SEEK_CUR) != 0) spool(max_bytes);
-        if (size_ > max_bytes)
-            fail(std::to_string(size_) + " bytes: expected at most " + std::to_string(max_bytes));
+        if (size_ > max_bytes) fail(std::to_string(size_) + " bytes: expected at most " + std::to_string(max_bytes));
     } catch (...) {
         close();
         throw;

@@ -1,17 +1,18 @@
 // What cannot be read or written is refused in one sentence that begins with the path, and leaves nothing behind.
 #include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
-#include "vdbcloud/grid/guard.h"
-#include "vdbcloud/grid/header.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/file/guard.h"
+#include "vdbcloud/file/header.h"
+#include "vdbcloud/file/io.h"
+#include "vdbcloud/grid/grid_file.h"
 
 #include "support/grids.h"
 #include "support/run.h"
 
 #include <openvdb/io/Stream.h>
 
-#include <gtest/gtest.h>
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -171,7 +172,13 @@ TEST(Guard, TurnsEveryEndOfTheWorkIntoASentence)
     EXPECT_EQ(run_guarded([] { throw IoError("x.vdb: no"); }, limits), "x.vdb: no");
     EXPECT_EQ(run_guarded([] { std::abort(); }, limits), "malformed: it breaks the reader (signal 6)");
     EXPECT_EQ(run_guarded([] { ::raise(SIGSEGV); }, limits), "malformed: it breaks the reader (signal 11)");
-    EXPECT_NE(run_guarded([] { for (volatile int k = 0;; k = k + 1) {} }, limits).find("more than 1 s of processor time"),
+    EXPECT_NE(run_guarded(
+                  [] {
+                      for (volatile int k = 0;; k = k + 1) {
+                      }
+                  },
+                  limits)
+                  .find("more than 1 s of processor time"),
               std::string::npos);
 #if !defined(__SANITIZE_ADDRESS__)
     EXPECT_NE(run_guarded([] { std::string(size_t(1) << 30, 'x'); }, limits).find("more than 256 MB of memory"),
@@ -185,10 +192,13 @@ TEST(Guard, DestroysNothingThatTheWorkBuilt)
         ~Stuck() { ::pause(); }
     };
     const GuardLimits limits{uint64_t(256) << 20, 1.0};
-    EXPECT_EQ(run_guarded([] {
-                  const Stuck stuck;
-                  throw InputError("as it should");
-              }, limits), "as it should");
+    EXPECT_EQ(run_guarded(
+                  [] {
+                      const Stuck stuck;
+                      throw InputError("as it should");
+                  },
+                  limits),
+              "as it should");
 }
 
 TEST(Writing, RefusesAFullDiskWhereverTheBytesGo)

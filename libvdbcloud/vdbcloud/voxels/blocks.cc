@@ -1,4 +1,4 @@
-#include "vdbcloud/grid/blocks.h"
+#include "vdbcloud/voxels/blocks.h"
 
 #include "vdbcloud/core/error.h"
 
@@ -41,7 +41,8 @@ int32_t Blocks::find(Vec3i at) const
     for (int axis = 0; axis < 3; ++axis) at[axis] = wrapped(at[axis], period_[axis]);
     const auto found = std::lower_bound(blocks_.begin(), blocks_.end(), at,
                                         [](const Block& block, const Vec3i& key) { return before(block.at, key); });
-    return int32_t(found != blocks_.end() && found->at == at ? found - blocks_.begin() : blocks_.end() - blocks_.begin());
+    return int32_t(found != blocks_.end() && found->at == at ? found - blocks_.begin()
+                                                             : blocks_.end() - blocks_.begin());
 }
 
 size_t Blocks::neighbour(size_t slot, int face) const

@@ -1,8 +1,8 @@
-#include "vdbcloud/grid/voxel_index.h"
+#include "vdbcloud/voxels/voxel_index.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/brick_map.h"
+#include "vdbcloud/voxels/brick_map.h"
 
 #include <openvdb/tools/Morphology.h>
 
@@ -78,7 +78,8 @@ void check_axes(const std::array<Vec3d, 3>& axis, const std::string& name)
 }  // namespace
 
 VoxelIndex::VoxelIndex(const FloatGrid& grid, const VoxelIndexOptions& options)
-    : world_from_index_(vdbcloud::world_from_index(grid.transform(), grid.getName())), transform_(grid.transform().copy())
+    : world_from_index_(vdbcloud::world_from_index(grid.transform(), grid.getName())),
+      transform_(grid.transform().copy())
 {
     for (int a = 0; a < 3; ++a) {
         Vec3d unit(0, 0, 0);
@@ -187,10 +188,12 @@ typename GridT::Ptr grid_of(const VoxelIndex& index, const F& value)
 
 }  // namespace
 
-Vec3SGridPtr VoxelIndex::to_grid(const std::array<const float*, 3>& field, const std::string& name, const Vec3d& scale) const
+Vec3SGridPtr VoxelIndex::to_grid(const std::array<const float*, 3>& field, const std::string& name,
+                                 const Vec3d& scale) const
 {
     auto grid = grid_of<Vec3SGrid>(*this, [&](size_t slot) {
-        return Vec3f(float(scale[0] * field[0][slot]), float(scale[1] * field[1][slot]), float(scale[2] * field[2][slot]));
+        return Vec3f(float(scale[0] * field[0][slot]), float(scale[1] * field[1][slot]),
+                     float(scale[2] * field[2][slot]));
     });
     grid->setName(name);
     grid->setTransform(transform_->copy());

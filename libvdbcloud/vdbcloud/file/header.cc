@@ -1,7 +1,8 @@
-#include "vdbcloud/grid/header.h"
+#include "vdbcloud/file/header.h"
 
+#include "vdbcloud/core/archive_layout.h"
 #include "vdbcloud/core/error.h"
-#include "vdbcloud/grid/descriptor_stream.h"
+#include "vdbcloud/file/descriptor_stream.h"
 
 #include <openvdb/Grid.h>
 #include <openvdb/version.h>
@@ -19,7 +20,9 @@ const std::string half_suffix = "_HalfFloat";
 /// Reads values one after the other, never beyond the end of the file.
 class Cursor {
 public:
-    Cursor(const std::string& path, int descriptor, uint64_t size) : path_(path), descriptor_(descriptor), size_(size) {}
+    Cursor(const std::string& path, int descriptor, uint64_t size) : path_(path), descriptor_(descriptor), size_(size)
+    {
+    }
 
     template<typename T>
     T take()
@@ -83,7 +86,7 @@ bool check_descriptor(Cursor& file, bool offsets)
 {
     std::string name = file.text(), type = file.text();
     name.resize(std::min(name.find('\x1e'), name.size()));  // OpenVDB numbers equal names behind this character
-    file.text();  // the grid whose tree it shares
+    file.text();                                            // the grid whose tree it shares
     const auto begin = file.take<int64_t>(), block = file.take<int64_t>(), end = file.take<int64_t>();
 
     const size_t plain = type.size() - std::min(type.size(), half_suffix.size());
@@ -93,8 +96,7 @@ bool check_descriptor(Cursor& file, bool offsets)
     if (!offsets) return false;
 
     const auto here = int64_t(file.at()), size = int64_t(file.size());
-    if (begin < here || end < begin || block > end)
-        file.fail("grid '" + printable(name) + "' has impossible offsets");
+    if (begin < here || end < begin || block > end) file.fail("grid '" + printable(name) + "' has impossible offsets");
     if (end > size)
         file.fail("ends too early: grid '" + printable(name) + "' reaches to byte " + std::to_string(end) + " of " +
                   std::to_string(size));
@@ -114,7 +116,8 @@ bool has_magic(const void* bytes)
 void check_header(const std::string& path, int descriptor, uint64_t size)
 {
     Cursor file(path, descriptor, size);
-    if (size < 8) throw IoError(printable(path, 4096) + ": expected a .vdb, found only " + std::to_string(size) + " bytes");
+    if (size < 8)
+        throw IoError(printable(path, 4096) + ": expected a .vdb, found only " + std::to_string(size) + " bytes");
     const auto magic = file.take<int64_t>();
     if (!has_magic(&magic)) throw IoError(printable(path, 4096) + ": not a .vdb: it begins otherwise");
 

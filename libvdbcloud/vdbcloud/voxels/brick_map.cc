@@ -1,4 +1,4 @@
-#include "vdbcloud/grid/brick_map.h"
+#include "vdbcloud/voxels/brick_map.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
@@ -113,7 +113,8 @@ void fill(const std::vector<B>& blocks, const Vec3i& b, float outside, int chann
 Affine world_from_index(const Transform& transform, const std::string& grid_name)
 {
     if (!transform.isLinear())
-        throw InputError("grid '" + printable(grid_name) + "': its transform is not affine: expected scale, rotation, "
+        throw InputError("grid '" + printable(grid_name) +
+                         "': its transform is not affine: expected scale, rotation, "
                          "shear and translation only");
     const auto m = transform.baseMap()->getAffineMap()->getMat4();  // row vectors: p m
     Affine f;
@@ -133,16 +134,14 @@ Affine index_from_world(const Transform& transform, const std::string& grid_name
 }
 
 BrickMap::BrickMap(const FloatGrid& grid, float outside, const Map& map)
-    : outside_(outside), channels_(1),
-      index_from_world_(vdbcloud::index_from_world(grid.transform(), grid.getName())),
+    : outside_(outside), channels_(1), index_from_world_(vdbcloud::index_from_world(grid.transform(), grid.getName())),
       world_from_index_(vdbcloud::world_from_index(grid.transform(), grid.getName()))
 {
     build(grid, map);
 }
 
 BrickMap::BrickMap(const Vec3SGrid& grid, float outside, const Map& map)
-    : outside_(outside), channels_(3),
-      index_from_world_(vdbcloud::index_from_world(grid.transform(), grid.getName())),
+    : outside_(outside), channels_(3), index_from_world_(vdbcloud::index_from_world(grid.transform(), grid.getName())),
       world_from_index_(vdbcloud::world_from_index(grid.transform(), grid.getName()))
 {
     build(grid, map);
@@ -214,8 +213,8 @@ const BrickMap::Root* BrickMap::root(const Vec3i& origin) const
             if (r.origin == origin) return &r;
         return nullptr;
     }
-    const auto r = std::lower_bound(roots_.begin(), roots_.end(), origin,
-                                    [](auto& p, auto& q) { return before(p.origin, q); });
+    const auto r =
+        std::lower_bound(roots_.begin(), roots_.end(), origin, [](auto& p, auto& q) { return before(p.origin, q); });
     return r != roots_.end() && r->origin == origin ? &*r : nullptr;
 }
 

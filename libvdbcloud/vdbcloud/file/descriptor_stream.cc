@@ -1,4 +1,5 @@
-#include "vdbcloud/grid/descriptor_stream.h"
+#include "vdbcloud/file/descriptor_stream.h"
+#include "vdbcloud/core/archive_layout.h"
 
 #include <unistd.h>
 
@@ -28,7 +29,8 @@ size_t read_at(int descriptor, void* to, size_t count, uint64_t offset)
 
 DescriptorSource::DescriptorSource(int descriptor, uint64_t size)
     : descriptor_(descriptor), size_(size), buffer_(buffer_size)
-{}
+{
+}
 
 DescriptorSource::int_type DescriptorSource::underflow()
 {
@@ -53,7 +55,9 @@ std::streamsize DescriptorSource::xsgetn(char* to, std::streamsize count)
 
 DescriptorSource::pos_type DescriptorSource::seekoff(off_type off, std::ios_base::seekdir from, std::ios_base::openmode)
 {
-    const off_type base = from == std::ios_base::beg ? 0 : from == std::ios_base::cur ? off_type(position()) : off_type(size_);
+    const off_type base = from == std::ios_base::beg   ? 0
+                          : from == std::ios_base::cur ? off_type(position())
+                                                       : off_type(size_);
     const off_type to = base + off;
     if (to < 0 || uint64_t(to) > size_) return pos_type(off_type(-1));
     const off_type begin = off_type(end_) - (egptr() - eback());
@@ -81,8 +85,10 @@ bool DescriptorSink::write_out(const char* from, size_t count)
 {
     for (size_t done = 0; done < count && !error_;) {
         const ssize_t n = ::write(descriptor_, from + done, count - done);
-        if (n >= 0) done += size_t(n);
-        else if (errno != EINTR) error_ = errno;
+        if (n >= 0)
+            done += size_t(n);
+        else if (errno != EINTR)
+            error_ = errno;
     }
     start_ += count;
     return !error_;
@@ -128,8 +134,10 @@ DescriptorSink::pos_type DescriptorSink::seekoff(off_type off, std::ios_base::se
     if (!seekable_ || !drain()) return pos_type(off_type(-1));
     const int whence = from == std::ios_base::end ? SEEK_END : SEEK_SET;
     const off_t to = ::lseek(descriptor_, from == std::ios_base::cur ? here + off : off, whence);
-    if (to < 0) error_ = errno;
-    else start_ = uint64_t(to);
+    if (to < 0)
+        error_ = errno;
+    else
+        start_ = uint64_t(to);
     return to;
 }
 

@@ -1,4 +1,4 @@
-#include "vdbcloud/grid/guard.h"
+#include "vdbcloud/file/guard.h"
 
 #include "vdbcloud/core/error.h"
 
@@ -49,7 +49,8 @@ void confine(const GuardLimits& limits, uint64_t mapped)
 {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     // The program's handlers would remove files that are the parent's.
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGALRM, SIGXCPU, SIGABRT, SIGSEGV, SIGBUS, SIGFPE})
+    for (const int signal :
+         {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGALRM, SIGXCPU, SIGABRT, SIGSEGV, SIGBUS, SIGFPE})
         std::signal(signal, SIG_DFL);
     if (const int nowhere = ::open("/dev/null", O_RDWR); nowhere >= 0)
         for (const int stream : {0, 1, 2}) ::dup2(nowhere, stream);
@@ -84,7 +85,8 @@ int report_to = -1;
 }
 
 /// In a thread of its own, as below its stack nobody catches.
-[[noreturn]] void run_and_exit(const std::function<void()>& work, int report, const std::function<std::string()>& describe)
+[[noreturn]] void run_and_exit(const std::function<void()>& work, int report,
+                               const std::function<std::string()>& describe)
 {
     describe_thrown = &describe;
     report_to = report;
@@ -102,8 +104,10 @@ std::string read_all(int descriptor)
     std::string text;
     char part[1024];
     for (ssize_t n; (n = ::read(descriptor, part, sizeof part)) != 0;) {
-        if (n > 0) text.append(part, size_t(n));
-        else if (errno != EINTR) break;
+        if (n > 0)
+            text.append(part, size_t(n));
+        else if (errno != EINTR)
+            break;
     }
     return text;
 }

@@ -10,8 +10,9 @@ namespace vdbcloud {
 /// The trilinear interpolant of a grid of one or three channels, as a sparse set of bricks.
 ///
 /// A cell (i,j,k) is the box between the voxel centres (i,j,k) and (i+1,j+1,k+1). A brick holds the 8^3 cells from
-/// 8b on and, for each channel in turn, their 9^3 corner values, corner (x,y,z) at (x*9 + y)*9 + z. Where there is no brick every corner is
-/// `outside()`. Inactive voxels count as `outside`, whatever the tree stores there. Constant tiles cost an index each.
+/// 8b on and, for each channel in turn, their 9^3 corner values, corner (x,y,z) at (x*9 + y)*9 + z. Where there is no
+/// brick every corner is `outside()`. Inactive voxels count as `outside`, whatever the tree stores there. Constant
+/// tiles cost an index each.
 ///
 /// Affine transforms only. Immutable once made, so any number of threads may read it.
 class BrickMap {
@@ -47,8 +48,8 @@ public:
 
     /// A box of 4096^3 cells and the part of it that bricks fill: rays test these and skip what lies between.
     struct Root {
-        Vec3i origin;       ///< in units of 4096 cells
-        Vec3i first, last;  ///< cells, inclusive
+        Vec3i origin;                 ///< in units of 4096 cells
+        Vec3i first, last;            ///< cells, inclusive
         std::vector<int32_t> supers;  ///< 32^3 indices of 16^3 bricks, -1: none
     };
     const std::vector<Root>& roots() const { return roots_; }

@@ -1,8 +1,13 @@
+#include "vdbcloud/core/archive_layout.h"
 #include "vdbcloud/core/atomic_file.h"
+#include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/descriptor_stream.h"
+#include "vdbcloud/file/descriptor_stream.h"
+#include "vdbcloud/file/file_digest.h"
+#include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/digest.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
 
@@ -39,8 +44,10 @@ Archive archive_for(Compression compression)
     using namespace openvdb::io;
     Archive archive;
     uint32_t flags = COMPRESS_ACTIVE_MASK;
-    if (compression == Compression::Blosc && Archive::hasBloscCompression()) flags |= COMPRESS_BLOSC;
-    else if (compression != Compression::None) flags |= COMPRESS_ZIP;
+    if (compression == Compression::Blosc && Archive::hasBloscCompression())
+        flags |= COMPRESS_BLOSC;
+    else if (compression != Compression::None)
+        flags |= COMPRESS_ZIP;
     archive.setCompression(flags);
     return archive;
 }
@@ -129,7 +136,8 @@ std::vector<GridBasePtr> prepared(const GridFile& file, const WriteOptions& opti
         const auto grid = original->copyGrid();
         grid->setIsInWorldSpace(true);  // written as is_local_space = false
         grid->removeMeta(GridBase::META_FILE_DELAYED_LOAD);
-        if (options.half && (is_density_or_colour(grid->getName()) || is_moment(grid->getName()))) grid->setSaveFloatAsHalf(true);
+        if (options.half && (is_density_or_colour(grid->getName()) || is_moment(grid->getName())))
+            grid->setSaveFloatAsHalf(true);
         if (is_result(grid->getName())) grid->setSaveFloatAsHalf(false);
         if (grid->saveFloatAsHalf()) check_half(*grid);
         grids.push_back(grid);

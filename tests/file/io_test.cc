@@ -1,5 +1,9 @@
 // What is written is what is read: grids, metadata and oddities, through files.
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/file/io.h"
+#include "vdbcloud/grid/density.h"
+#include "vdbcloud/grid/digest.h"
+#include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/metadata.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"

@@ -52,7 +52,8 @@ public:
     size_t neighbour(size_t slot, int face) const;
     /// Voxel coordinates of a slot.
     Vec3i voxel(size_t slot) const;
-    /// The slot of a voxel (wrapped on periodic axes), whether active or not; a slot of the void block if its block is missing.
+    /// The slot of a voxel (wrapped on periodic axes), whether active or not; a slot of the void block if its block is
+    /// missing.
     size_t slot(const Vec3i& voxel) const;
 
 private:

@@ -4,8 +4,8 @@
 
 namespace vdbcloud {
 
-/// A copy of `grid` with every inactive voxel among the 26 neighbours of an active one made active, its value the mean of
-/// its active neighbours'. A constant field stays that constant, so trilinear samples inside the medium's outermost
+/// A copy of `grid` with every inactive voxel among the 26 neighbours of an active one made active, its value the mean
+/// of its active neighbours'. A constant field stays that constant, so trilinear samples inside the medium's outermost
 /// cells do not fall towards the background. Active tiles are voxelised.
 Vec3SGridPtr extended(const Vec3SGrid& grid);
 FloatGridPtr extended(const FloatGrid& grid);

@@ -1,6 +1,9 @@
 // Through pipes: "-" for standard input and output.
 #include "vdbcloud/core/error.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/file/io.h"
+#include "vdbcloud/grid/digest.h"
+#include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/metadata.h"
 
 #include "support/grids.h"
 #include "support/redirect.h"
@@ -38,7 +41,8 @@ TEST(Pipe, CarriesWhatAFileCarries)
     ASSERT_EQ(back.grids.size(), 3u);
     EXPECT_EQ(get_text(*back.metadata, "history", ""), "a line");
     for (size_t k = 0; k < 3; ++k)
-        EXPECT_EQ(grid_digest(static_cast<FloatGrid&>(*back.grids[k])), grid_digest(static_cast<FloatGrid&>(*file.grids[k])));
+        EXPECT_EQ(grid_digest(static_cast<FloatGrid&>(*back.grids[k])),
+                  grid_digest(static_cast<FloatGrid&>(*file.grids[k])));
 }
 
 TEST(Pipe, EqualGridsAreEqualBytesAndOtherGridsAnotherIdentifier)
@@ -77,7 +81,8 @@ TEST(Pipe, ThatEndsEarlyIsRefusedInASentence)
     EXPECT_EQ(sentence<IoError>([&] { read_piped("hello, world"); }).find("-: not a .vdb"), 0u);
     EXPECT_EQ(sentence<IoError>([&] { read_piped(bytes.substr(0, 3)); }).find("-: "), 0u);
     for (const double part : {0.001, 0.02, 0.5, 0.9, 0.999}) {
-        const std::string said = sentence<IoError>([&] { read_piped(bytes.substr(0, size_t(part * double(bytes.size())))); });
+        const std::string said =
+            sentence<IoError>([&] { read_piped(bytes.substr(0, size_t(part * double(bytes.size())))); });
         EXPECT_NE(said.find("ends too early"), std::string::npos) << part << ": " << said;
     }
 }

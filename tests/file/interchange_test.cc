@@ -43,7 +43,8 @@ TEST_F(Interchange, VdbPrintListsThemWithoutComplaint)
             EXPECT_EQ(listed.out.find(complaint), std::string::npos) << listed.out;
             EXPECT_EQ(listed.err.find(complaint), std::string::npos) << listed.err;
         }
-        for (const char* part : {"transmittance_sun", "vel", "Name: density", "fractalgen 0.1.0", "is_local_space: false"})
+        for (const char* part :
+             {"transmittance_sun", "vel", "Name: density", "fractalgen 0.1.0", "is_local_space: false"})
             EXPECT_NE(listed.out.find(part), std::string::npos) << part << "\n" << listed.out;
     }
 }
@@ -55,7 +56,8 @@ TEST_F(Interchange, VdbToolReadsThemAndWritesTheSameGrids)
     for (const char* name : {"file.vdb", "stream.vdb"}) {
         const auto result = run({"vdb_tool", "-read", folder_ / name, "-write", back});
         ASSERT_EQ(result.status, 0) << result.err << result.out;
-        const auto reasons = beyond(compare_files(file_, read_grid_file(back), {"density", "vel", "transmittance_sun"}), {});
+        const auto reasons =
+            beyond(compare_files(file_, read_grid_file(back), {"density", "vel", "transmittance_sun"}), {});
         EXPECT_TRUE(reasons.empty()) << reasons.front();
     }
 }

@@ -1,15 +1,12 @@
 #pragma once
-// Streams on file descriptors: reading that shares no file position with another process, and writing that knows why
-// it failed.
+// Streams on file descriptors: reading that shares no file position with another process, and writing that
+// knows why it failed.
 #include <cstdint>
 #include <streambuf>
 #include <string>
 #include <vector>
 
 namespace vdbcloud {
-
-/// Where the archive's identifier (36 characters) stands in a .vdb, from the byte `identifier_begin` on.
-inline constexpr size_t identifier_begin = 21, identifier_size = 36, identifier_end = 57;
 
 /// Reads a regular file by position, so that a forked process can read the same descriptor.
 class DescriptorSource : public std::streambuf {
@@ -29,7 +26,8 @@ private:
     std::vector<char> buffer_;
 };
 
-/// Writes to a descriptor. After a failure every write fails, and `error` is the system's number for the first.
+/// Writes to a descriptor. After a failure every write fails, and `error` is the system's number for the
+/// first.
 class DescriptorSink : public std::streambuf {
 public:
     /// `identifier`, if not empty, replaces the 36 characters of the archive's identifier in passing.

@@ -1,7 +1,7 @@
 #pragma once
 // The voxels of a grid that an equation is solved on, numbered flat, and the way from trees to arrays and back.
 #include "vdbcloud/core/affine.h"
-#include "vdbcloud/grid/blocks.h"
+#include "vdbcloud/voxels/blocks.h"
 
 #include <string>
 
@@ -11,8 +11,8 @@ struct VoxelIndexOptions {
     std::array<bool, 3> periodic{false, false, false};  ///< axes [index space] on which the domain repeats
 };
 
-/// The active voxels of a density grid whose value is above 0 (tiles voxelised), as Blocks: block by block, a leaf of the
-/// tree being a block, in a fixed order. With it go the geometry of one voxel, a box with edges along axis[0..2].
+/// The active voxels of a density grid whose value is above 0 (tiles voxelised), as Blocks: block by block, a leaf of
+/// the tree being a block, in a fixed order. With it go the geometry of one voxel, a box with edges along axis[0..2].
 ///
 /// Every array over the voxels is flat, one value a slot (blocks.h), so nothing that loops touches OpenVDB.
 /// A periodic axis repeats after the extent of the voxels along it, which must be a multiple of 8.
@@ -37,9 +37,10 @@ public:
     /// One component of a vector grid.
     std::vector<float> gather(const Vec3SGrid&, int component) const;
 
-    /// A vector grid of three fields over the voxels, each times its scale (any may be the same array), with the transform of the grid that was
-    /// indexed, active at the voxels and at the one-voxel fringe about them that trilinear samples reach, where each
-    /// value is the mean of the voxels beside it: a constant field stays constant up to its edge.
+    /// A vector grid of three fields over the voxels, each times its scale (any may be the same array), with the
+    /// transform of the grid that was indexed, active at the voxels and at the one-voxel fringe about them that
+    /// trilinear samples reach, where each value is the mean of the voxels beside it: a constant field stays constant
+    /// up to its edge.
     Vec3SGridPtr to_grid(const std::array<const float*, 3>& field, const std::string& name,
                          const Vec3d& scale = Vec3d(1, 1, 1)) const;
     /// The same of one field.

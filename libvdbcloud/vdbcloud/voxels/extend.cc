@@ -1,4 +1,4 @@
-#include "vdbcloud/grid/extend.h"
+#include "vdbcloud/voxels/extend.h"
 
 #include "vdbcloud/core/vdb.h"
 

@@ -2,7 +2,10 @@
 // memory, and never with the end of this process.
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/file/io.h"
+#include "vdbcloud/grid/density.h"
+#include "vdbcloud/grid/digest.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/statistics.h"
 
 #include "support/grids.h"
@@ -45,8 +48,22 @@ std::string damaged(std::string bytes, Dice& dice)
 {
     const size_t reach = dice.below(10) < 6 ? std::min<size_t>(bytes.size(), 4096) : bytes.size();
     const size_t at = dice.below(reach), length = 1 + dice.below(64);
-    static const int64_t numbers[] = {0, 1, -1, 2, 127, 255, 256, 32767, 65535, 0x7fffffff, int64_t(0x80000000),
-                                      int64_t(0xffffffff), 0x7fffffffffffffff, 1000000000, 4096, -4096};
+    static const int64_t numbers[] = {0,
+                                      1,
+                                      -1,
+                                      2,
+                                      127,
+                                      255,
+                                      256,
+                                      32767,
+                                      65535,
+                                      0x7fffffff,
+                                      int64_t(0x80000000),
+                                      int64_t(0xffffffff),
+                                      0x7fffffffffffffff,
+                                      1000000000,
+                                      4096,
+                                      -4096};
     static const float floats[] = {NAN, INFINITY, -INFINITY, 1e38f, -1.0f, 1e-40f, 0.0f};
     switch (dice.below(12)) {
     case 0: bytes[at] = char(bytes[at] ^ (1 << dice.below(8))); break;
@@ -138,7 +155,8 @@ TEST(Fuzz, DamagedFilesAreReadOrRefusedNeverMore)
             write_text(folder / "mutant.vdb", damaged(bytes, dice));
             const auto start = std::chrono::steady_clock::now();
             const std::string what = outcome(folder / "mutant.vdb");
-            slowest = std::max(slowest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+            slowest =
+                std::max(slowest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
             ++outcomes[what];
         }
     }

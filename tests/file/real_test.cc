@@ -1,7 +1,9 @@
 // Files by other programs (VDBCLOUD_REAL=folder): every one is read and written without loss, or refused in a sentence.
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/io.h"
+#include "vdbcloud/file/io.h"
+#include "vdbcloud/grid/density.h"
+#include "vdbcloud/grid/digest.h"
 
 #include "support/run.h"
 
@@ -46,7 +48,8 @@ TEST_P(RealFile, IsReadAndWrittenOrRefusedInASentence)
         EXPECT_EQ(copy.grids[k]->type(), file.grids[k]->type());
         EXPECT_EQ(copy.grids[k]->transform(), file.grids[k]->transform());
         EXPECT_EQ(copy.grids[k]->activeVoxelCount(), file.grids[k]->activeVoxelCount());
-        const auto a = openvdb::gridPtrCast<FloatGrid>(copy.grids[k]), b = openvdb::gridPtrCast<FloatGrid>(file.grids[k]);
+        const auto a = openvdb::gridPtrCast<FloatGrid>(copy.grids[k]),
+                   b = openvdb::gridPtrCast<FloatGrid>(file.grids[k]);
         if (a && b) {
             EXPECT_EQ(grid_digest(*a), grid_digest(*b));
         }
