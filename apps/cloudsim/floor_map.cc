@@ -3,6 +3,8 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/density.h"
+#include "vdbcloud/grid/grid_file.h"
 
 #include <OpenImageIO/imageio.h>
 

@@ -9,6 +9,7 @@
 
 #include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/sim/checkpoint.h"
 
 #include <cmath>

@@ -2,6 +2,7 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/optics/automatic_extinction.h"
 

@@ -12,6 +12,9 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/fractal/cloud_grid.h"
 #include "vdbcloud/fractal/mask_envelope.h"
+#include "vdbcloud/grid/density.h"
+#include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 
 #include <algorithm>

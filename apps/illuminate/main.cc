@@ -10,6 +10,9 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/density.h"
+#include "vdbcloud/grid/digest.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/light/transmittance_grid.h"
 

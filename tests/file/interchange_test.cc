@@ -1,5 +1,7 @@
 // OpenVDB's own programs read what we write, and we read what they write.
+#include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/compare.h"
+#include "vdbcloud/grid/metadata.h"
 
 #include "support/grids.h"
 #include "support/redirect.h"

@@ -1,6 +1,9 @@
 // The files of data/odd: each is used as it is meant, or refused in a sentence; and each is what make_odd writes.
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/compare.h"
+#include "vdbcloud/grid/density.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 
 #include "support/grids.h"

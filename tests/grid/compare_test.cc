@@ -1,5 +1,6 @@
 // Differences of grids that are known: by value, whatever the nodes.
 #include "vdbcloud/grid/compare.h"
+#include "vdbcloud/grid/metadata.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"

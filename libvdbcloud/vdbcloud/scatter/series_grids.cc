@@ -2,6 +2,8 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/digest.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
 
