@@ -2,6 +2,8 @@
 #include "support/grids.h"
 #include "support/run.h"
 
+#include "vdbcloud/file/io.h"
+
 #include <nlohmann/json.hpp>
 
 #include <gtest/gtest.h>

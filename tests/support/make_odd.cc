@@ -3,6 +3,8 @@
 
 #include "support/grids.h"
 
+#include "vdbcloud/file/io.h"
+
 #include <openvdb/io/Stream.h>
 #include <openvdb/tools/LevelSetSphere.h>
 
