@@ -16,6 +16,7 @@
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/select.h"
 
 #include <algorithm>
 #include <cmath>

@@ -19,6 +19,7 @@
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/select.h"
 #include "vdbcloud/light/transmittance_grid.h"
 
 #include <algorithm>

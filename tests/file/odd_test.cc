@@ -5,6 +5,7 @@
 #include "vdbcloud/grid/density.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/select.h"
 
 #include "support/grids.h"
 #include "support/make_odd.h"

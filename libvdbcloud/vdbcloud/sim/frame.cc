@@ -4,6 +4,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/select.h"
 
 #include <algorithm>
 #include <cmath>
