@@ -2,6 +2,10 @@
 # Installs what packages.txt lists and this machine lacks. Silent, and asks for no rights, when nothing is missing.
 # Usage: install-packages.sh PACKAGES.TXT
 set -eu
+if ! command -v dpkg-query >/dev/null; then
+    echo "install-packages.sh: no dpkg here: install the libraries of $1 by this system's own means" >&2
+    exit 0
+fi
 wanted=$(sed 's/#.*//' "$1" | tr -s ' \t\n' ' ')
 missing=
 for package in $wanted; do
