@@ -4,6 +4,8 @@
 #include "config.h"
 #include "progress.h"
 
+#include "vdbcloud/file/io.h"
+
 #include <tbb/global_control.h>
 
 #include <atomic>
