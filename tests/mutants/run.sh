@@ -17,6 +17,7 @@
 #
 # Results are kept in BUILD/mutants/results.tsv under a hash of the record, the patched file and the sources of the test,
 # so an interrupted run continues and a second run repeats only what changed. Delete the file to repeat everything.
+# With ccache there are JOBS copies and each runs faults of its own; without ccache there is one.
 # Exit status: 0 all killed, 1 some survive or a record is wrong, 2 usage.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
@@ -205,6 +206,11 @@ done < "$work/records"
 
 echo "mutants: $(wc -l < "$work/records") records, $index to run"
 begin=$SECONDS
+if [ $index -gt 0 ]; then
+    mapfile -t programs < <(cut -d "$separator" -f 7 "$work"/todo.* | cut -d ' ' -f 1 | sort -u)
+    NINJA_STATUS='building %f/%t ' ninja -C "$work/1/tree/build" -j "$jobs" "${programs[@]}" > "$work/build.log" 2>&1 ||
+        { tail -n 30 "$work/build.log"; echo "mutants: the tree does not build without a fault" >&2; exit 1; }
+fi
 for list in "$work"/todo.*; do worker "${list##*.}" "$list" & done
 wait
 seconds=$((SECONDS - begin))
