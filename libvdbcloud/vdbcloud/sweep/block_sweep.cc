@@ -65,17 +65,17 @@ VDBCLOUD_INLINE void transpose(const float* from, int from_stride, float* to, in
     Lanes r[8], s[8];
     for (int i = 0; i < 8; ++i) r[i] = load(from + i * from_stride);
     for (int i = 0; i < 8; i += 2) {
-        s[i] = __builtin_shuffle(r[i], r[i + 1], Ints{0, 8, 1, 9, 4, 12, 5, 13});
-        s[i + 1] = __builtin_shuffle(r[i], r[i + 1], Ints{2, 10, 3, 11, 6, 14, 7, 15});
+        s[i] = __builtin_shufflevector(r[i], r[i + 1], 0, 8, 1, 9, 4, 12, 5, 13);
+        s[i + 1] = __builtin_shufflevector(r[i], r[i + 1], 2, 10, 3, 11, 6, 14, 7, 15);
     }
     for (int h = 0; h < 8; h += 4)
         for (int i = 0; i < 2; ++i) {
-            r[h + 2 * i] = __builtin_shuffle(s[h + i], s[h + i + 2], Ints{0, 1, 8, 9, 4, 5, 12, 13});
-            r[h + 2 * i + 1] = __builtin_shuffle(s[h + i], s[h + i + 2], Ints{2, 3, 10, 11, 6, 7, 14, 15});
+            r[h + 2 * i] = __builtin_shufflevector(s[h + i], s[h + i + 2], 0, 1, 8, 9, 4, 5, 12, 13);
+            r[h + 2 * i + 1] = __builtin_shufflevector(s[h + i], s[h + i + 2], 2, 3, 10, 11, 6, 7, 14, 15);
         }
     for (int i = 0; i < 4; ++i) {
-        store(to + i * to_stride, __builtin_shuffle(r[i], r[i + 4], Ints{0, 1, 2, 3, 8, 9, 10, 11}));
-        store(to + (i + 4) * to_stride, __builtin_shuffle(r[i], r[i + 4], Ints{4, 5, 6, 7, 12, 13, 14, 15}));
+        store(to + i * to_stride, __builtin_shufflevector(r[i], r[i + 4], 0, 1, 2, 3, 8, 9, 10, 11));
+        store(to + (i + 4) * to_stride, __builtin_shufflevector(r[i], r[i + 4], 4, 5, 6, 7, 12, 13, 14, 15));
     }
 }
 
