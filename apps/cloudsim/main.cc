@@ -168,7 +168,7 @@ void initialise(app::App& app, const app::Options& o, sim::Simulation& sim)
 
 void run(app::App& app, const app::Options& o)
 {
-    sim::Scene scene = app::resolve(app, o);
+    sim::Scene scene = app::resolve(o);
     const int frames = int(std::ceil(60 * scene.minutes / scene.every - 1e-9));
     if (60 * scene.minutes / scene.every > 1e6) throw UsageError("--every: expected at most a million frames");
     const bool sequence = o.output.find('%') != std::string::npos;

@@ -19,7 +19,7 @@ class Overrides {
 public:
     Overrides(App& app, Options& o, const char* group) : app_(app), o_(o), group_(group) {}
 
-    CLI::Option* number(const char* name, std::function<double&(Parameters&)> member, const char* help)
+    Option number(const char* name, std::function<double&(Parameters&)> member, const char* help)
     {
         auto given = std::make_shared<std::optional<double>>();
         o_.overrides.push_back([given, member](Parameters& p) {
@@ -38,13 +38,13 @@ public:
         });
         app_.add_option(name, *given, help)->group(group_);
     }
-    void flag(const std::string& name, std::function<bool&(Parameters&)> member, const char* help)
+    Option flag(const std::string& name, std::function<bool&(Parameters&)> member, const char* help)
     {
         auto given = std::make_shared<std::string>();
         o_.overrides.push_back([given, member](Parameters& p) {
             if (!given->empty()) member(p) = *given == "on";
         });
-        app_.add_choice<std::string>("--" + name, *given, {{"on", "on"}, {"off", "off"}}, help)
+        return app_.add_choice<std::string>("--" + name, *given, {{"on", "on"}, {"off", "off"}}, help)
             ->default_str("")
             ->group(group_);
     }
@@ -81,15 +81,16 @@ void declare_effects(App& app, Options& o)
     effect.flag("latent-heat", PARAMETER(moist.latent_heat), "condensation warms");
     effect.flag("vapour", PARAMETER(moist.vapour), "vapour is lighter than air");
     effect.flag("loading", PARAMETER(moist.loading), "cloud and rain water weigh");
-    effect.flag("rain", PARAMETER(rain), "after Kessler");
+    o.option.rain = effect.flag("rain", PARAMETER(rain), "after Kessler");
     effect.flag("anelastic", PARAMETER(anelastic), "density falls with height");
     effect.flag("dye", PARAMETER(dye), "a passive scalar, smoke");
     effect.flag("subgrid", PARAMETER(subgrid), "Smagorinsky mixing");
     effect.time("--friction-time", PARAMETER(friction_time), "drag -V/t, t a time as 600s or 10min; or never");
     effect.number("--viscosity", PARAMETER(viscosity), "of the air [m^2/s]")->check(nonnegative);
     effect.number("--diffusivity", PARAMETER(diffusivity), "of heat, water and dye [m^2/s]")->check(nonnegative);
-    effect.number("--radiation", PARAMETER(radiation), "long-wave loss at cloud top [W/m^2]; 0: off")
-        ->check(nonnegative);
+    o.option.radiation =
+        effect.number("--radiation", PARAMETER(radiation), "long-wave loss at cloud top [W/m^2]; 0: off")
+            ->check(nonnegative);
     effect.number("--sponge", PARAMETER(sponge), "damping under the lid [1/s]; 0: off")->check(nonnegative);
     effect.time("--wind-relaxation", PARAMETER(wind_relaxation),
                 "mean wind returns to the sounding's in this time; or never");
@@ -157,11 +158,12 @@ void declare_forcing(App& app, Options& o)
 void declare_numerics(App& app, Options& o)
 {
     const auto group = "Accuracy";
-    app.add_choice<sim::Accuracy>(
-           "--accuracy", o.accuracy,
-           {{"fast", sim::Accuracy::Fast}, {"default", sim::Accuracy::Default}, {"accurate", sim::Accuracy::Accurate}},
-           "a choice of the following")
-        ->group(group);
+    o.option.accuracy = app.add_choice<sim::Accuracy>("--accuracy", o.accuracy,
+                                                      {{"fast", sim::Accuracy::Fast},
+                                                       {"default", sim::Accuracy::Default},
+                                                       {"accurate", sim::Accuracy::Accurate}},
+                                                      "a choice of the following")
+                            ->group(group);
     Overrides numeric(app, o, group);
     numeric.choice<sim::Precision>("--precision", PARAMETER(precision),
                                    {{"float", sim::Precision::Float}, {"double", sim::Precision::Double}},
@@ -329,7 +331,7 @@ std::vector<std::string> grid_names(const std::string& text)
     return names;
 }
 
-sim::Scene resolve(const App& app, const Options& o)
+sim::Scene resolve(const Options& o)
 {
     sim::Scene s;
     try {
@@ -338,13 +340,13 @@ sim::Scene resolve(const App& app, const Options& o)
         throw UsageError(error.what());
     }
     Parameters& p = s.parameters;
-    if (app.given("--accuracy")) sim::apply(o.accuracy, p);
+    if (o.option.accuracy.given()) sim::apply(o.accuracy, p);
     resolve_box(o, p);
     if (o.no_forcing) p.floor = {}, p.bubbles.clear();
     for (const auto& set : o.overrides) set(p);
     if (o.huge_dt) p.time_scheme = sim::TimeScheme::HugeStep;
-    if (p.rain && !p.moisture && !app.given("--rain")) p.rain = false;  // what a preset has, moisture off takes along
-    if (!p.moisture && !app.given("--radiation")) p.radiation = 0;
+    if (p.rain && !p.moisture && !o.option.rain.given()) p.rain = false;  // what a preset has, moisture off takes along
+    if (!p.moisture && !o.option.radiation.given()) p.radiation = 0;
     if (!o.patches.empty()) p.floor.patches.clear();
     for (const std::string& text : o.patches) {
         const auto v = list_of("--patch", text, 5, 6);

@@ -25,12 +25,15 @@ struct Options {
     std::string seed;
     /// Set by options that were given: applied to the preset's parameters, in order of declaration.
     std::vector<std::function<void(sim::Parameters&)>> overrides;
+    struct {
+        Option accuracy, rain, radiation;
+    } option;
 };
 
 void declare(App&, Options&);
 
 /// The preset with everything that was given. Throws UsageError.
-sim::Scene resolve(const App&, const Options&);
+sim::Scene resolve(const Options&);
 
 /// "10s", "2.5 min", "1h" or a number of seconds. Throws UsageError naming the option.
 double seconds_of(const std::string& option, const std::string& text);

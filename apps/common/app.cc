@@ -15,7 +15,6 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
-#include <limits>
 #include <new>
 
 namespace vdbcloud::app {
@@ -61,7 +60,6 @@ App::~App() = default;
 void App::reads_grids() { shared_->reads = true; }
 void App::writes_grids() { shared_->writes = shared_->may_clobber = true; }
 void App::never_clobbers() { shared_->may_clobber = true; }
-void App::stops_in_time() { shared_->stops = true; }
 
 /// After the tool's own options, so that its help begins with those.
 void App::declare_shared()
@@ -69,7 +67,7 @@ void App::declare_shared()
     Shared& s = *shared_;
     for (const char* path : {"--output", "input"})
         if (CLI::Option* option = get_option_no_throw(path)) option->type_name("FILE");
-    const auto in = [](const char* group, CLI::Option* option) { return option->group(group); };
+    const auto in = [](const char* group, const Option& option) { return option.group(group); };
     if (s.reads) {
         in(reading, add_flag("--trust-input", s.trust_input, "read without the guard process against damaged files"))
             ->configurable(false);
@@ -88,30 +86,30 @@ void App::declare_shared()
         in(writing,
            add_option("--keep", s.keep, "grids to pass on that were not used here: all, none, or names a,b,c"));
     }
-    if (s.stops)
-        in(common, add_option("--time-limit", s.time_limit, "stop refining then and write what there is [s]; 0: never"))
-            ->check(nonnegative);
     declare_common();
 }
 
 void App::declare_common()
 {
     Shared& s = *shared_;
-    const auto machine = [](CLI::Option* option) { return option->configurable(false)->group(common); };
-    machine(add_option("--threads", s.threads, "how many to use; 0: all this process is allowed"))
+    const auto machine = [this](CLI::Option* option) {
+        return Option(*this, option).configurable(false).group(common);
+    };
+    const auto shared = [](const Option& option) { return option.configurable(false).group(common); };
+    shared(add_option("--threads", s.threads, "how many to use; 0: all this process is allowed"))
         ->check(within(0, 4096));
-    machine(add_choice<int>("--progress", s.progress_choice, {{"auto", 0}, {"always", 1}, {"never", 2}, {"machine", 3}},
-                            "a bar on a terminal; lines; nothing; a JSON line a second"));
-    machine(add_flag("-q,--quiet", s.quiet, "only warnings and errors on standard error"));
+    shared(add_choice<int>("--progress", s.progress_choice, {{"auto", 0}, {"always", 1}, {"never", 2}, {"machine", 3}},
+                           "a bar on a terminal; lines; nothing; a JSON line a second"));
+    shared(add_flag("-q,--quiet", s.quiet, "only warnings and errors on standard error"));
     machine(CLI::App::add_flag("-v,--verbose", s.verbosity, "say more on standard error"));
-    machine(add_flag("--werror", s.werror, "the first warning ends the run with status 1"));
-    machine(add_option("--json", s.json, "write a report of the run to FILE, or - for standard output"))
+    shared(add_flag("--werror", s.werror, "the first warning ends the run with status 1"));
+    shared(add_option("--json", s.json, "write a report of the run to FILE, or - for standard output"))
         ->type_name("FILE");
-    machine(add_flag("--dry-run", s.dry_run, "look at the input and estimate, compute and write nothing"));
-    machine(add_flag("-f,--force", s.force, "write binary data to a terminal, too"));
+    shared(add_flag("--dry-run", s.dry_run, "look at the input and estimate, compute and write nothing"));
+    shared(add_flag("-f,--force", s.force, "write binary data to a terminal, too"));
     machine(set_config("--config", "", "read options from FILE, lines key = value; the command line wins"))
         ->type_name("FILE");
-    machine(add_flag("--print-config", s.print_config, "print all options as a --config file, and exit"));
+    shared(add_flag("--print-config", s.print_config, "print all options as a --config file, and exit"));
     const std::string name = get_name();
     set_version_flag(
         "--version", [name] { return version_text(name); }, "print versions and codecs, and exit")
@@ -129,21 +127,15 @@ void App::uses(const std::string& grid_name) { shared_->used.insert(grid_name); 
 
 int App::threads() const { return shared_->threads > 0 ? shared_->threads : allowed_threads(); }
 
-double App::seconds_left() const
+bool App::on_command_line(const CLI::Option* option) const
 {
-    if (!(shared_->time_limit > 0)) return std::numeric_limits<double>::infinity();
-    return shared_->time_limit - (wall_seconds() - shared_->wall_start);
+    const std::vector<CLI::Option*> typed = parse_order();
+    return std::count(typed.begin(), typed.end(), option) > 0;
 }
 
-bool App::given(const std::string& option) const
+std::string App::place(const CLI::Option* option) const
 {
-    const CLI::Option* found = get_option_no_throw(option);
-    if (!found || found->count() == 0) return false;
-    const std::vector<CLI::Option*> typed = parse_order();
-    if (std::count(typed.begin(), typed.end(), found) > 0) return true;
-    for (const Setting& setting : settings(*this))
-        if (setting.option == found) return setting.words != default_words(setting);
-    return true;
+    return on_command_line(option) ? "" : shared_->toml->place(option);
 }
 
 Progress App::progress(const std::string& label) { return shared_->meter.of(label); }
@@ -177,6 +169,7 @@ void App::check_output(const std::string& path) const
 void App::begin()
 {
     Shared& s = *shared_;
+    for (const auto& rule : s.rules) rule();
     const bool tty = ::isatty(STDERR_FILENO);
     Meter::Mode mode = s.quiet || !tty ? Meter::Off : Meter::Bar;
     if (s.progress_choice == 1) mode = tty ? Meter::Bar : Meter::Lines;

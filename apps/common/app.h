@@ -1,6 +1,7 @@
 #pragma once
 // What every executable shares: options, exit status, threads, progress, signals, report, provenance, reading and
 // writing. The library never includes this.
+#include "option.h"
 #include "options.h"
 
 #include "vdbcloud/core/progress.h"
@@ -41,14 +42,12 @@ public:
     void writes_grids();
     /// The same for --no-clobber alone, for tools that write no grids.
     void never_clobbers();
-    /// The same for --time-limit [s]; see seconds_left().
-    void stops_in_time();
 
     /// An option bound to `value`, whose present value is the default (shown in help, in --print-config and in the
     /// history, exactly). Numbers must be finite. A Vec3d takes one word of three numbers, "0.3,1,0.2"; a vector
     /// takes one word each time the option is given. Positionals: a name without dashes.
     template<typename T>
-    CLI::Option* add_option(const std::string& names, T& value, const std::string& description)
+    Option add_option(const std::string& names, T& value, const std::string& description)
     {
         if constexpr (traits::is_whole<T>) return add_whole(names, value, description);
         CLI::Option* option = CLI::App::add_option(names, value, description);
@@ -58,28 +57,28 @@ public:
             option->allow_extra_args(false);
             if (value.empty()) option->default_str("");
         }
-        return option;
+        return {*this, option};
     }
-    CLI::Option* add_option(const std::string& names, double& value, const std::string& description);
-    CLI::Option* add_option(const std::string& names, Vec3d& value, const std::string& description);
-    CLI::Option* add_option(const std::string& names, std::vector<Vec3d>& values, const std::string& description);
+    Option add_option(const std::string& names, double& value, const std::string& description);
+    Option add_option(const std::string& names, Vec3d& value, const std::string& description);
+    Option add_option(const std::string& names, std::vector<Vec3d>& values, const std::string& description);
 
     /// A switch; "--haze,!--no-haze" has a negative form.
-    CLI::Option* add_flag(const std::string& names, bool& value, const std::string& description);
+    Option add_flag(const std::string& names, bool& value, const std::string& description);
 
     /// As add_option with a Vec3d.
-    CLI::Option* add_vec3(const std::string& names, Vec3d& value, const std::string& description);
+    Option add_vec3(const std::string& names, Vec3d& value, const std::string& description);
     /// The same, given as often as wanted.
-    CLI::Option* add_vec3s(const std::string& names, std::vector<Vec3d>& values, const std::string& description);
+    Option add_vec3s(const std::string& names, std::vector<Vec3d>& values, const std::string& description);
     /// Three numbers "r,g,b", or one for all three channels.
-    CLI::Option* add_rgb(const std::string& names, Vec3d& value, const std::string& description);
+    Option add_rgb(const std::string& names, Vec3d& value, const std::string& description);
     /// The same, given as often as wanted.
-    CLI::Option* add_rgbs(const std::string& names, std::vector<Vec3d>& values, const std::string& description);
+    Option add_rgbs(const std::string& names, std::vector<Vec3d>& values, const std::string& description);
 
     /// One of several words, each standing for a value.
     template<typename E>
-    CLI::Option* add_choice(const std::string& names, E& value, const std::vector<std::pair<std::string, E>>& choices,
-                            const std::string& description)
+    Option add_choice(const std::string& names, E& value, const std::vector<std::pair<std::string, E>>& choices,
+                      const std::string& description)
     {
         std::vector<std::string> words;
         std::string present;
@@ -130,13 +129,6 @@ public:
     bool verbose() const;
     /// How many threads this run may use, at least 1.
     int threads() const;
-    /// Of --time-limit; infinite without it.
-    double seconds_left() const;
-
-    /// True if the user gave `option` ("--sun") on the command line, or in the --config file another value than its
-    /// default: a file that --print-config wrote does not make given what was not. An option whose default has a
-    /// meaning that no value expresses has none: ->default_str("").
-    bool given(const std::string& option) const;
 
     /// Throws UsageError if `path` is "-" and standard output is a terminal without --force; IoError if `path` is a
     /// folder, its folder is not there, or --no-clobber and it exists. run() does this for --output.
@@ -160,6 +152,7 @@ public:
     std::string history(const std::string& inherited) const;
 
 private:
+    friend class Option;
     struct Shared;
     struct Outcome {
         int status = ok;
@@ -171,6 +164,8 @@ private:
     bool parse_line(int argc, char** argv);  // false: all that was asked for is printed
     void begin();                            // looks at what was asked, before the work
     Outcome attempt(const std::function<void()>& work);
+    bool on_command_line(const CLI::Option*) const;
+    std::string place(const CLI::Option*) const;  // "FILE: line N: " if the --config file gave the option, else nothing
     std::string explain(const CLI::ParseError&) const;
     std::string reworded(const CLI::ParseError&) const;
     static std::string json_asked(int argc, char** argv);
@@ -178,7 +173,7 @@ private:
 
     // CLI11's own reading of whole numbers wraps around.
     template<typename T>
-    CLI::Option* add_whole(const std::string& names, T& value, const std::string& description)
+    Option add_whole(const std::string& names, T& value, const std::string& description)
     {
         const auto check = [](const std::string& text) -> std::string {
             T read = 0;
@@ -189,16 +184,15 @@ private:
             return fault ? "'" + text + "': " + (std::is_unsigned_v<T> ? natural : said)[fault] : std::string();
         };
         const auto read = [&value](const CLI::results_t& words) { return read_whole(words.front(), value) == 0; };
-        return CLI::App::add_option(names, CLI::callback_t(read), description)
-            ->default_str(std::to_string(value))
-            ->type_name("N")
-            ->check(CLI::Validator(check, ""));
+        return Option(*this, CLI::App::add_option(names, CLI::callback_t(read), description))
+            .default_str(std::to_string(value))
+            .type_name("N")
+            .check(CLI::Validator(check, ""));
     }
 
-    CLI::Option* vectors_option(const std::string& names, std::vector<Vec3d>& values, const std::string& description);
-    CLI::Option* word_option(const std::string& names, const std::vector<std::string>& words,
-                             const std::string& present, const std::function<void(const std::string&)>& chosen,
-                             const std::string& description);
+    Option vectors_option(const std::string& names, std::vector<Vec3d>& values, const std::string& description);
+    Option word_option(const std::string& names, const std::vector<std::string>& words, const std::string& present,
+                       const std::function<void(const std::string&)>& chosen, const std::string& description);
 
     std::unique_ptr<Shared> shared_;
 };

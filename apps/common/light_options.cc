@@ -31,18 +31,23 @@ std::string numbered(const char* name, size_t k) { return k == 0 ? name : name +
 void declare_lights(App& app, LightOptions& o)
 {
     const char* group = "Lights";
-    app.add_vec3s("--sun", o.suns, "direction TOWARDS a distant light, x,y,z; again for another")->group(group);
+    const Option sun =
+        app.add_vec3s("--sun", o.suns, "direction TOWARDS a distant light, x,y,z; again for another")->group(group);
     app.add_rgbs("--sun-irradiance", o.irradiances,
                  "one number or r,g,b, perpendicular to its beam; one for all suns, or one for each [1,1,1]")
         ->check(nonnegative)
+        ->needs(sun)
         ->group(group);
     app.add_option("--sun-diameter", o.diameters, "angular diameter [degrees]; one for all suns, or one for each [0]")
         ->check(within(0, 180))
+        ->needs(sun)
         ->group(group);
-    app.add_vec3s("--lamp", o.lamps, "position of a point light, x,y,z; again for another")->group(group);
+    const Option lamp =
+        app.add_vec3s("--lamp", o.lamps, "position of a point light, x,y,z; again for another")->group(group);
     app.add_rgbs("--lamp-intensity", o.intensities,
                  "one number or r,g,b, power per steradian; one for all lamps, or one for each [1,1,1]")
         ->check(nonnegative)
+        ->needs(lamp)
         ->group(group);
 }
 

@@ -30,42 +30,43 @@ void declare_medium(App& app, MediumOptions& o)
     const char* group = "Medium";
     // No default is shown or printed for what a file may give: a printed configuration must not overrule the
     // file.
-    app.add_rgb("--extinction", o.extinction,
-                "sigma_t at density 1 [1/world unit], one number or r,g,b; without it the file's, else automatic")
-        ->check(nonnegative)
-        ->default_str("")
-        ->group(group);
-    app.add_rgb("--albedo", o.rest.albedo,
-                "share of extinguished light that is scattered; without it the file's, else 1")
-        ->check(within(0, 1))
-        ->default_str("")
-        ->group(group);
-    app.add_option("--g", o.rest.g, "mean cosine of Henyey-Greenstein; without it the file's, else 0")
-        ->check(within(-0.999999, 0.999999))
-        ->default_str("")
-        ->group(group);
-    app.add_choice<PhaseKind>("--phase", o.rest.phase,
-                              {{name(PhaseKind::Isotropic), PhaseKind::Isotropic},
-                               {name(PhaseKind::Rayleigh), PhaseKind::Rayleigh},
-                               {name(PhaseKind::HenyeyGreenstein), PhaseKind::HenyeyGreenstein}},
-                              "phase function; without it the file's, else henyey-greenstein")
-        ->default_str("")
-        ->group(group);
+    o.option.extinction =
+        app.add_rgb("--extinction", o.extinction,
+                    "sigma_t at density 1 [1/world unit], one number or r,g,b; without it the file's, else automatic")
+            ->check(nonnegative)
+            ->default_str("")
+            ->group(group);
+    o.option.albedo = app.add_rgb("--albedo", o.rest.albedo,
+                                  "share of extinguished light that is scattered; without it the file's, else 1")
+                          ->check(within(0, 1))
+                          ->default_str("")
+                          ->group(group);
+    o.option.g = app.add_option("--g", o.rest.g, "mean cosine of Henyey-Greenstein; without it the file's, else 0")
+                     ->check(within(-0.999999, 0.999999))
+                     ->default_str("")
+                     ->group(group);
+    o.option.phase = app.add_choice<PhaseKind>("--phase", o.rest.phase,
+                                               {{name(PhaseKind::Isotropic), PhaseKind::Isotropic},
+                                                {name(PhaseKind::Rayleigh), PhaseKind::Rayleigh},
+                                                {name(PhaseKind::HenyeyGreenstein), PhaseKind::HenyeyGreenstein}},
+                                               "phase function; without it the file's, else henyey-greenstein")
+                         ->default_str("")
+                         ->group(group);
 }
 
 Medium chosen_medium(App& app, const MediumOptions& o, FloatGrid& density)
 {
     Medium medium = read_medium(density, o.rest);
-    if (app.given("--albedo")) medium.albedo = o.rest.albedo;
-    if (app.given("--phase")) medium.phase = o.rest.phase;
-    if (app.given("--g")) {
-        if (app.given("--phase") && o.rest.phase != PhaseKind::HenyeyGreenstein && o.rest.g != 0)
+    if (o.option.albedo.given()) medium.albedo = o.rest.albedo;
+    if (o.option.phase.given()) medium.phase = o.rest.phase;
+    if (o.option.g.given()) {
+        if (o.option.phase.given() && o.rest.phase != PhaseKind::HenyeyGreenstein && o.rest.g != 0)
             throw UsageError(std::string("--g ") + shortest(o.rest.g) + ": the phase function " + name(o.rest.phase) +
                              " has none");
-        if (!app.given("--phase")) medium.phase = PhaseKind::HenyeyGreenstein;
+        if (!o.option.phase.given()) medium.phase = PhaseKind::HenyeyGreenstein;
         medium.g = o.rest.g;
     }
-    if (app.given("--extinction") && is_zero(o.extinction))
+    if (o.option.extinction.given() && is_zero(o.extinction))
         throw UsageError("--extinction 0: expected a number above 0");
     std::string origin = get_text(density, schema::sigma_t_origin, "given");
     if (!is_zero(o.extinction)) {

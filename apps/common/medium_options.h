@@ -10,6 +10,9 @@ namespace vdbcloud::app {
 struct MediumOptions {
     Vec3d extinction{0, 0, 0};  ///< sigma_t at density 1 [1/world unit]; 0: not given
     Medium rest;                ///< albedo, g and phase function, for what the file does not say
+    struct {
+        Option extinction, albedo, g, phase;
+    } option;
 };
 
 /// --extinction --albedo --g --phase.

@@ -116,29 +116,29 @@ CLI::Validator within(double low, double high)
     return each("a number in [" + a + ", " + b + "]", a + ".." + b, [=](double x) { return x >= low && x <= high; });
 }
 
-CLI::Option* App::add_option(const std::string& names, double& value, const std::string& description)
+Option App::add_option(const std::string& names, double& value, const std::string& description)
 {
     const auto read = [&value](const CLI::results_t& words) {
         const auto x = number(words.front());
         if (x) value = *x;
         return x.has_value();
     };
-    return CLI::App::add_option(names, CLI::callback_t(read), description)
+    return Option(*this, CLI::App::add_option(names, CLI::callback_t(read), description))
         ->default_str(shortest(value))
         ->type_name("NUMBER")
         ->check(finite);
 }
 
-CLI::Option* App::add_option(const std::string& names, Vec3d& value, const std::string& description)
+Option App::add_option(const std::string& names, Vec3d& value, const std::string& description)
 {
     const auto read = [&value](const CLI::results_t& words) { return read_vector(words.front(), value); };
-    return CLI::App::add_option(names, CLI::callback_t(read), description)
+    return Option(*this, CLI::App::add_option(names, CLI::callback_t(read), description))
         ->default_str(shortest(value))
         ->type_name("X,Y,Z")
         ->check(vector_of(false));
 }
 
-CLI::Option* App::vectors_option(const std::string& names, std::vector<Vec3d>& values, const std::string& description)
+Option App::vectors_option(const std::string& names, std::vector<Vec3d>& values, const std::string& description)
 {
     const auto read = [&values](const CLI::results_t& words) {
         values.assign(words.size(), Vec3d(0, 0, 0));
@@ -148,52 +148,51 @@ CLI::Option* App::vectors_option(const std::string& names, std::vector<Vec3d>& v
     };
     std::string present;
     for (const Vec3d& v : values) present += (present.empty() ? "" : " ") + shortest(v);
-    return CLI::App::add_option(names, CLI::callback_t(read), description)
-        ->default_str(present)
-        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    CLI::Option* option = CLI::App::add_option(names, CLI::callback_t(read), description);
+    option->default_str(present)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    return {*this, option};
 }
 
-CLI::Option* App::add_option(const std::string& names, std::vector<Vec3d>& values, const std::string& description)
+Option App::add_option(const std::string& names, std::vector<Vec3d>& values, const std::string& description)
 {
     return vectors_option(names, values, description)->type_name("X,Y,Z ...")->check(vector_of(false));
 }
 
-CLI::Option* App::add_vec3(const std::string& names, Vec3d& value, const std::string& description)
+Option App::add_vec3(const std::string& names, Vec3d& value, const std::string& description)
 {
     return add_option(names, value, description);
 }
 
-CLI::Option* App::add_vec3s(const std::string& names, std::vector<Vec3d>& values, const std::string& description)
+Option App::add_vec3s(const std::string& names, std::vector<Vec3d>& values, const std::string& description)
 {
     return add_option(names, values, description);
 }
 
-CLI::Option* App::add_rgb(const std::string& names, Vec3d& value, const std::string& description)
+Option App::add_rgb(const std::string& names, Vec3d& value, const std::string& description)
 {
     const bool grey = value[0] == value[1] && value[1] == value[2];
     const auto read = [&value](const CLI::results_t& words) { return read_vector(words.front(), value); };
-    return CLI::App::add_option(names, CLI::callback_t(read), description)
+    return Option(*this, CLI::App::add_option(names, CLI::callback_t(read), description))
         ->default_str(grey ? shortest(value[0]) : shortest(value))
         ->type_name("R,G,B")
         ->check(vector_of(true));
 }
 
-CLI::Option* App::add_rgbs(const std::string& names, std::vector<Vec3d>& values, const std::string& description)
+Option App::add_rgbs(const std::string& names, std::vector<Vec3d>& values, const std::string& description)
 {
     return vectors_option(names, values, description)->type_name("R,G,B ...")->check(vector_of(true));
 }
 
-CLI::Option* App::add_flag(const std::string& names, bool& value, const std::string& description)
+Option App::add_flag(const std::string& names, bool& value, const std::string& description)
 {
     const bool present = value;  // CLI11 may set it to false on the way
     CLI::Option* option = CLI::App::add_flag(names, value, description);
     value = present;
-    return option->default_str(present ? "true" : "");
+    return Option(*this, option).default_str(present ? "true" : "");
 }
 
-CLI::Option* App::word_option(const std::string& names, const std::vector<std::string>& words,
-                              const std::string& present, const std::function<void(const std::string&)>& chosen,
-                              const std::string& description)
+Option App::word_option(const std::string& names, const std::vector<std::string>& words, const std::string& present,
+                        const std::function<void(const std::string&)>& chosen, const std::string& description)
 {
     std::string shown;
     for (const std::string& word : words) shown += (shown.empty() ? "" : "|") + word;
@@ -203,7 +202,7 @@ CLI::Option* App::word_option(const std::string& names, const std::vector<std::s
         return "'" + text + "': expected " + shown;
     };
     const auto read = [=](const CLI::results_t& given) { return chosen(given.front()), true; };
-    return CLI::App::add_option(names, CLI::callback_t(read), description)
+    return Option(*this, CLI::App::add_option(names, CLI::callback_t(read), description))
         ->default_str(present)
         ->type_name(shown)
         ->check(CLI::Validator(check, ""));

@@ -9,6 +9,7 @@
 #include <tbb/global_control.h>
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -22,14 +23,14 @@ double cpu_seconds();   ///< of all threads of this process
 
 struct App::Shared {
     // What the tool does.
-    bool reads = false, writes = false, may_clobber = false, stops = false;
+    bool reads = false, writes = false, may_clobber = false;
+    std::vector<std::function<void()>> rules;  // each throws if an option has no effect
 
     // Options.
     int threads = 0, verbosity = 0;
     bool quiet = false, dry_run = false, werror = false, force = false, print_config = false;
     bool half = false, no_clobber = false, trust_input = false;
     double max_input = 16;  // [GiB]
-    double time_limit = 0;  // [s], 0: none
     std::string json, keep = "all", completion;
     int progress_choice = 0;  // auto, always, never, machine
     Compression compression = Compression::Blosc;

@@ -8,29 +8,33 @@ namespace vdbcloud::app {
 
 void declare_sky_shape(App& app, SkyOptions& o, const std::string& group)
 {
-    app.add_rgb("--sky-zenith", o.zenith, "radiance straight up; without it a clear blue day")
-        ->check(nonnegative)
-        ->default_str("")
-        ->group(group);
-    app.add_rgb("--sky-horizon", o.horizon, "radiance along the horizon")
-        ->check(nonnegative)
-        ->default_str("")
-        ->group(group);
-    app.add_rgb("--sky-ground", o.ground, "radiance straight down")->check(nonnegative)->default_str("")->group(group);
-    app.add_option("--sky-haze", o.haze, "how narrow the horizon's band is")->check(nonnegative)->group(group);
+    o.option.zenith = app.add_rgb("--sky-zenith", o.zenith, "radiance straight up; without it a clear blue day")
+                          ->check(nonnegative)
+                          ->default_str("")
+                          ->group(group);
+    o.option.horizon = app.add_rgb("--sky-horizon", o.horizon, "radiance along the horizon")
+                           ->check(nonnegative)
+                           ->default_str("")
+                           ->group(group);
+    o.option.ground = app.add_rgb("--sky-ground", o.ground, "radiance straight down")
+                          ->check(nonnegative)
+                          ->default_str("")
+                          ->group(group);
+    o.option.haze =
+        app.add_option("--sky-haze", o.haze, "how narrow the horizon's band is")->check(nonnegative)->group(group);
 }
 
-bool sky_asked(const App& app)
+bool sky_asked(const SkyOptions& o)
 {
-    return app.given("--sky-zenith") || app.given("--sky-horizon") || app.given("--sky-ground");
+    return o.option.zenith.given() || o.option.horizon.given() || o.option.ground.given();
 }
 
-Sky with_asked(const App& app, const SkyOptions& o, Sky sky)
+Sky with_asked(const SkyOptions& o, Sky sky)
 {
-    if (app.given("--sky-zenith")) sky.zenith = o.zenith;
-    if (app.given("--sky-horizon")) sky.horizon = o.horizon;
-    if (app.given("--sky-ground")) sky.ground = o.ground;
-    if (app.given("--sky-haze")) sky.haze = o.haze;
+    if (o.option.zenith.given()) sky.zenith = o.zenith;
+    if (o.option.horizon.given()) sky.horizon = o.horizon;
+    if (o.option.ground.given()) sky.ground = o.ground;
+    if (o.option.haze.given()) sky.haze = o.haze;
     return sky;
 }
 

@@ -9,16 +9,19 @@ namespace vdbcloud::app {
 struct SkyOptions {
     Vec3d zenith{0, 0, 0}, horizon{0, 0, 0}, ground{0, 0, 0};
     double haze = Sky().haze;
+    struct {
+        Option zenith, horizon, ground, haze;
+    } option;
 };
 
 /// --sky-zenith --sky-horizon --sky-ground --sky-haze.
 void declare_sky_shape(App&, SkyOptions&, const std::string& group);
 
 /// True if one of the three radiances was given.
-bool sky_asked(const App&);
+bool sky_asked(const SkyOptions&);
 
 /// `sky` with what was given in its place.
-Sky with_asked(const App&, const SkyOptions&, Sky sky);
+Sky with_asked(const SkyOptions&, Sky sky);
 
 /// "1" or "r,g,b" as a colour. Throws UsageError: OPTION TEXT: expected EXPECTED.
 Vec3d colour_asked(const std::string& option, const std::string& text, const std::string& expected);

@@ -3,8 +3,6 @@
 
 #include "config.h"
 
-#include <algorithm>
-
 namespace vdbcloud::app {
 
 namespace {
@@ -22,9 +20,7 @@ std::string App::explain(const CLI::ParseError& error) const
     const std::string text = reworded(error);
     if (text.rfind("--", 0) != 0) return text;
     const CLI::Option* option = get_option_no_throw(text.substr(0, text.find(':')));
-    const std::vector<CLI::Option*> typed = parse_order();
-    const bool on_command_line = std::count(typed.begin(), typed.end(), option) > 0;
-    return (option && !on_command_line ? shared_->toml->place(option) : "") + text;
+    return (option ? place(option) : "") + text;
 }
 
 std::string App::reworded(const CLI::ParseError& error) const

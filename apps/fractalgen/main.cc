@@ -74,10 +74,10 @@ Box bounds_around(const FloatGrid& mask, const app::Options& o)
     return box.inset(-std::min(reach(o), 0.5) * longest(box));
 }
 
-void write_flags(const app::App& app, const app::Options& o, FloatGrid& density)
+void write_flags(const app::Options& o, FloatGrid& density)
 {
-    const bool extinction = app.given("--extinction");
-    if (!extinction && !app.given("--albedo") && !app.given("--g")) return;
+    const bool extinction = o.extinction.given();
+    if (!extinction && !o.albedo.given() && !o.g.given()) return;
     write_medium(density, o.medium);
     if (extinction)
         set_text(density, schema::sigma_t_origin, "given");
@@ -115,7 +115,7 @@ FloatGridPtr make_cloud(app::App& app, const app::Options& o, const app::Domain&
     }
     const auto phase = app.phase("grid");
     auto density = cloud_grid(cloud);
-    write_flags(app, o, *density);
+    write_flags(o, *density);
     if (density->empty()) app.warnings()("the density is empty: nothing of the envelope is above the threshold");
     return density;
 }

@@ -108,19 +108,19 @@ void declare(App& app, Options& o)
 
     declare_mountain(app, o);
     const auto medium = "Medium, written for later stages if given";
-    app.add_rgb("--extinction", o.medium.sigma_t_per_density,
-                "sigma_t at density 1 [1/world unit], one number or r,g,b")
-        ->check(positive)
-        ->default_str("")
-        ->group(medium);
-    app.add_rgb("--albedo", o.medium.albedo, "share of extinguished light that is scattered")
-        ->check(within(0, 1))
-        ->default_str("")
-        ->group(medium);
-    app.add_option("--g", o.medium.g, "mean cosine of Henyey-Greenstein")
-        ->check(within(-0.999999, 0.999999))
-        ->default_str("")
-        ->group(medium);
+    o.extinction = app.add_rgb("--extinction", o.medium.sigma_t_per_density,
+                               "sigma_t at density 1 [1/world unit], one number or r,g,b")
+                       ->check(positive)
+                       ->default_str("")
+                       ->group(medium);
+    o.albedo = app.add_rgb("--albedo", o.medium.albedo, "share of extinguished light that is scattered")
+                   ->check(within(0, 1))
+                   ->default_str("")
+                   ->group(medium);
+    o.g = app.add_option("--g", o.medium.g, "mean cosine of Henyey-Greenstein")
+              ->check(within(-0.999999, 0.999999))
+              ->default_str("")
+              ->group(medium);
 }
 
 Box default_bounds(const Options& o)

@@ -25,6 +25,7 @@ struct Options {
     std::string size = "256", bounds;
     int up = 1;
     Medium medium;
+    Option extinction, albedo, g;
     bool mountain = false;
     MountainOptions relief;
 };

@@ -28,6 +28,7 @@ struct Options {
     app::MediumOptions medium;
     app::LightOptions lights;
     TransmittanceOptions accuracy;
+    app::Option disc_samples;
 };
 
 void declare(app::App& app, Options& o)
@@ -47,19 +48,23 @@ void declare(app::App& app, Options& o)
            "--fidelity", o.accuracy.fidelity, {{"lattice", Fidelity::Lattice}, {"exact", Fidelity::Exact}},
            "lattice: rays carried along the light, time proportional to the voxels; exact: a ray for each voxel")
         ->group(accuracy);
+    const auto lattice = [&o] { return o.accuracy.fidelity == Fidelity::Lattice; };
     app.add_option("--rays-per-voxel", o.accuracy.rays_per_voxel,
                    "of the lattice, along each axis: its error falls as the square")
         ->check(app::within(1, 8))
+        ->only_with(lattice, "--fidelity lattice")
         ->group(accuracy);
     app.add_option("--refine", o.accuracy.refine, "light-grid points a voxel of density, along each axis")
         ->check(app::within(1, 8))
         ->group(accuracy);
-    app.add_option("--disc-samples", o.accuracy.disc_samples, "directions over the disc of a sun that has a diameter")
-        ->check(app::within(1, 1024))
-        ->group(accuracy);
+    o.disc_samples = app.add_option("--disc-samples", o.accuracy.disc_samples,
+                                    "directions over the disc of a sun that has a diameter")
+                         ->check(app::within(1, 1024))
+                         ->group(accuracy);
     app.add_option("--error-samples", o.accuracy.error_samples,
                    "voxels at which the lattice is compared with exact rays, for --json")
         ->check(app::within(0, 1000000))
+        ->only_with(lattice, "--fidelity lattice")
         ->group(accuracy);
 }
 
@@ -118,6 +123,8 @@ void illuminate(app::App& app, const Options& o)
     const auto density = density_of(file, o.density, app.warnings());
     const Medium medium = app::chosen_medium(app, o.medium, *density);
     const auto tasks = tasks_of(app, o, file, *density, medium);
+    const auto disc = [](const Task& task) { return !task.done && task.light.angular_diameter > 0; };
+    o.disc_samples.check_effect(std::any_of(tasks.begin(), tasks.end(), disc), "a --sun-diameter above 0");
     if (app.dry_run()) return estimate(app, o, *density, tasks.size());
 
     for (const auto& task : tasks) {

@@ -53,7 +53,7 @@ std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, GridFile& 
 {
     auto lights = app::lights_asked(o.lights);
     if (lights.empty()) lights = lights_of(file);
-    const bool sky = o.sky.size() || app::sky_asked(app), glow = bool(find_grid(file, schema::emission));
+    const bool sky = o.sky.size() || app::sky_asked(o.sky_shape), glow = bool(find_grid(file, schema::emission));
     if (lights.empty() && !sky && !glow) {
         const bool z_up = get_text(*file.metadata, schema::up_axis, "Y") == "Z";
         lights.push_back(app::automatic_sun(z_up ? Vec3d(0, 0, 1) : Vec3d(0, 1, 0)));
@@ -129,7 +129,7 @@ void solve(app::App& app, P1solveOptions& o)
     const auto lights = lights_for(app, o, file, *density, medium);
     const bool z_up = get_text(*file.metadata, schema::up_axis, "Y") == "Z";
     if (z_up) o.scatter.closure.polar = 2;
-    o.scatter.sky = chosen_sky(app, o, lights, z_up ? Vec3d(0, 0, 1) : Vec3d(0, 1, 0));
+    o.scatter.sky = chosen_sky(o, lights, z_up ? Vec3d(0, 0, 1) : Vec3d(0, 1, 0));
     if (app.dry_run()) return estimate(app, o, medium, *density, lights.size());
 
     const auto tint = vectors(app, file, grid_of(file, schema::colour));

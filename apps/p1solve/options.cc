@@ -9,33 +9,34 @@ namespace {
 void declare_closure(app::App& app, ScatterOptions& o)
 {
     const auto group = "From P1 to the transport equation";
-    auto* iterations = app.add_option("--iterations", o.closure.iterations, "transport sweeps at most; 0 is P1")
-                           ->check(app::within(0, 1000))
-                           ->group(group);
+    app.add_option("--iterations", o.closure.iterations, "transport sweeps at most; 0 is P1")
+        ->check(app::within(0, 1000))
+        ->group(group);
+    const auto sweeps = [&o] { return o.closure.iterations > 0; };
     app.add_option("--directions", o.closure.directions,
                    "of the quadrature, rounded up to what there is and to what the degree needs")
         ->check(app::within(1, 8192))
-        ->needs(iterations)
+        ->only_with(sweeps, "--iterations above 0")
         ->group(group);
     app.add_choice<OrdinateKind>(
            "--quadrature", o.closure.kind,
            {{"product", OrdinateKind::Product}, {"level-symmetric", OrdinateKind::LevelSymmetric}},
            "product: azimuths x half-range Gauss, best in layers; level-symmetric: no axis is special, degree 5 at "
            "most")
-        ->needs(iterations)
+        ->only_with(sweeps, "--iterations above 0")
         ->group(group);
     app.add_option("--degree", o.closure.degree,
                    "of the expansion of scattered light and of the delta-M scaling: 1 to 7")
         ->check(app::within(1, 7))
-        ->needs(iterations)
+        ->only_with(sweeps, "--iterations above 0")
         ->group(group);
     app.add_option("--change", o.closure.change, "stop when a sweep changes the light it was given by less, relative")
         ->check(app::positive)
-        ->needs(iterations)
+        ->only_with(sweeps, "--iterations above 0")
         ->group(group);
     app.add_option("--keep-moments", o.keep_moments, "degree up to which moments are written; 1: phi and flux")
         ->check(app::within(1, 7))
-        ->needs(iterations)
+        ->only_with(sweeps, "--iterations above 0")
         ->group(group);
 }
 
@@ -103,20 +104,27 @@ void declare(app::App& app, P1solveOptions& o)
         ->group(method);
     app.add_option("--relaxation", o.scatter.relaxation, "over-relaxation factor of --solver relaxation")
         ->check(app::within(0.1, 1.999))
+        ->only_with([&o] { return o.scatter.solver == P1Solver::Relaxation; }, "--solver relaxation")
         ->group(method);
 
     const auto series = "Series in absorption";
+    const auto expands = [&o] { return o.series.order > 0; };
+    const auto with_series = "--series above 0";
     app.add_option("--series", o.series.order,
                    "write I_0 .. I_K of the expansion in 1 - albedo, from which render makes any albedo; 0: none")
         ->check(app::within(0, 32))
         ->group(series);
     app.add_flag("--galerkin", o.series.galerkin,
                  "solve on the span of I_0 .. I_K, which does not diverge, instead of summing them")
+        ->only_with(expands, with_series)
         ->group(series);
     app.add_option("--least-albedo", o.series.least_albedo, "the table of coefficients reaches from here to 1")
         ->check(app::within(0.01, 0.999999))
+        ->only_with(expands, with_series)
         ->group(series);
-    app.add_flag("--series-raw", o.series_raw, "write the I_k themselves too")->group(series);
+    app.add_flag("--series-raw", o.series_raw, "write the I_k themselves too")
+        ->only_with(expands, with_series)
+        ->group(series);
 
     declare_closure(app, o.scatter);
 
@@ -138,11 +146,11 @@ void declare(app::App& app, P1solveOptions& o)
         ->group(accuracy);
 }
 
-Sky chosen_sky(const app::App& app, const P1solveOptions& o, const std::vector<Light>& lights, const Vec3d& up)
+Sky chosen_sky(const P1solveOptions& o, const std::vector<Light>& lights, const Vec3d& up)
 {
     Sky sky;
     sky.up = up;
-    if (o.sky == "day" || (o.sky.empty() && app::sky_asked(app))) {
+    if (o.sky == "day" || (o.sky.empty() && app::sky_asked(o.sky_shape))) {
         Vec3d brightest(0.0);
         for (const Light& light : lights)
             for (int c = 0; c < 3 && light.kind == LightKind::Directional; ++c)
@@ -152,7 +160,7 @@ Sky chosen_sky(const app::App& app, const P1solveOptions& o, const std::vector<L
         sky = Sky::constant(app::colour_asked("--sky", o.sky, "day, one number or r,g,b"));
         sky.up = up;
     }
-    sky = app::with_asked(app, o.sky_shape, sky);
+    sky = app::with_asked(o.sky_shape, sky);
     try {
         check(sky);
     } catch (const InputError& e) {

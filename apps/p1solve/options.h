@@ -26,7 +26,7 @@ struct P1solveOptions {
 void declare(app::App&, P1solveOptions&);
 
 /// The sky asked for, over `up`; black if none is. How bright a day is follows from the suns. Throws UsageError.
-Sky chosen_sky(const app::App&, const P1solveOptions&, const std::vector<Light>& lights, const Vec3d& up);
+Sky chosen_sky(const P1solveOptions&, const std::vector<Light>& lights, const Vec3d& up);
 
 /// What options say together, once all are read: the letters of --periodic, and what --iterations cannot go with.
 /// Tells of directions that were rounded up. Throws UsageError.

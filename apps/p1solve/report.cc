@@ -71,9 +71,6 @@ void fill_report(app::App& app, const ScatterReport& report)
                    {"bytes_per_active_voxel", report.voxels ? double(report.bytes) / double(report.voxels) : 0.0}};
     const char* const channels[] = {"r", "g", "b"};
     for (int c = 0; c < 3; ++c) r["channels"][channels[c]] = described(report.channel[c]);
-    if (report.channel[0].closure.iterations == 0)
-        r["accuracy"] = {{"bias", "P1: against path tracing the picture of a cloud in the sun is off by up to 21 %, "
-                                  "which sweeps (--iterations) remove"}};
 }
 
 void estimate(app::App& app, const P1solveOptions& o, const Medium& medium, const FloatGrid& density, size_t lights)

@@ -15,9 +15,10 @@ std::vector<Vec3d> unit_box()
 
 }  // namespace
 
-Camera chosen_camera(const app::App& app, const RenderOptions& o, const LoadedScene& loaded, const ImageSize& size)
+Camera chosen_camera(const RenderOptions& o, const LoadedScene& loaded, const ImageSize& size)
 {
-    const bool placed = app.given("--camera"), aimed = app.given("--look-at"), directed = app.given("--direction");
+    const bool placed = o.option.camera.given(), aimed = o.option.look_at.given(),
+               directed = o.option.direction.given();
     if (placed && aimed && directed)
         throw UsageError("--direction follows from --camera and --look-at: give two of the three");
     const std::vector<Vec3d>& corners = loaded.corners.empty() ? unit_box() : loaded.corners;
@@ -34,7 +35,7 @@ Camera chosen_camera(const app::App& app, const RenderOptions& o, const LoadedSc
     if (aimed) camera.look_at = o.camera.look_at;
     if (placed && directed) camera.look_at = camera.position + ahead;
     if (aimed && !placed) camera.position = camera.look_at - ahead;
-    if (app.given("--ortho-width")) camera.width = o.camera.width;
+    if (o.option.ortho_width.given()) camera.width = o.camera.width;
     return camera;
 }
 

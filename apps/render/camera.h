@@ -6,6 +6,6 @@ namespace vdbcloud {
 
 /// What --camera, --look-at, --direction and --ortho-width give, the rest from framing the scene (a unit box
 /// if there is nothing in it).
-Camera chosen_camera(const app::App&, const RenderOptions&, const LoadedScene&, const ImageSize&);
+Camera chosen_camera(const RenderOptions&, const LoadedScene&, const ImageSize&);
 
 }  // namespace vdbcloud

@@ -46,12 +46,11 @@ void write_pictures(app::App& app, const RenderOptions& o, const LoadedScene& lo
 void render(app::App& app, RenderOptions& o)
 {
     check_outputs(app, o);
-    check_effect(app, o);
     const ImageSize size = image_size(o);
     LoadedScene loaded = load_scene(app, o);
-    const auto background = chosen_background(app, o, sun_irradiance(loaded.scene), loaded.up, loaded.sky);
+    const auto background = chosen_background(o, sun_irradiance(loaded.scene), loaded.up, loaded.sky);
     loaded.scene.background = background.sky;
-    const CameraView view(chosen_camera(app, o, loaded, size), size);
+    const CameraView view(chosen_camera(o, loaded, size), size);
     report_picture(app, o, loaded, view);
 
     Film film(size, render_layers(loaded.scene, wanted_layers(o)));
@@ -62,7 +61,7 @@ void render(app::App& app, RenderOptions& o)
         cost = render_image(film, loaded.scene, view, o.sampling, o.integrator, app.progress("render"));
     }
 
-    if (!app.given("--exposure")) o.view.exposure = auto_exposure(film);
+    if (!o.option.exposure.given()) o.view.exposure = auto_exposure(film);
     report_cost(app, cost, o.view.exposure);
     write_pictures(app, o, loaded, film, view, background.in_exr);
 }

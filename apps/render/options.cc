@@ -12,27 +12,34 @@ namespace {
 void declare_camera(app::App& app, RenderOptions& o)
 {
     const char* group = "Camera";
-    app.add_option("--camera", o.camera.position,
-                   "position x,y,z, inside the cloud if you like; without it framed automatically")
-        ->default_str("")
-        ->group(group);
-    app.add_option("--look-at", o.camera.look_at, "point in the middle of the picture; without it the cloud's middle")
-        ->default_str("")
-        ->group(group);
-    app.add_option("--direction", o.direction, "in which to look, x,y,z, where the camera is framed automatically")
-        ->default_str("")
-        ->group(group);
+    const auto perspective = [&o] { return o.camera.projection == Projection::Perspective; };
+    o.option.camera = app.add_option("--camera", o.camera.position,
+                                     "position x,y,z, inside the cloud if you like; without it framed automatically")
+                          ->default_str("")
+                          ->group(group);
+    o.option.look_at = app.add_option("--look-at", o.camera.look_at,
+                                      "point in the middle of the picture; without it the cloud's middle")
+                           ->default_str("")
+                           ->group(group);
+    o.option.direction =
+        app.add_option("--direction", o.direction, "in which to look, x,y,z, where the camera is framed automatically")
+            ->default_str("")
+            ->group(group);
     app.add_choice<Projection>("--projection", o.camera.projection,
                                {{"perspective", Projection::Perspective}, {"orthographic", Projection::Orthographic}},
                                "how rays run")
         ->group(group);
     app.add_option("--fov", o.camera.fov, "angle across the picture's width, perspective [degrees]")
         ->check(app::within(0.001, 179))
+        ->only_with(perspective, "--projection perspective")
         ->group(group);
-    app.add_option("--ortho-width", o.camera.width, "the picture's width, orthographic [world unit]; without it framed")
-        ->check(app::positive)
-        ->default_str("")
-        ->group(group);
+    o.option.ortho_width =
+        app.add_option("--ortho-width", o.camera.width,
+                       "the picture's width, orthographic [world unit]; without it framed")
+            ->check(app::positive)
+            ->only_with([&o] { return o.camera.projection == Projection::Orthographic; }, "--projection orthographic")
+            ->default_str("")
+            ->group(group);
     app.add_option("--margin", o.framing.margin, "share of the picture left free at each edge by framing")
         ->check(app::within(0, 0.49))
         ->group(group);
@@ -50,6 +57,9 @@ void declare_camera(app::App& app, RenderOptions& o)
 void declare_sampling(app::App& app, RenderOptions& o)
 {
     const char* group = "Accuracy";
+    const auto by = [&o](Integrator kind) { return [&o, kind] { return o.integrator.kind == kind; }; };
+    const auto several = [&o] { return o.sampling.samples > 1; };
+    const auto several_samples = "--samples above 1";
     app.add_choice<Integrator>("--integrator", o.integrator.kind,
                                {{name(Integrator::Cells), Integrator::Cells},
                                 {name(Integrator::Romberg), Integrator::Romberg},
@@ -58,10 +68,15 @@ void declare_sampling(app::App& app, RenderOptions& o)
         ->group(group);
     app.add_option("--tolerance", o.integrator.tolerance, "of romberg, relative to the brightest source")
         ->check(app::positive)
+        ->only_with(by(Integrator::Romberg), "--integrator romberg")
         ->group(group);
-    app.add_option("--step", o.integrator.step, "of steps [voxel edge]")->check(app::positive)->group(group);
+    app.add_option("--step", o.integrator.step, "of steps [voxel edge]")
+        ->check(app::positive)
+        ->only_with(by(Integrator::Steps), "--integrator steps")
+        ->group(group);
     app.add_option("--parts", o.integrator.parts, "of cells: steps of fourth order in each cell")
         ->check(app::within(1, 64))
+        ->only_with(by(Integrator::Cells), "--integrator cells")
         ->group(group);
     app.add_flag("--shadow-rays", o.integrator.shadow_rays,
                  "find the light at each point by a ray of its own: slow, needs no "
@@ -70,6 +85,7 @@ void declare_sampling(app::App& app, RenderOptions& o)
     app.add_choice<Fidelity>("--fidelity", o.light.fidelity,
                              {{"lattice", Fidelity::Lattice}, {"exact", Fidelity::Exact}},
                              "how a light is computed that the input does not bring")
+        ->not_with([&o] { return o.integrator.shadow_rays; }, "--shadow-rays")
         ->group(group);
     app.add_option("--samples", o.sampling.samples, "per pixel; 1 is taken at its centre")
         ->check(app::within(1, 65536))
@@ -79,11 +95,15 @@ void declare_sampling(app::App& app, RenderOptions& o)
                                 {name(FilterKind::Gaussian), FilterKind::Gaussian},
                                 {name(FilterKind::BlackmanHarris), FilterKind::BlackmanHarris}},
                                "reconstruction filter of several samples")
+        ->only_with(several, several_samples)
         ->group(group);
     app.add_option("--filter-width", o.sampling.filter_width, "full width [pixels]; 0: the filter's own, 1 or 3")
         ->check(app::within(0, 64))
+        ->only_with(several, several_samples)
         ->group(group);
-    app.add_option("--seed", o.sampling.seed, "of the samples' places")->group(group);
+    app.add_option("--seed", o.sampling.seed, "of the samples' places")
+        ->only_with(several, several_samples)
+        ->group(group);
 }
 
 void declare_picture(app::App& app, RenderOptions& o)
@@ -98,9 +118,12 @@ void declare_picture(app::App& app, RenderOptions& o)
                    "none and alpha, and the .png shows the sky: the one that lit the medium, else a clear blue day")
         ->group(group);
     app::declare_sky_shape(app, o.sky, group);
-    app.add_option("--exposure", o.view.exposure, "of the .png [EV]; without it found from the picture")
-        ->default_str("")
-        ->group(group);
+    for (const app::Option& shape : {o.sky.option.zenith, o.sky.option.horizon, o.sky.option.ground, o.sky.option.haze})
+        shape.only_with([&o] { return o.background.empty() || o.background == "sky"; }, "--background sky");
+    o.option.exposure =
+        app.add_option("--exposure", o.view.exposure, "of the .png [EV]; without it found from the picture")
+            ->default_str("")
+            ->group(group);
     app.add_choice<ViewKind>("--view", o.view.kind,
                              {{name(ViewKind::Filmic), ViewKind::Filmic},
                               {name(ViewKind::Srgb), ViewKind::Srgb},
@@ -165,25 +188,6 @@ void declare(app::App& app, RenderOptions& o)
     declare_picture(app, o);
 }
 
-void check_effect(const app::App& app, const RenderOptions& o)
-{
-    const auto needs = [&](const char* option, bool met, const char* what) {
-        if (app.given(option) && !met) throw UsageError(std::string(option) + " has no effect: it needs " + what);
-    };
-    const bool perspective = o.camera.projection == Projection::Perspective;
-    needs("--fov", perspective, "--projection perspective");
-    needs("--ortho-width", !perspective, "--projection orthographic");
-    needs("--tolerance", o.integrator.kind == Integrator::Romberg, "--integrator romberg");
-    needs("--step", o.integrator.kind == Integrator::Steps, "--integrator steps");
-    needs("--parts", o.integrator.kind == Integrator::Cells, "--integrator cells");
-    needs("--fidelity", !o.integrator.shadow_rays, "a light grid, and --shadow-rays does without");
-    for (const char* option : {"--filter", "--filter-width", "--seed"})
-        needs(option, o.sampling.samples > 1, "--samples above 1");
-    const bool sky = o.background.empty() || o.background == "sky";
-    for (const char* option : {"--sky-zenith", "--sky-horizon", "--sky-ground", "--sky-haze"})
-        needs(option, sky, "a sky for --background");
-}
-
 ImageSize image_size(const RenderOptions& o)
 {
     ImageSize size;
@@ -223,14 +227,14 @@ bool wants_background_layer(const RenderOptions& o)
     return std::any_of(words.begin(), words.end(), [](const auto& w) { return one_of(w, {"all", "background"}); });
 }
 
-ChosenBackground chosen_background(const app::App& app, const RenderOptions& o, const Vec3d& sun_irradiance,
-                                   const Vec3d& up, const std::optional<Sky>& lit_by)
+ChosenBackground chosen_background(const RenderOptions& o, const Vec3d& sun_irradiance, const Vec3d& up,
+                                   const std::optional<Sky>& lit_by)
 {
     ChosenBackground out;
     if (o.background == "none") return out;
     if (o.background.empty() || o.background == "sky") {
-        out.sky = app::with_asked(app, o.sky, lit_by ? *lit_by : Sky::clear_day(sun_irradiance, up));
-        out.in_exr = app::sky_asked(app) || !o.background.empty();
+        out.sky = app::with_asked(o.sky, lit_by ? *lit_by : Sky::clear_day(sun_irradiance, up));
+        out.in_exr = app::sky_asked(o.sky) || !o.background.empty();
         return out;
     }
     out.sky = Sky::constant(app::colour_asked("--background", o.background, "none, sky, or r,g,b"));

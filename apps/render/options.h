@@ -41,13 +41,13 @@ struct RenderOptions {
 
     ViewOptions view;
     int png_bits = 8;
+
+    struct {
+        app::Option camera, look_at, direction, ortho_width, exposure;
+    } option;
 };
 
 void declare(app::App&, RenderOptions&);
-
-/// Throws UsageError if an option was given that the others leave without effect, such as --step without the
-/// integrator that takes steps.
-void check_effect(const app::App&, const RenderOptions&);
 
 /// "640x480", or "512" for a square; and "x0,y0,x1,y1" of the crop. Throws UsageError.
 ImageSize image_size(const RenderOptions&);
@@ -64,7 +64,7 @@ struct ChosenBackground {
 
 /// Without a word of the user's it is the sky that lit the medium, `lit_by`; without that either a clear day, whose
 /// brightness `sun_irradiance` sets. Throws UsageError on a word that is no background.
-ChosenBackground chosen_background(const app::App&, const RenderOptions&, const Vec3d& sun_irradiance, const Vec3d& up,
+ChosenBackground chosen_background(const RenderOptions&, const Vec3d& sun_irradiance, const Vec3d& up,
                                    const std::optional<Sky>& lit_by);
 
 }  // namespace vdbcloud

@@ -20,6 +20,7 @@ struct Options {
     std::string a, b;
     std::vector<std::string> grids;
     Tolerances allowed;
+    app::Option max, rms, relative;
 };
 
 void declare(app::App& app, Options& o)
@@ -29,18 +30,18 @@ void declare(app::App& app, Options& o)
     app.add_option("b", o.b, "another")->required();
     app.add_option("--grid", o.grids, "compare only this grid, NAME or NAME[k]; may be given again");
     const auto tolerance = "Tolerances";
-    app.add_option("--max", o.allowed.max,
-                   "largest difference of two values; any, if --rms or --relative is given alone")
-        ->check(app::nonnegative)
-        ->group(tolerance);
-    app.add_option("--rms", o.allowed.rms,
-                   "root mean square of the differences over the active voxels; any, unless given")
-        ->check(app::nonnegative)
-        ->group(tolerance);
-    app.add_option("--relative", o.allowed.relative,
-                   "that over the root mean square of the first file's values; any, unless given")
-        ->check(app::nonnegative)
-        ->group(tolerance);
+    o.max = app.add_option("--max", o.allowed.max,
+                           "largest difference of two values; any, if --rms or --relative is given alone")
+                ->check(app::nonnegative)
+                ->group(tolerance);
+    o.rms = app.add_option("--rms", o.allowed.rms,
+                           "root mean square of the differences over the active voxels; any, unless given")
+                ->check(app::nonnegative)
+                ->group(tolerance);
+    o.relative = app.add_option("--relative", o.allowed.relative,
+                                "that over the root mean square of the first file's values; any, unless given")
+                     ->check(app::nonnegative)
+                     ->group(tolerance);
     app.add_option("--topology", o.allowed.topology, "part of the voxels that may be active in one file alone")
         ->check(app::within(0, 1))
         ->group(tolerance);
@@ -53,13 +54,13 @@ void declare(app::App& app, Options& o)
 }
 
 /// What was not asked for is not a criterion: --rms 1e-3 alone says nothing of single values.
-Tolerances criteria(const app::App& app, const Options& o)
+Tolerances criteria(const Options& o)
 {
     const double anything = std::numeric_limits<double>::infinity();
     Tolerances allowed = o.allowed;
-    if (!app.given("--rms")) allowed.rms = anything;
-    if (!app.given("--relative")) allowed.relative = anything;
-    if (!app.given("--max") && (app.given("--rms") || app.given("--relative"))) allowed.max = anything;
+    if (!o.rms.given()) allowed.rms = anything;
+    if (!o.relative.given()) allowed.relative = anything;
+    if (!o.max.given() && (o.rms.given() || o.relative.given())) allowed.max = anything;
     return allowed;
 }
 
@@ -118,7 +119,7 @@ int main(int argc, char** argv)
         if (app.dry_run()) return;
         const auto comparing = app.phase("compare");
         const FileDifference difference = compare_files(a, b, o.grids);
-        const auto reasons = beyond(difference, criteria(app, o));
+        const auto reasons = beyond(difference, criteria(o));
         app.report()["difference"] = described(difference);
         app.report()["beyond"] = reasons;
         tell(app, difference);

@@ -258,15 +258,45 @@ TEST(Contract, HistoryKeepsWhatWasAndHidesFolders)
         EXPECT_EQ(text.find(absent), std::string::npos) << text;
 }
 
-TEST(Contract, TimeLimitCountsFromTheStart)
+TEST(Contract, AnOptionWithoutEffectIsRefusedWithTheOtherOptionAndTheWayOut)
 {
-    const auto left = [](const char* limit) {
-        const RunResult r = echo({"-o", "/dev/null", "--act", "countdown", "--json", "-", "--time-limit", limit});
-        return nlohmann::json::parse(r.out)["counts"]["seconds_left"];
+    const Wrong table[] = {
+        {{"--step", "2"}, "--step has no effect without --method steps: add --method steps, or leave out --step"},
+        {{"--step", "1"}, "--step has no effect without --method steps"},  // its default, but it was given
+        {{"--unit", "m"}, "--unit has no effect without --sun: add --sun, or leave out --unit"},
+        {{"--no-haze", "--colour", "red"}, "--colour has no effect with --no-haze: leave out one of them"},
+        {{"--width", "3", "--act", "narrow"}, "--width has no effect without --act wide"},
     };
-    EXPECT_GT(left("1000").get<double>(), 900);
-    EXPECT_LT(left("1000").get<double>(), 1000);
-    EXPECT_TRUE(left("0").is_null());  // no limit is no number
+    for (const Wrong& wrong : table) {
+        Words words{"-o", "/dev/null"};
+        words.insert(words.end(), wrong.words.begin(), wrong.words.end());
+        const RunResult r = echo(words);
+        EXPECT_EQ(r.status, 2) << wrong.said;
+        EXPECT_NE(r.err.find(wrong.said), std::string::npos) << r.err;
+        expect_one_line(r.err);
+    }
+    const Scratch scratch;
+    write_text(scratch / "c.toml", "note = \"x\"\nstep = 2\n");
+    const RunResult filed = echo({"-o", "/dev/null", "--config", scratch / "c.toml"});
+    EXPECT_EQ(filed.status, 2);
+    EXPECT_NE(filed.err.find("c.toml: line 2: --step has no effect"), std::string::npos) << filed.err;
+    write_text(scratch / "c.toml", "step = 1\n");  // as --print-config writes a default
+    for (const Words& words :
+         {Words{"--method", "steps", "--step", "2"}, Words{"--sun", "1,2,3", "--unit", "m"}, Words{"--colour", "red"},
+          Words{"--act", "narrow"}, Words{"--width", "3"}, Words{"--config", scratch / "c.toml"}}) {
+        Words all{"-o", "/dev/null"};
+        all.insert(all.end(), words.begin(), words.end());
+        EXPECT_EQ(echo(all).status, 0) << words.front();
+    }
+}
+
+TEST(Contract, AHandleKnowsItsNameAndValue)
+{
+    EXPECT_EQ(echo({"-o", "/dev/null", "--act", "text", "--sun", "1,2,3"}).err,
+              "echo_tool: --sun 1,2,3 --width 1 0.1\n");
+    const RunResult r = echo({"-o", "/dev/null", "--act", "undeclared"});
+    EXPECT_EQ(r.status, 1);
+    EXPECT_NE(r.err.find("a handle of an option that was not declared"), std::string::npos) << r.err;
 }
 
 }  // namespace

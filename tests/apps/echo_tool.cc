@@ -22,7 +22,7 @@ namespace {
 enum class Method { Cells, Steps };
 
 struct Options {
-    std::string input, output, act = "nothing", note;
+    std::string input, output, act = "nothing", note, unit, colour;
     double density = 1.0 / 3.0;
     int count = 3;
     uint64_t seed = 7;
@@ -32,6 +32,8 @@ struct Options {
     std::vector<double> widths{1, 0.1};
     bool haze = true, fast = false;
     Method method = Method::Cells;
+    double step = 1;
+    app::Option density_option, sun_option, width_option;
 };
 
 void declare(app::App& app, Options& o)
@@ -40,17 +42,21 @@ void declare(app::App& app, Options& o)
     app.add_option("-o,--output", o.output, "what to write")->required();
     app.add_option("--act", o.act, "what to do");
     app.add_option("--note", o.note, "any text");
-    app.add_option("--density", o.density, "a number above 0")->check(app::positive);
+    o.density_option = app.add_option("--density", o.density, "a number above 0")->check(app::positive);
     app.add_option("--count", o.count, "a whole number")->check(app::within(0, 100));
     app.add_option("--seed", o.seed, "64 bits");
-    app.add_option("--sun", o.sun, "a direction");
+    o.sun_option = app.add_option("--sun", o.sun, "a direction");
     app.add_rgb("--albedo", o.albedo, "a colour")->check(app::within(0, 1));
     app.add_option("--lamp", o.lamps, "positions");
     app.add_option("--name", o.names, "texts");
-    app.add_option("--width", o.widths, "numbers");
+    o.width_option = app.add_option("--width", o.widths, "numbers");
     app.add_flag("--haze,!--no-haze", o.haze, "on unless switched off");
     app.add_flag("--fast", o.fast, "off unless switched on");
     app.add_choice<Method>("--method", o.method, {{"cells", Method::Cells}, {"steps", Method::Steps}}, "how");
+    app.add_option("--step", o.step, "a length")
+        ->only_with([&o] { return o.method == Method::Steps; }, "--method steps");
+    app.add_option("--unit", o.unit, "of --sun")->needs(o.sun_option);
+    app.add_option("--colour", o.colour, "of the haze")->not_with([&o] { return !o.haze; }, "--no-haze");
 }
 
 [[noreturn]] void sleep_long(app::App& app)
@@ -105,8 +111,11 @@ void act(app::App& app, const Options& o)
         GridFile file = app.read(o.input);
         app.write(o.output, file);
     }
-    if (what == "given") app.report()["counts"] = {{"density", app.given("--density")}, {"sun", app.given("--sun")}};
-    if (what == "countdown") app.report()["counts"]["seconds_left"] = app.seconds_left();
+    if (what == "given")
+        app.report()["counts"] = {{"density", o.density_option.given()}, {"sun", o.sun_option.given()}};
+    if (what == "text") app.say(o.sun_option.text() + " " + o.width_option.text());
+    if (what == "undeclared") app::Option().given();
+    o.width_option.check_effect(o.act != "narrow", "--act wide");
     if (what == "threads") app.report()["counts"]["threads_at_once"] = most_at_once();
     if (what == "say") app.say("hello");
     if (what == "steps") {
@@ -123,7 +132,6 @@ int main(int argc, char** argv)
     app::App app("echo_tool", "Does what it is told.");
     app.reads_grids();
     app.writes_grids();
-    app.stops_in_time();
     Options o;
     declare(app, o);
     return app.run(argc, argv, [&] {

@@ -1,0 +1,87 @@
+#include "option.h"
+
+#include "shared.h"
+
+#include "vdbcloud/core/error.h"
+
+#include <stdexcept>
+#include <utility>
+
+namespace vdbcloud::app {
+
+CLI::Option* Option::cli() const
+{
+    if (!option_) throw std::logic_error("internal error: a handle of an option that was not declared");
+    return option_;
+}
+
+Option Option::check(const CLI::Validator& validator) const { return cli()->check(validator), *this; }
+Option Option::group(const std::string& name) const { return cli()->group(name), *this; }
+Option Option::required() const { return cli()->required(), *this; }
+Option Option::configurable(bool is) const { return cli()->configurable(is), *this; }
+Option Option::default_str(const std::string& text) const { return cli()->default_str(text), *this; }
+Option Option::type_name(const std::string& name) const { return cli()->type_name(name), *this; }
+Option Option::expected(int count) const { return cli()->expected(count), *this; }
+Option Option::allow_extra_args() const { return cli()->allow_extra_args(), *this; }
+
+std::string Option::name() const { return cli()->get_name(); }
+
+std::string Option::text() const
+{
+    std::string all = name();
+    for (const Setting& setting : settings(*app_))
+        if (setting.option == option_)
+            for (const std::string& word : setting.words) all += " " + word;
+    return all;
+}
+
+bool Option::given() const
+{
+    if (cli()->count() == 0) return false;
+    if (app_->on_command_line(option_)) return true;
+    for (const Setting& setting : settings(*app_))
+        if (setting.option == option_) return setting.words != default_words(setting);
+    return true;
+}
+
+void Option::refuse(const std::string& why) const { throw UsageError(app_->place(option_) + name() + why); }
+
+void Option::rule(std::function<bool()> holds, const std::string& why) const
+{
+    cli();
+    app_->shared_->rules.push_back([option = *this, holds = std::move(holds), why] {
+        if (option.given() && !holds()) option.refuse(why);
+    });
+}
+
+namespace {
+
+std::string without(const std::string& wanted, const std::string& name)
+{
+    return " has no effect without " + wanted + ": add " + wanted + ", or leave out " + name;
+}
+
+}  // namespace
+
+Option Option::needs(const Option& other) const
+{
+    return only_with([other] { return other.given(); }, other.name());
+}
+
+Option Option::only_with(std::function<bool()> met, const std::string& wanted) const
+{
+    return rule(std::move(met), without(wanted, name())), *this;
+}
+
+Option Option::not_with(std::function<bool()> met, const std::string& unwanted) const
+{
+    const auto unmet = [met = std::move(met)] { return !met(); };
+    return rule(unmet, " has no effect with " + unwanted + ": leave out one of them"), *this;
+}
+
+void Option::check_effect(bool met, const std::string& wanted) const
+{
+    if (given() && !met) refuse(without(wanted, name()));
+}
+
+}  // namespace vdbcloud::app
