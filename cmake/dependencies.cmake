@@ -9,6 +9,7 @@ find_package(TBB REQUIRED)
 find_package(OpenImageIO REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(nlohmann_json REQUIRED)
+find_package(tomlplusplus REQUIRED)
 
 # Debian's OpenImageIO target names an include folder of OpenCV, which is there only with OpenCV.
 foreach(target OpenImageIO::OpenImageIO OpenImageIO::OpenImageIO_Util)

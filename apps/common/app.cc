@@ -38,7 +38,7 @@ void check_target(const std::string& path, bool no_clobber)
     std::error_code none;
     if (fs::is_directory(path, none)) throw IoError(one_line(path) + ": expected a file to write to, this is a folder");
     if (no_clobber && fs::exists(path, none))
-        throw IoError(one_line(path) + ": is there already, and --no-clobber was given");
+        throw IoError(one_line(path) + ": file exists and --no-clobber was given");
     const fs::path folder = fs::path(path).parent_path();
     if (!folder.empty() && !fs::is_directory(folder, none))
         throw IoError(one_line(path) + ": there is no folder " + one_line(folder.string()));
@@ -202,6 +202,10 @@ bool App::parse_line(int argc, char** argv)
         const std::string word = argv[k];
         if (word.size() > 3 && word.rfind("--", 0) == 0 && word.back() == '=' && word.find('=') == word.size() - 1)
             throw UsageError(word.substr(0, word.size() - 1) + ": expected a value after =");
+        // CLI11 reads -output as -o utput.
+        const std::string name = word.substr(0, word.find('='));
+        if (name.size() > 2 && name[0] == '-' && name[1] != '-' && get_option_no_throw("-" + name))
+            throw UsageError("unknown option '" + name + "'; did you mean '-" + name + "'?");
     }
     try {
         parse(argc, argv);
@@ -240,7 +244,7 @@ App::Outcome App::attempt(const std::function<void()>& work)
     } catch (const std::exception& error) {
         return {failed, error.what()};
     } catch (...) {
-        return {failed, "internal error: something that is no exception was thrown"};
+        return {failed, "internal error: an object that is no exception was thrown"};
     }
 }
 
@@ -268,7 +272,8 @@ int App::run(int argc, char** argv, const std::function<void()>& body)
     report_if_ended("", "");
     if (outcome.status == 128 + SIGINT) end_by(SIGINT);
     if (outcome.status != ok) {
-        const std::string what = outcome.message.empty() ? "failed, and does not say why" : one_line(outcome.message);
+        const std::string what =
+            outcome.message.empty() ? "internal error: exception without a message" : one_line(outcome.message);
         s.meter.line((coloured() ? "\033[31m" + get_name() + ":\033[0m " : get_name() + ": ") + what);
     }
     return outcome.status;

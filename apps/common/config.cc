@@ -1,173 +1,66 @@
 #include "config.h"
 
+#include "nearest.h"
 #include "options.h"
 
 #include "vdbcloud/core/error.h"
 
+#include <toml++/toml.h>
+
 #include <algorithm>
-#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
 #include <istream>
 #include <iterator>
-#include <numeric>
+#include <string_view>
 
 namespace vdbcloud::app {
 
 namespace {
 
-bool bare(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-'; }
+const std::string value_kinds = "a number, true, false, \"text\" or a [list]";
 
-/// A number as TOML writes it: no leading +, no leading zeros, digits on both sides of a point.
-bool toml_number(const std::string& word)
+[[noreturn]] void refuse(size_t line, const std::string& why)
 {
-    if (!number(word)) return false;
-    const size_t first = word[0] == '-', point = word.find('.');
-    if (first >= word.size() || !std::isdigit(static_cast<unsigned char>(word[first]))) return false;
-    if (word[first] == '0' && first + 1 < word.size() && std::isdigit(static_cast<unsigned char>(word[first + 1])))
-        return false;
-    return point == std::string::npos ||
-           (point + 1 < word.size() && std::isdigit(static_cast<unsigned char>(word[point + 1])));
+    throw UsageError("line " + std::to_string(line) + ": " + why);
 }
 
-void append_utf8(std::string& out, unsigned long code)
+/// toml++ says what it was parsing and what is wrong there; what belongs there is said here.
+[[noreturn]] void refuse(const toml::parse_error& error)
 {
-    if (code < 0x80) {
-        out += char(code);
-    } else if (code < 0x800) {
-        out += {char(0xc0 | (code >> 6)), char(0x80 | (code & 63))};
-    } else if (code < 0x10000) {
-        out += {char(0xe0 | (code >> 12)), char(0x80 | ((code >> 6) & 63)), char(0x80 | (code & 63))};
-    } else {
-        out += {char(0xf0 | (code >> 18)), char(0x80 | ((code >> 12) & 63)), char(0x80 | ((code >> 6) & 63)),
-                char(0x80 | (code & 63))};
+    std::string why = printable(std::string(error.description()));
+    const std::string twice = "cannot redefine existing ", prefix = "Error while parsing ";
+    const size_t line = error.source().begin.line, quote = why.find('\'');
+    if (why.find(twice) != std::string::npos && quote != std::string::npos)
+        refuse(line, why.substr(quote, why.rfind('\'') - quote + 1) + " is set twice");
+    if (why.rfind(prefix, 0) == 0) why.erase(0, prefix.size());
+    refuse(line, why + "; expected lines key = value, the value " + value_kinds);
+}
+
+toml::table parsed(const std::string& text)
+{
+    try {
+        return toml::parse(std::string_view(text));
+    } catch (const toml::parse_error& error) {
+        refuse(error);
     }
 }
 
-/// A cursor over the text of a config file.
-class Reader {
-public:
-    explicit Reader(std::string text) : text_(std::move(text)) {}
-
-    [[noreturn]] void refuse(const std::string& why) const
-    {
-        throw UsageError("line " + std::to_string(line_) + ": " + why);
-    }
-
-    size_t line() const { return line_; }
-    char peek() const { return at_ < text_.size() ? text_[at_] : '\0'; }
-    bool done() const { return at_ >= text_.size(); }
-
-    char next()
-    {
-        const char c = text_[at_++];
-        if (c == '\n') ++line_;
-        return c;
-    }
-
-    /// Passes over blanks and comments, and over ends of lines if asked.
-    void skip(bool lines)
-    {
-        while (!done()) {
-            if (peek() == '#') {
-                while (!done() && peek() != '\n') next();
-            } else if (peek() == ' ' || peek() == '\t' || peek() == '\r' || (lines && peek() == '\n')) {
-                next();
-            } else {
-                return;
-            }
-        }
-    }
-
-    std::string key()
-    {
-        if (peek() == '"' || peek() == '\'') return string();
-        if (peek() == '[') refuse("tables are not used here, only lines like key = value");
-        std::string name;
-        while (bare(peek())) name += next();
-        if (name.empty()) refuse("expected a line like key = value");
-        return name;
-    }
-
-    /// One word: a number, true, false or a string.
-    std::string word()
-    {
-        if (peek() == '"' || peek() == '\'') return string();
-        std::string token;
-        while (bare(peek()) || peek() == '+' || peek() == '.') token += next();
-        if (token == "true" || token == "false" || number(token)) return token;
-        if (token.empty()) refuse("expected a value: a number, true, false, \"text\" or a [list]");
-        refuse("'" + printable(token) + "': text goes between quotes, and numbers are finite");
-    }
-
-    /// A list; an inner list becomes one word "a,b,c".
-    std::vector<std::string> list(bool inner, bool& nested)
-    {
-        std::vector<std::string> words;
-        next();
-        for (skip(true); peek() != ']'; skip(true)) {
-            if (peek() == '[') {
-                if (inner) refuse("lists within lists of lists are not used here");
-                nested = true;
-                words.push_back(join(list(true, nested)));
-            } else {
-                words.push_back(word());
-            }
-            skip(true);
-            if (done()) refuse("a list has no end");
-            if (peek() == ',')
-                next();
-            else if (peek() != ']')
-                refuse("expected , or ] in a list");
-        }
-        next();
-        return words;
-    }
-
-    static std::string join(const std::vector<std::string>& words)
-    {
-        std::string joined;
-        for (size_t k = 0; k < words.size(); ++k) joined += (k ? "," : "") + words[k];
-        return joined;
-    }
-
-private:
-    std::string string()
-    {
-        const char quote = next();
-        std::string out;
-        for (;;) {
-            if (done() || peek() == '\n') refuse("a string has no closing quote");
-            const char c = next();
-            if (c == quote) return out;
-            if (c == '\\' && quote == '"')
-                escape(out);
-            else
-                out += c;
-        }
-    }
-
-    void escape(std::string& out)
-    {
-        static const std::string letters = "btnfr\"\\", meanings = "\b\t\n\f\r\"\\";
-        const char c = done() ? '\0' : next();
-        if (const size_t k = letters.find(c); c && k != std::string::npos) {
-            out += meanings[k];
-        } else if (c == 'u' || c == 'U') {
-            std::string digits;
-            while (digits.size() < (c == 'u' ? 4u : 8u) && std::isxdigit(static_cast<unsigned char>(peek())))
-                digits += next();
-            if (digits.size() != (c == 'u' ? 4u : 8u)) refuse("expected hexadecimal digits after \\u");
-            const unsigned long code = std::stoul(digits, nullptr, 16);
-            if (code == 0 || code > 0x10ffff || (code >= 0xd800 && code < 0xe000)) refuse("no character has this code");
-            append_utf8(out, code);
-        } else {
-            refuse("an unknown escape in a string");
-        }
-    }
-
-    std::string text_;
-    size_t at_ = 0;
-    size_t line_ = 1;
-};
+/// A number as TOML writes it, the same text for each way to write it; in quotes what exceeds TOML's integers.
+std::string toml_number(const std::string& word)
+{
+    const char *begin = word.data() + (word[0] == '+'), *end = word.data() + word.size();
+    int64_t whole = 0;
+    if (const auto read = std::from_chars(begin, end, whole); read.ec == std::errc() && read.ptr == end)
+        return std::to_string(whole);
+    uint64_t large = 0;  // seeds use all 64 bits
+    if (const auto read = std::from_chars(begin, end, large); read.ec == std::errc() && read.ptr == end)
+        return quoted(word);
+    const std::string text = shortest(*number(word));
+    if (text.find_first_of(".e") != std::string::npos) return text;
+    return text.size() > 18 ? text + ".0" : toml_number(text);
+}
 
 const CLI::Option* option_called(const CLI::App& app, const std::string& key)
 {
@@ -176,67 +69,82 @@ const CLI::Option* option_called(const CLI::App& app, const std::string& key)
     return option ? option : app.get_option_no_throw(key);
 }
 
-CLI::ConfigItem read_item(Reader& in, const CLI::App& app)
-{
-    CLI::ConfigItem item;
-    item.name = in.key();
-    const CLI::Option* option = option_called(app, item.name);
-    if (!option) in.refuse("unknown key '" + printable(item.name) + "'" + suggestion(app, item.name));
-    if (!option->get_configurable()) in.refuse("'" + item.name + "' belongs on the command line, not in a file");
-    in.skip(false);
-    if (in.peek() != '=') in.refuse("expected = after '" + item.name + "'");
-    in.next();
-    in.skip(false);
-    if (in.peek() == '[') {
-        bool nested = false;
-        item.inputs = in.list(false, nested);
-        const bool one_word = option->get_items_expected_max() == 1 && !nested;
-        if (one_word && !item.inputs.empty() && numbers(item.inputs.front()) &&
-            item.inputs.front().find(',') == std::string::npos)
-            item.inputs = {Reader::join(item.inputs)};
-    } else {
-        item.inputs = {in.word()};
+/// The words of one `key = value`, as they would stand on the command line.
+class Item {
+public:
+    Item(const toml::key& key, const toml::node& value) : name(key.str()), line(key.source().begin.line), value_(&value)
+    {
     }
-    const bool flag = option->get_items_expected_max() == 0;
-    if (flag && (item.inputs.size() != 1 || (item.inputs[0] != "true" && item.inputs[0] != "false")))
-        in.refuse("'" + item.name + "': expected true or false");
-    in.skip(false);
-    if (!in.done() && in.peek() != '\n')
-        in.refuse("expected the end of the line after the value of '" + item.name + "'");
-    return item;
-}
 
-size_t edits(const std::string& a, const std::string& b)
-{
-    std::vector<size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), size_t(0));
-    for (size_t i = 1; i <= a.size(); ++i) {
-        size_t diagonal = row[0];
-        row[0] = i;
-        for (size_t j = 1; j <= b.size(); ++j) {
-            const size_t above = row[j];
-            row[j] = std::min({above + 1, row[j - 1] + 1, diagonal + (a[i - 1] != b[j - 1])});
-            diagonal = above;
+    std::vector<std::string> words(const CLI::Option& option) const
+    {
+        const bool flag = option.get_items_expected_max() == 0;
+        if (flag && !value_->is_boolean()) refuse(line, "'" + name + "': expected true or false");
+        const toml::array* list = value_->as_array();
+        if (!list) return {word(*value_)};
+        std::vector<std::string> all;
+        bool nested = false;
+        for (const toml::node& entry : *list) {
+            nested = nested || entry.is_array();
+            all.push_back(entry.is_array() ? joined(*entry.as_array()) : word(entry));
         }
+        // [0.3, 1, 0.2] for an option of one word is the vector "0.3,1,0.2".
+        const bool vector = option.get_items_expected_max() == 1 && !nested && !all.empty() && number(all.front());
+        return vector ? std::vector<std::string>{joined(*list)} : all;
     }
-    return row[b.size()];
+
+    std::string name;
+    size_t line;
+
+private:
+    std::string word(const toml::node& node) const
+    {
+        if (const auto* text = node.as_string()) return text->get();
+        if (const auto* yes = node.as_boolean()) return yes->get() ? "true" : "false";
+        if (const auto* whole = node.as_integer()) return std::to_string(whole->get());
+        if (const auto* x = node.as_floating_point()) {
+            if (std::isfinite(x->get())) return shortest(x->get());
+            refuse(line, "'" + name + "': expected a finite number; text goes between quotes");
+        }
+        refuse(line, "'" + name + "': expected " + value_kinds);
+    }
+
+    std::string joined(const toml::array& list) const
+    {
+        std::string all;
+        for (const toml::node& entry : list) {
+            if (entry.is_array()) refuse(line, "'" + name + "': a list of lists of lists has no meaning here");
+            all += (all.empty() ? "" : ",") + word(entry);
+        }
+        return all;
+    }
+
+    const toml::node* value_;
+};
+
+/// What the file holds, in the order of its lines. Throws UsageError "line N: ...".
+std::vector<Item> items_of(const toml::table& table)
+{
+    std::vector<Item> items;
+    for (auto&& [key, value] : table) {
+        const Item& item = items.emplace_back(key, value);
+        if (value.is_table())
+            refuse(item.line,
+                   "'" + printable(item.name) + "' is a table: tables are not used here, only lines key = value");
+    }
+    std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.line < b.line; });
+    return items;
 }
 
 }  // namespace
 
 std::string suggestion(const CLI::App& app, const std::string& name, const std::string& dashes)
 {
-    std::string best;
-    size_t least = std::min<size_t>(3, 1 + name.size() / 3);
-    for (const CLI::Option* option : app.get_options()) {
-        if (option->get_group().empty()) continue;
-        for (const std::string& known : option->get_lnames()) {
-            const size_t distance = edits(name.substr(0, 64), known);
-            if (distance >= least) continue;
-            least = distance;
-            best = known;
-        }
-    }
+    std::vector<std::string> known;
+    for (const CLI::Option* option : app.get_options())
+        if (!option->get_group().empty())
+            known.insert(known.end(), option->get_lnames().begin(), option->get_lnames().end());
+    const std::string best = nearest(name, known);
     return best.empty() ? "" : "; did you mean '" + dashes + best + "'?";
 }
 
@@ -267,10 +175,10 @@ std::string toml(const Setting& setting)
     if (setting.kind == Setting::Flag) return setting.words.front();
     const auto one = [&](const std::string& word) -> std::string {
         if (!setting.numeric) return quoted(word);
-        if (word.find(',') == std::string::npos) return toml_number(word) ? word : quoted(word);
+        if (word.find(',') == std::string::npos) return toml_number(word);
         std::string list;
         const auto parts = numbers(word);
-        for (double x : *parts) list += (list.empty() ? "" : ", ") + shortest(x);
+        for (double x : *parts) list += (list.empty() ? "" : ", ") + toml_number(shortest(x));
         return "[" + list + "]";
     };
     if (setting.kind == Setting::One) return one(setting.words.front());
@@ -282,16 +190,21 @@ std::string toml(const Setting& setting)
 std::vector<CLI::ConfigItem> Toml::from_config(std::istream& input) const
 {
     const std::string path = printable(app_.get_config_ptr()->results().back(), 4096);
-    std::string text{std::istreambuf_iterator<char>(input), {}};
+    const std::string text{std::istreambuf_iterator<char>(input), {}};
     if (input.bad()) throw IoError(path + ": cannot read it");
-    Reader in(std::move(text));
     std::vector<CLI::ConfigItem> all;
     try {
-        for (in.skip(true); !in.done(); in.skip(true)) {
-            const std::string place = path + ": line " + std::to_string(in.line()) + ": ";
-            all.push_back(read_item(in, app_));
-            if (!places_.emplace(option_called(app_, all.back().name), place).second)
-                in.refuse("'" + all.back().name + "' is there twice");
+        const toml::table table = parsed(text);
+        for (const Item& item : items_of(table)) {
+            const CLI::Option* option = option_called(app_, item.name);
+            if (!option) refuse(item.line, "unknown key '" + printable(item.name) + "'" + suggestion(app_, item.name));
+            if (!option->get_configurable())
+                refuse(item.line, "'" + item.name + "' belongs on the command line, not in a file");
+            if (!places_.emplace(option, path + ": line " + std::to_string(item.line) + ": ").second)
+                refuse(item.line, "'" + item.name + "' is set twice");
+            CLI::ConfigItem& read = all.emplace_back();
+            read.name = item.name;
+            read.inputs = item.words(*option);
         }
     } catch (const UsageError& error) {
         throw UsageError(path + ": " + error.what());

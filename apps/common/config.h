@@ -9,12 +9,12 @@
 
 namespace vdbcloud::app {
 
-/// Reads and writes lines `key = value`, where a key is the name of an option and a value is a number, true, false,
-/// "text" with TOML's escapes, 'text' as it stands, or a [list] of these over any number of lines; `#` begins a
-/// comment. A list of numbers for an option of one word is the word "1,2,3". Tables ([name]) are not used.
+/// Reads TOML, writes lines `key = value`, where a key is the name of an option and a value is a number, true, false,
+/// text or a [list] of these. A list of numbers for an option of one word is the word "1,2,3". Tables ([name]) are not
+/// used. Numbers are written in one way each: 1e5, 100000.0 and +1e+05 are all `1e+05`.
 ///
 /// Reading throws UsageError "FILE: line N: ...": for what is not TOML, for a key that is no option or belongs on the
-/// command line, and for a key that is there twice.
+/// command line, and for a key that is set twice.
 class Toml : public CLI::Config {
 public:
     explicit Toml(const CLI::App& app) : app_(app) {}

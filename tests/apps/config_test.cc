@@ -69,11 +69,28 @@ TEST(Config, EveryKindOfOptionRoundTrips)
                        "none"});
 }
 
-TEST(Config, NumbersThatTomlWritesOtherwiseAreQuoted)
+TEST(Config, NumbersAreWrittenInOneWayAndBeyondTomlsIntegersInQuotes)
 {
     const std::string text = echo({"--density", ".5", "--count", "+7", "--seed", "007", "--print-config"}).out;
-    for (const char* line : {"\ndensity = \".5\"\n", "\ncount = \"+7\"\n", "\nseed = \"007\"\n"})
+    for (const char* line : {"\ndensity = 0.5\n", "\ncount = 7\n", "\nseed = 7\n"})
         EXPECT_NE(text.find(line), std::string::npos) << text;
+    for (const char* number : {"100000.0", "1e5", "+1e+05"})
+        EXPECT_NE(echo({"--density", number, "--print-config"}).out.find("\ndensity = 1e+05\n"), std::string::npos);
+    const std::string large = echo({"--seed", "18446744073709551615", "--print-config"}).out;
+    EXPECT_NE(large.find("\nseed = \"18446744073709551615\"\n"), std::string::npos) << large;
+    for (const char* number : {"123456789012345680000", "1e300", "-0", "1e-320", "9007199254740993"})
+        expect_round_trip({"--sun", std::string(number) + ",0,0"});
+}
+
+TEST(Config, ReadsAllFormsOfTomlAndAByteOrderMark)
+{
+    const Scratch scratch;
+    write_text(scratch / "c.toml", "\xef\xbb\xbf"
+                                   "count = 0x1_0\r\nnote = \"\"\"\na\\\n  b\"\"\"\ndensity = 1_000.5\n");
+    const nlohmann::json all = parameters({"--config", scratch / "c.toml"});
+    EXPECT_EQ(all["count"], 16);
+    EXPECT_EQ(all["note"], "ab");
+    EXPECT_EQ(all["density"], 1000.5);
 }
 
 TEST(Config, OneOfSeveralRoundTrips) { expect_round_trip({"--lamp", "1,2,3", "--name", "alone", "--width", "7"}); }
@@ -133,30 +150,34 @@ TEST(Config, RefusesWhatItDoesNotKnowWithFileLineAndKey)
         const char *text, *said;
     } table[] = {
         {"count = 1\ndensty = 2", "line 2: unknown key 'densty'; did you mean 'density'?"},
-        {"[section]\ncount = 1", "line 1: tables are not used"},
-        {"count = 1\ncount = 2", "line 2: 'count' is there twice"},
+        {"zzz = 1\nyyy = 2", "line 1: unknown key 'zzz'"},  // the first in the file, not in the alphabet
+        {"[section]\ncount = 1", "line 1: 'section' is a table: tables are not used here"},
+        {"sun.x = 1", "line 1: 'sun' is a table"},
+        {"count = 1\ncount = 2", "line 2: 'count' is set twice"},
         {"input = \"a\"\n\nthreads = 2", "line 3: 'threads' belongs on the command line"},
         {"config = \"x\"", "'config' belongs on the command line"},
-        {"count", "line 1: expected = after 'count'"},
-        {"count =", "expected a value"},
-        {"count = 1 2", "expected the end of the line"},
-        {"count = nan", "'nan': text goes between quotes, and numbers are finite"},
-        {"density = 1e400", "'1e400'"},
-        {"note = open", "'open': text goes between quotes"},
-        {"note = \"open", "a string has no closing quote"},
-        {"note = \"\\q\"", "an unknown escape"},
-        {"note = \"\\ud800\"", "no character has this code"},
-        {"width = [1, 2", "a list has no end"},
-        {"width = [1 2]", "expected , or ] in a list"},
-        {"lamp = [[[1]]]", "lists within lists"},
+        {"count", "line 1: key-value pair: encountered end-of-file; expected lines key = value, the value a number"},
+        {"count =", "expected lines key = value, the value a number, true, false, \"text\" or a [list]"},
+        {"count = 1 2", "expected a comment or whitespace, saw '2'"},
+        {"count = nan", "line 1: 'count': expected a finite number; text goes between quotes"},
+        {"density = 1e400", "'1e400' could not be interpreted"},
+        {"note = open", "line 1: value: could not determine value type; expected"},
+        {"note = \"open", "string: encountered end-of-file"},
+        {"note = \"\\q\"", "unknown escape sequence"},
+        {"note = \"\\ud800\"", "surrogates"},
+        {"note = \"\xff\"", "line 1: Encountered invalid utf-8 sequence"},
+        {"note = 1979-05-27", "'note': expected a number, true, false, \"text\" or a [list]"},
+        {"width = [1, 2", "array: encountered end-of-file"},
+        {"width = [1 2]", "expected comma or closing ']', saw '2'"},
+        {"lamp = [[[1]]]", "'lamp': a list of lists of lists has no meaning here"},
         {"fast = 3", "'fast': expected true or false"},
         {"fast = [true, false]", "'fast': expected true or false"},
-        {"density = -1", "--density: '-1': expected a finite number above 0"},
+        {"density = -1", "line 1: --density: '-1': expected a finite number above 0"},
         {"sun = [1, 2]", "--sun: '1,2': expected three"},
         {"method = \"foo\"", "--method: 'foo': expected cells|steps"},
         {"density = [1, 2]", "--density: '1,2'"},
-        {"= 3", "line 1: expected a line like key = value"},
-        {"\x1f\x8b binary", "line 1: expected a line like key = value"},
+        {"= 3", "line 1: root table: expected keys"},
+        {"\x1f\x8b binary", "line 1: Encountered invalid utf-8 sequence"},
     };
     const Scratch scratch;
     for (const auto& wrong : table) {
