@@ -85,7 +85,7 @@ TYPED_TEST(RealTransformOf, BackwardOfOneModeIsItsWave)
                             this->tolerance(n));
 }
 
-TYPED_TEST(RealTransformOf, ThereAndBackMultipliesByTheNumberOfPoints)
+TYPED_TEST(RealTransformOf, BackwardOfForwardIsTheFieldTimesItsPoints)
 {
     for (const auto& n : {Vec3i(31, 17, 29), Vec3i(32, 20, 66), Vec3i(1, 40, 3), Vec3i(7, 64, 1)}) {
         RealField<TypeParam> f(n), g(n);
@@ -101,7 +101,7 @@ TYPED_TEST(RealTransformOf, ThereAndBackMultipliesByTheNumberOfPoints)
     }
 }
 
-TYPED_TEST(RealTransformOf, ASpectrumMadeOnTheWayGivesTheSameBits)
+TYPED_TEST(RealTransformOf, BackwardOfAFunctionHasTheBitsOfBackwardOfAField)
 {
     const Vec3i n(12, 10, 45);
     RealField<TypeParam> spectrum(n), f(n);
@@ -120,7 +120,7 @@ TYPED_TEST(RealTransformOf, ASpectrumMadeOnTheWayGivesTheSameBits)
             ASSERT_EQ(std::memcmp(f.row(i, j), spectrum.row(i, j), n[2] * sizeof(TypeParam)), 0);
 }
 
-TYPED_TEST(RealTransformOf, ThreadsDoNotChangeABit)
+TYPED_TEST(RealTransformOf, HasEqualBitsForAnyThreadCount)
 {
     const Vec3i n(37, 24, 50);
     std::vector<TypeParam> first;
@@ -137,7 +137,7 @@ TYPED_TEST(RealTransformOf, ThreadsDoNotChangeABit)
     }
 }
 
-TEST(RealTransform, RefusesSizesItCannotHold)
+TEST(RealTransform, RefusesSizesOutsideItsRange)
 {
     EXPECT_THROW(RealField<float>({0, 4, 4}), InputError);
     EXPECT_THROW(RealTransform<double>({4, -1, 4}), InputError);
@@ -146,7 +146,7 @@ TEST(RealTransform, RefusesSizesItCannotHold)
     EXPECT_THROW(RealTransform<float>({4, 4, 5}).forward(f), InputError);
 }
 
-TEST(RealField, SaysItsBytes)
+TEST(RealField, CountsItsBytes)
 {
     EXPECT_EQ(RealField<float>::bytes({512, 512, 512}), 512u * 512u * 528u * 4u);
     EXPECT_EQ(RealField<float>({3, 3, 3}).row_length() % 16, 0u);

@@ -1,71 +1,24 @@
 // The solver on problems whose answer is known: applied naively, manufactured, or constant by construction.
 #include "vdbcloud/solve/relaxation.h"
 
+#include "problems.h"
 #include "support/size.h"
-#include "vdbcloud/core/random.h"
 #include "vdbcloud/fractal/noise.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
 #include <cmath>
-#include <functional>
 
 namespace vdbcloud {
 namespace {
 
-using Field = std::function<double(const Vec3i&)>;
-
-Blocks masked(const Vec3i& n, const std::function<bool(const Vec3i&)>& inside)
-{
-    std::vector<Block> blocks;
-    for (int x = 0; x < n.x(); x += 8)
-        for (int y = 0; y < n.y(); y += 8)
-            for (int z = 0; z < n.z(); z += 8) {
-                Block block{Vec3i(x / 8, y / 8, z / 8), {}};
-                for (int i = 0; i < 512; ++i)
-                    if (inside(Vec3i(x + i / 64, y + i / 8 % 8, z + i % 8)))
-                        block.mask[i / 64] |= uint64_t(1) << (i % 64);
-                blocks.push_back(block);
-            }
-    return Blocks(std::move(blocks));
-}
-
-/// Faces of conductance k(upper, lower) harmonic between voxels of conductivity `k`, `outside` at exposed faces,
-/// `absorption`.
-struct Problem {
-    Problem(const Blocks& blocks, const Field& k, double outside, const Field& absorption) : stencil(blocks)
-    {
-        for (size_t slot = 0; slot < blocks.count() * 512; ++slot) {
-            if (!blocks.active(slot)) continue;
-            const double own = k(blocks.voxel(slot));
-            double boundary = 0;
-            for (int face = 0; face < 6; ++face) {
-                const size_t to = blocks.neighbour(slot, face);
-                if (!blocks.active(to))
-                    boundary += outside;
-                else if (face % 2)
-                    stencil.face[face / 2][slot] = float(2 / (1 / own + 1 / k(blocks.voxel(to))));
-            }
-            stencil.extra[slot] = float(boundary + absorption(blocks.voxel(slot)));
-        }
-    }
-    Stencil stencil;
-};
-
-std::vector<double> field(const Blocks& blocks, const Field& f)
-{
-    std::vector<double> values(blocks.slots(), 0.0);
-    for (size_t slot = 0; slot < blocks.count() * 512; ++slot)
-        if (blocks.active(slot)) values[slot] = f(blocks.voxel(slot));
-    return values;
-}
-
-Field constant(double value)
-{
-    return [value](const Vec3i&) { return value; };
-}
-double noise(uint64_t seed, const Vec3i& p) { return uniform(hash_bits(seed, p.x(), p.y(), p.z())); }
+using test::constant;
+using test::Field;
+using test::field;
+using test::masked;
+using test::noise;
+using test::Problem;
 
 /// Solves for x = 1, b = A 1 = extra. Returns what happened and the largest error.
 struct Outcome {
@@ -84,7 +37,7 @@ Outcome solve_for_one(const Blocks& blocks, const Problem& problem, double toler
     return outcome;
 }
 
-TEST(Stencil, AppliesWhatItsDefinitionSays)
+TEST(Stencil, AppliesItsDefinition)
 {
     const auto blocks = masked(Vec3i(24, 16, 24), [](const Vec3i& p) { return noise(1, p) < 0.7; });
     const Problem problem(
@@ -137,7 +90,7 @@ TEST(ConjugateGradient, ConvergesAtSecondOrderToAManufacturedSolution)
     EXPECT_GT(std::log2(coarse / fine), 1.9);
 }
 
-TEST(ConjugateGradient, TakesAsManyIterationsOnAnySize)
+TEST(ConjugateGradient, TakesTenIterationsAtMostOnABallOfAnySize)
 {
     int fewest = 1000, most = 0;
     for (int n : {16, 32, 64}) {
@@ -155,7 +108,7 @@ TEST(ConjugateGradient, TakesAsManyIterationsOnAnySize)
     EXPECT_LE(most, 1.5 * fewest + 1);
 }
 
-TEST(ConjugateGradient, TakesAsManyIterationsOnCloudsWhoseDensityFallsToNothing)
+TEST(ConjugateGradient, TakesSixteenIterationsAtMostOnCloudsOfAnySize)
 {
     // Resistances in proportion to a fractal density that falls to 0 at its edges as the distance cubed.
     int fewest = 1000, most = 0;
@@ -186,7 +139,7 @@ TEST(ConjugateGradient, TakesAsManyIterationsOnCloudsWhoseDensityFallsToNothing)
     EXPECT_LE(most, 1.5 * fewest);
 }
 
-TEST(ConjugateGradient, SurvivesJumpsOfAMillion)
+TEST(ConjugateGradient, SolvesAcrossJumpsOfAMillionInThirtyIterations)
 {
     const int n = 32;
     const auto blocks = box_blocks(Vec3i(n, n, n));
@@ -204,7 +157,7 @@ TEST(ConjugateGradient, SurvivesJumpsOfAMillion)
     }
 }
 
-TEST(ConjugateGradient, HoldsConstantsWhereTheCoefficientsDwarfTheBoundary)
+TEST(ConjugateGradient, FindsAConstantWhereCoefficientsAreABillionTimesTheBoundary)
 {
     const auto blocks = box_blocks(Vec3i(24, 24, 24));
     const auto outcome = solve_for_one(blocks, Problem(blocks, constant(1e8), 0.5, constant(0)));
@@ -212,7 +165,7 @@ TEST(ConjugateGradient, HoldsConstantsWhereTheCoefficientsDwarfTheBoundary)
     EXPECT_LT(outcome.error, 1e-6);
 }
 
-TEST(ConjugateGradient, RemovesTheConstantWhereNothingLeaves)
+TEST(ConjugateGradient, SolvesASingularProblemWithMeanZero)
 {
     const auto blocks = masked(Vec3i(16, 16, 16), [](const Vec3i& p) { return p.x() < 13 && p.y() < 11; });
     const Problem problem(blocks, constant(1), 0, constant(0));
@@ -222,11 +175,15 @@ TEST(ConjugateGradient, RemovesTheConstantWhereNothingLeaves)
     const auto result = conjugate_gradient(problem.stencil, multigrid, b, x);
     EXPECT_TRUE(result.converged);
     EXPECT_NEAR(sum(blocks, x.data()), 0, 1e-6);
-    // -u'' = x - 6 in one dimension, no flux at the ends: the difference across the first face is what lies below it.
-    EXPECT_NEAR(x[blocks.slot(Vec3i(0, 0, 0))] - x[blocks.slot(Vec3i(1, 0, 0))], -6.0, 1e-4);
+    // -u'' = x - 6 along x alone, no flux at the ends: the difference across a face is the sum of b below it.
+    for (int i = 0; i < 12; ++i) {
+        const double below = (i + 1) * (i / 2.0 - 6);
+        for (int j : {0, 7, 8, 10})
+            EXPECT_NEAR(x[blocks.slot(Vec3i(i, j, 3))] - x[blocks.slot(Vec3i(i + 1, j, 3))], below, 1e-4) << i;
+    }
 }
 
-TEST(ConjugateGradient, WrapsPeriodicAxesAlsoWithAnOddNumberOfBlocks)
+TEST(ConjugateGradient, SolvesEigenvectorsOnPeriodicAxesOfThreeBlocks)
 {
     const int n = 24;
     const double pi = 3.14159265358979323846, c = 0.2;
@@ -244,7 +201,7 @@ TEST(ConjugateGradient, WrapsPeriodicAxesAlsoWithAnOddNumberOfBlocks)
     for (size_t slot = 0; slot < blocks.count() * 512; ++slot) EXPECT_NEAR(x[slot], exact[slot] / eigenvalue, 1e-4);
 }
 
-TEST(ConjugateGradient, GivesTheSameBitsOnAnyNumberOfThreads)
+TEST(ConjugateGradient, HasEqualBitsForOneAndThreeThreads)
 {
     const auto blocks = masked(Vec3i(48, 48, 48),
                                [](const Vec3i& p) { return noise(9, Vec3i(p.x() / 5, p.y() / 5, p.z() / 5)) < 0.6; });
@@ -280,7 +237,7 @@ TEST(Relaxation, AgreesWithConjugateGradients)
     for (size_t slot = 0; slot < blocks.count() * 512; ++slot) EXPECT_NEAR(x[slot], y[slot], 1e-5);
 }
 
-TEST(ConjugateGradient, TellsWhenItHasNotConverged)
+TEST(ConjugateGradient, ReportsThatItHasNotConverged)
 {
     const auto blocks = box_blocks(Vec3i(32, 32, 32));
     const Problem problem(blocks, constant(1), 0.1, constant(0));
@@ -295,7 +252,7 @@ TEST(ConjugateGradient, TellsWhenItHasNotConverged)
     EXPECT_EQ(result.history.size(), 3u);
 }
 
-TEST(ConjugateGradient, StopsWhenAskedTo)
+TEST(ConjugateGradient, ThrowsCancelledWhenProgressReturnsFalse)
 {
     const auto blocks = box_blocks(Vec3i(16, 16, 16));
     const Problem problem(blocks, constant(1), 0.1, constant(0));

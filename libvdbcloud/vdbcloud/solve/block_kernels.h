@@ -41,13 +41,14 @@ struct RowFaces {
     const float *xl, *xu, *yl, *yu, *zl, *zu, *extra;
 };
 
-/// Bare pointers of a stencil, and the lower z faces of one block shifted by one.
-struct Faces {
+/// Bare pointers of a stencil.
+struct StencilArrays {
     const float *x, *y, *z, *extra;
     const int32_t (*neighbours)[6];
 };
 
-VDBCLOUD_INLINE void load_lower_z(const Faces& a, size_t block, float* lower)
+/// The lower z faces of one block: its upper ones moved by one voxel.
+VDBCLOUD_INLINE void load_lower_z(const StencilArrays& a, size_t block, float* lower)
 {
     const float *own = a.z + block * 512, *below = a.z + size_t(a.neighbours[block][4]) * 512;
     for (int row = 0; row < 64; ++row) {
@@ -56,7 +57,7 @@ VDBCLOUD_INLINE void load_lower_z(const Faces& a, size_t block, float* lower)
     }
 }
 
-VDBCLOUD_INLINE RowFaces row_faces(const Faces& a, size_t block, const float* lower_z, int x, int y)
+VDBCLOUD_INLINE RowFaces row_faces(const StencilArrays& a, size_t block, const float* lower_z, int x, int y)
 {
     const size_t here = block * 512, row = here + x * 64 + y * 8;
     const int32_t* neighbour = a.neighbours[block];
@@ -79,6 +80,24 @@ VDBCLOUD_INLINE void row_apply(const RowFaces& c, const T* v, T* out)
                                          (T(c.zl[z]) * (v[z] - v[z - 1]) + T(c.zu[z]) * (v[z] - v[z + 1])));
 }
 
-Faces faces_of(const Stencil&);
+/// Calls row(slot, v, product) for each row of eight voxels of a block, x slowest: `slot` its first, v its values
+/// value(slot) within a padded block, product[0..7] = (A v) there. Both functions must be always_inline.
+template<typename T, typename Value, typename Row>
+VDBCLOUD_INLINE void over_rows(const StencilArrays& a, size_t block, const Value& value, const Row& row)
+{
+    alignas(64) T pad[pad_size];
+    alignas(64) float lower_z[512];
+    load_padded(a.neighbours[block], block, pad, value);
+    load_lower_z(a, block, lower_z);
+    for (int x = 0; x < 8; ++x)
+        for (int y = 0; y < 8; ++y) {
+            const T* v = pad + padded(x, y, 0);
+            T product[8];
+            row_apply(row_faces(a, block, lower_z, x, y), v, product);
+            row(block * 512 + size_t(x * 64 + y * 8), v, product);
+        }
+}
+
+StencilArrays arrays_of(const Stencil&);
 
 }  // namespace vdbcloud::kernels

@@ -14,58 +14,38 @@ namespace {
 #define VDBCLOUD_CLONES __attribute__((target_clones("avx2", "default")))
 
 /// Both smoothing steps from a zero guess, in one pass.
-VDBCLOUD_CLONES void smooth_from_zero(const Faces& a, const float* inverse, const double* b, float* x, size_t block)
+VDBCLOUD_CLONES void smooth_from_zero(const StencilArrays& a, const float* inverse, const double* b, float* x,
+                                      size_t block)
 {
-    alignas(64) float pad[pad_size], lower_z[512];
-    load_padded(
-        a.neighbours[block], block,
-        pad, [=](size_t slot) __attribute__((always_inline)) { return first_step * inverse[slot] * float(b[slot]); });
-    load_lower_z(a, block, lower_z);
-    for (int i = 0; i < 8; ++i)
-        for (int j = 0; j < 8; ++j) {
-            const size_t row = block * 512 + i * 64 + j * 8;
-            const float* v = pad + padded(i, j, 0);
-            float product[8];
-            row_apply(row_faces(a, block, lower_z, i, j), v, product);
+    over_rows<float>(
+        a,
+        block, [=](size_t slot) __attribute__((always_inline)) { return first_step * inverse[slot] * float(b[slot]); },
+        [=](size_t row, const float* v, const float* product) __attribute__((always_inline)) {
             for (int k = 0; k < 8; ++k)
                 x[row + k] = (1 + keep) * v[k] + second_step * inverse[row + k] * (float(b[row + k]) - product[k]);
-        }
+        });
 }
 
 /// The first step from x to y.
-VDBCLOUD_CLONES void smooth_first(const Faces& a, const float* inverse, const double* b, const float* x, float* y,
-                                  size_t block)
+VDBCLOUD_CLONES void smooth_first(const StencilArrays& a, const float* inverse, const double* b, const float* x,
+                                  float* y, size_t block)
 {
-    alignas(64) float pad[pad_size], lower_z[512];
-    load_padded(
-        a.neighbours[block], block, pad, [=](size_t slot) __attribute__((always_inline)) { return x[slot]; });
-    load_lower_z(a, block, lower_z);
-    for (int i = 0; i < 8; ++i)
-        for (int j = 0; j < 8; ++j) {
-            const size_t row = block * 512 + i * 64 + j * 8;
-            const float* v = pad + padded(i, j, 0);
-            float product[8];
-            row_apply(row_faces(a, block, lower_z, i, j), v, product);
+    over_rows<float>(
+        a, block, [=](size_t slot) __attribute__((always_inline)) { return x[slot]; },
+        [=](size_t row, const float* v, const float* product) __attribute__((always_inline)) {
             for (int k = 0; k < 8; ++k)
                 y[row + k] = v[k] + first_step * inverse[row + k] * (float(b[row + k]) - product[k]);
-        }
+        });
 }
 
-/// The second step: x1 is the first one's result, x its start and then the end. Adds up x . b and x . against.
-VDBCLOUD_CLONES Multigrid::Products smooth_second(const Faces& a, const float* inverse, const double* b,
+/// The second step: x1 is the result of the first step, x its start and then the end. Adds up x . b and x . against.
+VDBCLOUD_CLONES Multigrid::Products smooth_second(const StencilArrays& a, const float* inverse, const double* b,
                                                   const double* against, const float* x1, float* x, size_t block)
 {
-    alignas(64) float pad[pad_size], lower_z[512];
-    load_padded(
-        a.neighbours[block], block, pad, [=](size_t slot) __attribute__((always_inline)) { return x1[slot]; });
-    load_lower_z(a, block, lower_z);
     double xb[8] = {}, xa[8] = {};
-    for (int i = 0; i < 8; ++i)
-        for (int j = 0; j < 8; ++j) {
-            const size_t row = block * 512 + i * 64 + j * 8;
-            const float* v = pad + padded(i, j, 0);
-            float product[8];
-            row_apply(row_faces(a, block, lower_z, i, j), v, product);
+    over_rows<float>(
+        a, block, [=](size_t slot) __attribute__((always_inline)) { return x1[slot]; },
+        [&](size_t row, const float* v, const float* product) __attribute__((always_inline)) {
             for (int k = 0; k < 8; ++k) {
                 const float step = inverse[row + k] * (float(b[row + k]) - product[k]);
                 const float end = v[k] + keep * (v[k] - x[row + k]) + second_step * step;
@@ -73,30 +53,25 @@ VDBCLOUD_CLONES Multigrid::Products smooth_second(const Faces& a, const float* i
                 xb[k] += double(end) * b[row + k];
                 xa[k] += double(end) * against[row + k];
             }
-        }
+        });
     Multigrid::Products total{0, 0};
     for (int k = 0; k < 8; ++k) total = {total.residual + xb[k], total.against + xa[k]};
     return total;
 }
 
 /// The residual of one block, summed over groups.
-VDBCLOUD_CLONES void restrict_residual(const Faces& a, const double* b, const float* x, const uint16_t* group,
+VDBCLOUD_CLONES void restrict_residual(const StencilArrays& a, const double* b, const float* x, const uint16_t* group,
                                        float* sums, int groups, size_t block)
 {
-    alignas(64) float pad[pad_size], lower_z[512], left[512];
-    load_padded(
-        a.neighbours[block], block, pad, [=](size_t slot) __attribute__((always_inline)) { return x[slot]; });
-    load_lower_z(a, block, lower_z);
-    for (int i = 0; i < 8; ++i)
-        for (int j = 0; j < 8; ++j) {
-            const int row = i * 64 + j * 8;
-            float product[8];
-            row_apply(row_faces(a, block, lower_z, i, j), pad + padded(i, j, 0), product);
-            for (int k = 0; k < 8; ++k) left[row + k] = float(b[block * 512 + size_t(row + k)]) - product[k];
-        }
+    float residual[512];
+    over_rows<float>(
+        a, block, [=](size_t slot) __attribute__((always_inline)) { return x[slot]; },
+        [&](size_t row, const float*, const float* product) __attribute__((always_inline)) {
+            for (int k = 0; k < 8; ++k) residual[row % 512 + k] = float(b[row + k]) - product[k];
+        });
     for (int g = 0; g < groups; ++g) sums[g] = 0;
     for (int i = 0; i < 512; ++i)
-        if (group[i] != VoxelGroups::none) sums[group[i]] += left[i];
+        if (group[i] != VoxelGroups::none) sums[group[i]] += residual[i];
 }
 
 /// 1 / diagonal, 0 where there is none.
@@ -135,7 +110,7 @@ size_t FinestLevel::bytes() const { return 4 * 3 * x_.size() + groups_.bytes(); 
 
 void FinestLevel::descend(const std::vector<double>& residual, std::vector<float>& coarse_b)
 {
-    const Faces a = faces_of(a_);
+    const StencilArrays a = arrays_of(a_);
     each_block(*a_.blocks,
                [&](size_t block) { smooth_from_zero(a, inverse_.data(), residual.data(), x_.data(), block); });
     each_block(*a_.blocks, [&](size_t block) {
@@ -148,7 +123,7 @@ void FinestLevel::descend(const std::vector<double>& residual, std::vector<float
 Multigrid::Products FinestLevel::ascend(const std::vector<double>& residual, const std::vector<float>& coarse_x,
                                         const std::vector<double>& against)
 {
-    const Faces a = faces_of(a_);
+    const StencilArrays a = arrays_of(a_);
     each_block(*a_.blocks, [&](size_t block) {
         const float* from = coarse_x.data() + groups_.first[block];
         for (size_t slot = block * 512; slot < block * 512 + 512; ++slot)

@@ -9,7 +9,7 @@ namespace kernels {
 
 static_assert(sizeof(std::array<int32_t, 6>) == sizeof(int32_t[6]));
 
-Faces faces_of(const Stencil& a)
+StencilArrays arrays_of(const Stencil& a)
 {
     const Blocks& blocks = *a.blocks;
     return {a.face[0].data(), a.face[1].data(), a.face[2].data(), a.extra.data(),
@@ -19,34 +19,30 @@ Faces faces_of(const Stencil& a)
 namespace {
 
 template<typename T>
-VDBCLOUD_INLINE double apply_rows(const Faces& a, size_t block, const T* x, double* y)
+VDBCLOUD_INLINE double apply_rows(const StencilArrays& a, size_t block, const T* x, double* y)
 {
-    alignas(64) double pad[pad_size];
-    alignas(64) float lower_z[512];
-    load_padded(
-        a.neighbours[block], block, pad, [x](size_t slot) __attribute__((always_inline)) { return double(x[slot]); });
-    load_lower_z(a, block, lower_z);
-    double* out = y + block * 512;
     double lanes[8] = {};
-    for (int i = 0; i < 8; ++i)
-        for (int j = 0; j < 8; ++j) {
-            const double* v = pad + padded(i, j, 0);
-            row_apply(row_faces(a, block, lower_z, i, j), v, out + i * 64 + j * 8);
-            for (int k = 0; k < 8; ++k) lanes[k] += v[k] * out[i * 64 + j * 8 + k];
-        }
+    over_rows<double>(
+        a, block, [=](size_t slot) __attribute__((always_inline)) { return double(x[slot]); },
+        [&](size_t slot, const double* v, const double* product) __attribute__((always_inline)) {
+            for (int k = 0; k < 8; ++k) {
+                y[slot + k] = product[k];
+                lanes[k] += v[k] * product[k];
+            }
+        });
     double total = 0;
     for (double lane : lanes) total += lane;
     return total;
 }
 
-__attribute__((target_clones("avx2", "default"))) double apply_block(const Faces& a, size_t block, const double* x,
-                                                                     double* y)
+__attribute__((target_clones("avx2", "default"))) double apply_block(const StencilArrays& a, size_t block,
+                                                                     const double* x, double* y)
 {
     return apply_rows(a, block, x, y);
 }
 
-__attribute__((target_clones("avx2", "default"))) double apply_block_float(const Faces& a, size_t block, const float* x,
-                                                                           double* y)
+__attribute__((target_clones("avx2", "default"))) double apply_block_float(const StencilArrays& a, size_t block,
+                                                                           const float* x, double* y)
 {
     return apply_rows(a, block, x, y);
 }
@@ -73,16 +69,16 @@ size_t Stencil::bytes() const { return 4 * extra.size() * sizeof(float); }
 
 double apply(const Stencil& a, const std::vector<double>& x, std::vector<double>& y)
 {
-    const auto faces = kernels::faces_of(a);
+    const auto arrays = kernels::arrays_of(a);
     return ordered_sum(a.blocks->count(),
-                       [&](size_t block) { return kernels::apply_block(faces, block, x.data(), y.data()); });
+                       [&](size_t block) { return kernels::apply_block(arrays, block, x.data(), y.data()); });
 }
 
 double apply(const Stencil& a, const std::vector<float>& x, std::vector<double>& y)
 {
-    const auto faces = kernels::faces_of(a);
+    const auto arrays = kernels::arrays_of(a);
     return ordered_sum(a.blocks->count(),
-                       [&](size_t block) { return kernels::apply_block_float(faces, block, x.data(), y.data()); });
+                       [&](size_t block) { return kernels::apply_block_float(arrays, block, x.data(), y.data()); });
 }
 
 double dot(const Blocks& blocks, const double* a, const double* b)

@@ -1,0 +1,450 @@
+// Each part of the multigrid against dense linear algebra in double precision: groups, Galerkin operators, smoothers,
+// transfers, the direct solve; the relaxation against its recurrence.
+#include "problems.h"
+
+#include "vdbcloud/solve/dense_factor.h"
+#include "vdbcloud/solve/finest_level.h"
+#include "vdbcloud/solve/graph_level.h"
+#include "vdbcloud/solve/relaxation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace vdbcloud {
+namespace {
+
+using test::constant;
+using test::field;
+using test::masked;
+using test::noise;
+using test::Problem;
+
+using Vector = std::vector<double>;
+using Operator = std::function<Vector(const Vector&)>;
+
+/// The error polynomial of the smoother, p(A) = 1 - 2 M + 4/5 M^2 with M = D^-1 A: Chebyshev's of the fourth kind and
+/// degree 2 on [0, 2], p(l) = W_2(1 - l) / 5, W_2(x) = 4 x^2 + 2 x - 1.
+Vector smoothed_error(const Operator& jacobi_scaled, const Vector& error)
+{
+    const Vector once = jacobi_scaled(error), twice = jacobi_scaled(once);
+    Vector out(error.size());
+    for (size_t i = 0; i < out.size(); ++i) out[i] = error[i] - 2 * once[i] + 0.8 * twice[i];
+    return out;
+}
+
+Vector product(const Graph& a, const Vector& x)
+{
+    Vector y(a.size());
+    for (size_t i = 0; i < a.size(); ++i) {
+        y[i] = a.extra[i] * x[i];
+        for (uint32_t k = a.begin[i]; k < a.begin[i + 1]; ++k) y[i] += a.c[k] * (x[i] - x[size_t(a.column[k])]);
+    }
+    return y;
+}
+
+Operator jacobi_scaled(const Graph& a)
+{
+    return [&a](const Vector& x) {
+        Vector y = product(a, x);
+        for (size_t i = 0; i < y.size(); ++i) y[i] /= a.linked(i) + a.extra[i];
+        return y;
+    };
+}
+
+Operator jacobi_scaled(const Stencil& a)
+{
+    return [&a](const Vector& x) {
+        const Blocks& blocks = *a.blocks;
+        Vector y(x.size(), 0.0);
+        apply(a, x, y);
+        for (size_t slot = 0; slot < blocks.count() * 512; ++slot) {
+            double diagonal = a.extra[slot];
+            for (int face = 0; face < 6 && blocks.active(slot); ++face)
+                diagonal += a.face[face / 2][face % 2 ? slot : blocks.neighbour(slot, face)];
+            y[slot] = diagonal > 0 ? y[slot] / diagonal : 0;
+        }
+        return y;
+    };
+}
+
+/// A symmetric graph of n unknowns with about four links each, in `parts` that are not linked.
+Graph random_graph(size_t n, size_t parts, double extra)
+{
+    std::vector<std::vector<std::pair<int32_t, float>>> links(n);
+    const auto join = [&](size_t i, size_t j, uint64_t seed) {
+        const float c = float(0.1 + uniform(hash_bits(seed, i, j)));
+        links[i].emplace_back(int32_t(j), c);
+        links[j].emplace_back(int32_t(i), c);
+    };
+    for (size_t i = 0; i < n; ++i) {
+        if (i + parts < n) join(i, i + parts, 1);
+        const size_t j = hash_bits(7, i) % n;
+        if (j % parts == i % parts && j != i) join(i, j, 2);
+    }
+    Graph graph;
+    for (size_t i = 0; i < n; ++i) graph.add_row(links[i], extra * uniform(hash_bits(3, i)));
+    return graph;
+}
+
+Vector random_vector(size_t n, uint64_t seed)
+{
+    Vector x(n);
+    for (size_t i = 0; i < n; ++i) x[i] = uniform(hash_bits(seed, i)) - 0.5;
+    return x;
+}
+
+Vector doubles(const std::vector<float>& x) { return {x.begin(), x.end()}; }
+
+/// P^T A P x, P constant on groups and 0 for group -1.
+Vector galerkin(const Operator& a, const std::vector<int32_t>& group, const Vector& x)
+{
+    Vector fine(group.size(), 0.0), coarse(x.size(), 0.0);
+    for (size_t i = 0; i < group.size(); ++i)
+        if (group[i] >= 0) fine[i] = x[size_t(group[i])];
+    const Vector y = a(fine);
+    for (size_t i = 0; i < group.size(); ++i)
+        if (group[i] >= 0) coarse[size_t(group[i])] += y[i];
+    return coarse;
+}
+
+TEST(Graph, AddsUpLinksToTheSameColumn)
+{
+    Graph graph;
+    std::vector<std::pair<int32_t, float>> links{{2, 1.0f}, {1, 0.5f}, {2, 0.25f}};
+    graph.add_row(links, 3);
+    EXPECT_EQ(graph.column, (std::vector<int32_t>{1, 2}));
+    EXPECT_EQ(graph.c, (std::vector<float>{0.5f, 1.25f}));
+    EXPECT_EQ(graph.extra[0], 3);
+    EXPECT_EQ(graph.linked(0), 1.75);
+    EXPECT_TRUE(links.empty());
+}
+
+TEST(Graph, CollapsesToTheGalerkinOperator)
+{
+    const Graph fine = random_graph(300, 1, 0.2);
+    std::vector<int32_t> group(fine.size());
+    for (size_t i = 0; i < group.size(); ++i) group[i] = int32_t(hash_bits(4, i) % 41) - 1;  // -1 .. 39
+    const Graph coarse = collapsed(fine, group, 40);
+    ASSERT_EQ(coarse.size(), 40u);
+    const Vector x = random_vector(40, 5), got = product(coarse, x);
+    const Vector expected = galerkin([&](const Vector& v) { return product(fine, v); }, group, x);
+    for (size_t g = 0; g < 40; ++g) EXPECT_NEAR(got[g], expected[g], 1e-5) << g;  // sums of floats up to 30
+}
+
+TEST(VoxelGroups, CollapseToTheGalerkinOperator)
+{
+    const auto blocks = masked(Vec3i(24, 16, 16), [](const Vec3i& p) { return noise(1, p) < 0.8; });
+    const Problem problem(
+        blocks, [](const Vec3i& p) { return std::pow(10.0, 3 * noise(2, p)); }, 0.5,
+        [](const Vec3i& p) { return noise(3, p) < 0.1 ? 1e4 : 0.01; });
+    const VoxelGroups groups = group_voxels(problem.stencil);
+    const Graph coarse = collapsed(problem.stencil, groups);
+    ASSERT_EQ(coarse.size(), groups.count());
+    EXPECT_LT(3 * coarse.size(), blocks.active_count() * 2);
+    std::vector<int32_t> group(blocks.slots(), -1);
+    size_t without = 0;
+    for (size_t slot = 0; slot < blocks.count() * 512; ++slot) {
+        group[slot] = groups(slot);
+        without += blocks.active(slot) && group[slot] < 0;
+    }
+    EXPECT_GT(without, 100u);  // held by their extra
+    const Vector x = random_vector(coarse.size(), 5), got = product(coarse, x);
+    const Vector expected = galerkin(
+        [&](const Vector& v) {
+            Vector y(v.size(), 0.0);
+            apply(problem.stencil, v, y);
+            return y;
+        },
+        group, x);
+    for (size_t g = 0; g < coarse.size(); ++g)
+        EXPECT_NEAR(got[g], expected[g], 1e-5 * (coarse.linked(g) + coarse.extra[g])) << g;
+}
+
+/// Groups in a box of 8^3 whose links are 1 along x and `other` along y and z.
+size_t groups_of_box(float other, float extra)
+{
+    const auto blocks = box_blocks(Vec3i(8));
+    Stencil a(blocks);
+    for (size_t slot = 0; slot < 512; ++slot) {
+        for (int axis = 0; axis < 3; ++axis)
+            if (blocks.active(blocks.neighbour(slot, 2 * axis + 1))) a.face[axis][slot] = axis == 0 ? 1 : other;
+        a.extra[slot] = extra;
+    }
+    return group_voxels(a).count();
+}
+
+TEST(VoxelGroups, JoinAcrossLinksOfAtLeastTwoFifthsOfTheStrongest)
+{
+    EXPECT_EQ(groups_of_box(1, 0), 64u);  // cells of 2 x 2 x 2
+    EXPECT_EQ(groups_of_box(0.41f, 0), 64u);
+    EXPECT_EQ(groups_of_box(0.39f, 0), 256u);  // pairs along x
+}
+
+TEST(VoxelGroups, LeaveOutVoxelsWhoseExtraIsAThirdOfTheirLinks)
+{
+    EXPECT_EQ(groups_of_box(1, 0.99f), 64u);  // 3 to 6 links: a third is 1 to 2
+    const size_t some = groups_of_box(1, 1.01f);
+    EXPECT_LE(some, 64u);
+    EXPECT_EQ(groups_of_box(1, 2.01f), 0u);
+    // At 1.5 only voxels of 5 or 6 links take part: 6^3 inside, 6 x 36 on faces; every cell still has some.
+    EXPECT_EQ(groups_of_box(1, 1.5f), 64u);
+    EXPECT_EQ(groups_of_box(1, 1.99f), 64u);  // the 6^3 inside
+}
+
+TEST(GraphGroups, PairUnknownsUpToAConditionNumberOfNine)
+{
+    // Two unknowns linked by 1, each linked by w to an unknown that its extra holds: the condition number is 1 + w.
+    for (const auto& [w, groups] : {std::pair(7.9f, 1u), {8.1f, 2u}}) {
+        Graph graph;
+        std::vector<std::pair<int32_t, float>> links{{1, 1.0f}, {2, w}};
+        graph.add_row(links, 0);
+        links = {{0, 1.0f}, {3, w}};
+        graph.add_row(links, 0);
+        links = {{0, w}};
+        graph.add_row(links, 100);
+        links = {{1, w}};
+        graph.add_row(links, 100);
+        std::vector<int32_t> group;
+        const Graph coarse = grouped(graph, group);
+        EXPECT_EQ(coarse.size(), groups) << w;
+        EXPECT_EQ(group[2], -1);
+        EXPECT_EQ(group[3], -1);
+        float held = 0;
+        for (float e : coarse.extra) held += e;
+        EXPECT_FLOAT_EQ(held, 2 * w);  // links to held unknowns hold the groups
+    }
+}
+
+TEST(GraphLevel, SmoothsWithTheChebyshevPolynomialOfTheFourthKind)
+{
+    const Graph graph = random_graph(400, 1, 0.1);
+    GraphLevel level(graph);
+    const Vector u = random_vector(graph.size(), 6), b = product(graph, u);
+    level.b.assign(b.begin(), b.end());
+    const Graph coarse = level.make_groups();
+    ASSERT_GT(coarse.size(), 10u);
+    ASSERT_LT(3 * coarse.size(), graph.size());
+    std::vector<float> coarse_b(coarse.size());
+    level.descend(coarse_b);
+    // From zero the error is -u before and -p u after.
+    const Vector left = smoothed_error(jacobi_scaled(graph), u);
+    for (size_t i = 0; i < u.size(); ++i) EXPECT_NEAR(level.x[i], u[i] - left[i], 1e-6);
+    // The coarse right-hand side sums the residual A (p u): its total is that of all groups.
+    const Vector residual = product(graph, left);
+    double total = 0, expected = 0, largest = 0;
+    for (float v : coarse_b) {
+        total += v;
+        largest = std::max(largest, double(std::abs(v)));
+    }
+    for (double v : residual) expected += v;
+    EXPECT_NEAR(total, expected, 1e-4);
+    EXPECT_GT(largest, 1e-3);
+    // A correction of 0.25 everywhere, then the same polynomial on what is left.
+    level.ascend(std::vector<float>(coarse.size(), 0.25f));
+    Vector error(u.size());
+    for (size_t i = 0; i < u.size(); ++i) error[i] = left[i] - 0.25;
+    const Vector after = smoothed_error(jacobi_scaled(graph), error);
+    for (size_t i = 0; i < u.size(); ++i) EXPECT_NEAR(level.x[i], u[i] - after[i], 1e-6);
+}
+
+TEST(GraphLevel, KeepsTheProductsOfTheKrylovSteps)
+{
+    const Graph graph = random_graph(1300, 1, 0.1);  // more than two batches of rows
+    GraphLevel level(graph);
+    const Vector b = random_vector(graph.size(), 8), x = random_vector(graph.size(), 9), ax = product(graph, x);
+    level.b.assign(b.begin(), b.end());
+    level.x.assign(x.begin(), x.end());
+    double x_ax = 0, x_b = 0, b_b = 0, left = 0;
+    for (size_t i = 0; i < x.size(); ++i) {
+        x_ax += x[i] * ax[i];
+        x_b += x[i] * b[i];
+        b_b += b[i] * b[i];
+        left += std::pow(b[i] - 0.5 * ax[i], 2);
+    }
+    const auto sums = level.apply(level.image);
+    EXPECT_NEAR(sums.x_ax, x_ax, 1e-5 * x_ax);
+    EXPECT_NEAR(sums.x_b, x_b, 1e-5 * b_b);
+    EXPECT_NEAR(sums.b_b, b_b, 1e-5 * b_b);
+    EXPECT_NEAR(level.x_image(), x_ax, 1e-5 * x_ax);
+    EXPECT_NEAR(level.advance(0.5f), left, 1e-5 * left);
+    level.search.assign(x.size(), 2.0f);
+    level.scale(3, 0.5f);
+    for (size_t i = 0; i < x.size(); ++i) EXPECT_NEAR(level.x[i], 6 + 0.5 * x[i], 1e-5);
+    level.scale(3, 0);
+    for (size_t i = 0; i < x.size(); ++i) EXPECT_EQ(level.x[i], 6);
+}
+
+TEST(FinestLevel, SmoothsWithTheChebyshevPolynomialAndSumsTheResidualOverGroups)
+{
+    const auto blocks = masked(Vec3i(24, 16, 24), [](const Vec3i& p) { return noise(1, p) < 0.8; });
+    const Problem problem(
+        blocks, [](const Vec3i& p) { return 0.1 + noise(2, p); }, 0.02, constant(0.001));
+    const Stencil& a = problem.stencil;
+    const Vector u = field(blocks, [](const Vec3i& p) { return noise(3, p) - 0.5; });
+    Vector b(blocks.slots(), 0.0), residual(blocks.slots(), 0.0);
+    apply(a, u, b);
+    FinestLevel level(a);
+    std::vector<float> coarse_b(level.groups().count(), -7.0f);
+    level.descend(b, coarse_b);
+    const Vector left = smoothed_error(jacobi_scaled(a), u);
+    apply(a, left, residual);
+    Vector sums(coarse_b.size(), 0.0);
+    for (size_t slot = 0; slot < blocks.count() * 512; ++slot) {
+        if (!blocks.active(slot)) continue;
+        ASSERT_NEAR(level.x()[slot], u[slot] - left[slot], 1e-6);
+        if (level.groups()(slot) >= 0) sums[size_t(level.groups()(slot))] += residual[slot];
+    }
+    for (size_t g = 0; g < sums.size(); ++g) ASSERT_NEAR(coarse_b[g], sums[g], 1e-5);
+    // Each group its own correction, then the same polynomial.
+    std::vector<float> correction(coarse_b.size());
+    for (size_t g = 0; g < correction.size(); ++g) correction[g] = float(0.1 * uniform(hash_bits(11, g)));
+    const Vector against = field(blocks, [](const Vec3i& p) { return noise(12, p); });
+    const auto products = level.ascend(b, correction, against);
+    Vector error = left;
+    for (size_t slot = 0; slot < blocks.count() * 512; ++slot)
+        if (blocks.active(slot) && level.groups()(slot) >= 0) error[slot] -= correction[size_t(level.groups()(slot))];
+    const Vector after = smoothed_error(jacobi_scaled(a), error);
+    double zr = 0, za = 0;
+    for (size_t slot = 0; slot < blocks.count() * 512; ++slot) {
+        if (!blocks.active(slot)) continue;
+        ASSERT_NEAR(level.x()[slot], u[slot] - after[slot], 1e-6);
+        zr += (u[slot] - after[slot]) * b[slot];
+        za += (u[slot] - after[slot]) * against[slot];
+    }
+    EXPECT_NEAR(products.residual, zr, 1e-5 * std::abs(zr));
+    EXPECT_NEAR(products.against, za, 1e-5 * double(blocks.active_count()));
+}
+
+TEST(DenseFactor, SolvesASystem)
+{
+    const Graph graph = random_graph(60, 1, 0.1);
+    const Vector u = random_vector(60, 2), b = product(graph, u);
+    DenseFactor factor(graph);
+    std::vector<float> x(60);
+    factor.solve({b.begin(), b.end()}, x);
+    for (size_t i = 0; i < 60; ++i) EXPECT_NEAR(x[i], u[i], 1e-4);  // b in floats, condition number about 100
+}
+
+TEST(DenseFactor, HoldsTheLastUnknownOfEachSingularPartAtZero)
+{
+    const size_t parts = 3, n = 60;
+    const Graph graph = random_graph(n, parts, 0);
+    const Vector u = random_vector(n, 2), b = product(graph, u);
+    DenseFactor factor(graph);
+    std::vector<float> x(n);
+    factor.solve({b.begin(), b.end()}, x);
+    for (size_t i = 0; i < n; ++i) EXPECT_NEAR(x[i], u[i] - u[n - parts + i % parts], 1e-4) << i;
+}
+
+TEST(Multigrid, ReducesTheErrorToAThirdInOneCycle)
+{
+    // z approximates A^-1 r: after one cycle the error u - z in the energy norm, for smooth and for rough u.
+    const int n = 32;
+    const auto ball = masked(Vec3i(n), [n](const Vec3i& p) {
+        return (Vec3d(p.x(), p.y(), p.z()) - Vec3d((n - 1) / 2.0)).length() < n / 2.0;
+    });
+    const Problem problem(ball, constant(16.0 / n), 0.5, constant(1e-4));
+    for (int rough : {0, 1}) {
+        const Vector u = field(ball, [&](const Vec3i& p) { return rough ? noise(3, p) - 0.5 : std::cos(0.1 * p.x()); });
+        Vector r(ball.slots(), 0.0), image(ball.slots(), 0.0), left = u;
+        const double before = apply(problem.stencil, u, r);
+        Multigrid multigrid(problem.stencil);
+        const auto products = multigrid.cycle(r, u);
+        double zr = 0, zu = 0;
+        for (size_t slot = 0; slot < ball.count() * 512; ++slot) {
+            if (!ball.active(slot)) continue;
+            zr += multigrid.z()[slot] * r[slot];
+            zu += multigrid.z()[slot] * u[slot];
+            left[slot] -= multigrid.z()[slot];
+        }
+        EXPECT_NEAR(products.residual, zr, 1e-6 * zr);
+        EXPECT_NEAR(products.against, zu, 1e-6 * std::abs(zu));
+        const double after = apply(problem.stencil, left, image);
+        EXPECT_LT(std::sqrt(after / before), 1.0 / 3) << rough;
+    }
+}
+
+TEST(ConjugateGradient, EstimatesTheErrorInTheEnergyNorm)
+{
+    const auto blocks = masked(Vec3i(32, 32, 24), [](const Vec3i& p) { return noise(1, p) < 0.85; });
+    const Problem problem(
+        blocks, [](const Vec3i& p) { return std::pow(10.0, 2 * noise(4, p)); }, 0.5, constant(1e-3));
+    const Vector u = field(blocks, [](const Vec3i& p) { return std::sin(0.2 * p.x()) + noise(7, p); });
+    Vector b(blocks.slots(), 0.0), image(blocks.slots(), 0.0);
+    const double energy = apply(problem.stencil, u, b);
+    for (int iterations : {2, 4, 6}) {
+        Multigrid multigrid(problem.stencil);
+        Vector rest = b, x, left = u;
+        SolveOptions options;
+        options.max_iterations = iterations;
+        options.tolerance = 1e-12;
+        const auto result = conjugate_gradient(problem.stencil, multigrid, rest, x, options);
+        ASSERT_EQ(result.iterations, iterations);
+        for (size_t slot = 0; slot < left.size(); ++slot) left[slot] -= x[slot];
+        const double error = std::sqrt(apply(problem.stencil, left, image) / energy);
+        // z r = e A B A e, B the cycle: within the bounds of B A, which one cycle's reduction by a third or more gives.
+        EXPECT_GT(result.error / error, 0.6) << iterations;
+        EXPECT_LT(result.error / error, 1.3) << iterations;
+        // What is returned in b is the residual b - A x, and the result's is its norm.
+        double norm = 0;
+        for (size_t slot = 0; slot < image.size(); ++slot) {
+            ASSERT_NEAR(rest[slot], image[slot], 1e-9);
+            norm += image[slot] * image[slot];
+        }
+        EXPECT_NEAR(result.residual, std::sqrt(norm / dot(blocks, b.data(), b.data())), 1e-9);
+    }
+}
+
+TEST(ConjugateGradient, StartsFromTheGuessItIsGiven)
+{
+    const auto blocks = masked(Vec3i(16, 16, 16), [](const Vec3i& p) { return noise(1, p) < 0.85; });
+    const Problem problem(
+        blocks, [](const Vec3i& p) { return 0.1 + noise(4, p); }, 0.5, constant(1e-3));
+    const Vector u = field(blocks, [](const Vec3i& p) { return noise(7, p); });
+    Vector b(blocks.slots(), 0.0);
+    apply(problem.stencil, u, b);
+    Multigrid multigrid(problem.stencil);
+    Vector rest = b, x = u;
+    auto result = conjugate_gradient(problem.stencil, multigrid, rest, x);
+    EXPECT_EQ(result.iterations, 0);
+    EXPECT_TRUE(result.converged);
+    for (double& v : x) v *= 0.9;  // the residual is a tenth of b
+    rest = b;
+    result = conjugate_gradient(problem.stencil, multigrid, rest, x);
+    EXPECT_NEAR(result.history[0], 0.1, 1e-9);
+    EXPECT_TRUE(result.converged);
+    for (size_t slot = 0; slot < u.size(); ++slot) EXPECT_NEAR(x[slot], u[slot], 1e-5);
+}
+
+TEST(Relaxation, FollowsTheRecurrenceOfRedBlackSweeps)
+{
+    // A periodic box of uniform coefficients and absorption a, solution 1, start 0: the error is one number on red
+    // voxels and one on black ones. In a half sweep e_red = (1 - w) e_red + w m e_black, m = 6 / (6 + a).
+    const auto blocks = box_blocks(Vec3i(16, 8, 24), {true, true, true});
+    const double a = 0.25, m = 6 / (6 + a);
+    const Problem problem(blocks, constant(1), 0, constant(a));
+    for (double factor : {1.0, 1.4, 0.7}) {
+        Vector b = field(blocks, constant(a)), x;
+        SolveOptions options;
+        options.max_iterations = 7;
+        const auto result = relax(problem.stencil, factor, b, x, options);
+        EXPECT_EQ(result.iterations, 7);
+        EXPECT_FALSE(result.converged);
+        double red = 1, black = 1;
+        for (int sweep = 0; sweep < 7; ++sweep) {
+            red = (1 - factor) * red + factor * m * black;
+            black = (1 - factor) * black + factor * m * red;
+        }
+        for (size_t slot = 0; slot < blocks.count() * 512; ++slot) {
+            const Vec3i p = blocks.voxel(slot);
+            ASSERT_NEAR(x[slot], 1 - ((p.x() + p.y() + p.z()) % 2 ? black : red), 1e-6) << factor;
+        }
+        // The residual is A e: (6 + a) e - 6 e of the other colour, relative to b = a.
+        const double r = (6 + a) * red - 6 * black, k = (6 + a) * black - 6 * red;
+        EXPECT_NEAR(result.residual, std::sqrt((r * r + k * k) / 2) / a, 1e-5);
+    }
+}
+
+}  // namespace
+}  // namespace vdbcloud
