@@ -1,9 +1,8 @@
 #include "vdbcloud/fft/batched_transform.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/fft/fftw_names.h"
 #include "vdbcloud/fft/planner.h"
-
-#include <fftw3.h>
 
 #include <new>
 #include <string>
@@ -34,60 +33,40 @@ double half_phase(AxisEnd end, int m, int n)
     }
 }
 
-/// FFTW's two precisions under one name each.
-template<typename Real>
-struct Names;
-template<>
-struct Names<double> {
-    using Complex = fftw_complex;
-    static constexpr auto plan_r2c = fftw_plan_guru_dft_r2c, plan_c2r = fftw_plan_guru_dft_c2r;
-    static constexpr auto plan_r2r = fftw_plan_guru_r2r;
-    static constexpr auto execute_r2c = fftw_execute_dft_r2c, execute_c2r = fftw_execute_dft_c2r;
-    static constexpr auto execute_r2r = fftw_execute_r2r;
-};
-template<>
-struct Names<float> {
-    using Complex = fftwf_complex;
-    static constexpr auto plan_r2c = fftwf_plan_guru_dft_r2c, plan_c2r = fftwf_plan_guru_dft_c2r;
-    static constexpr auto plan_r2r = fftwf_plan_guru_r2r;
-    static constexpr auto execute_r2c = fftwf_execute_dft_r2c, execute_c2r = fftwf_execute_dft_c2r;
-    static constexpr auto execute_r2r = fftwf_execute_r2r;
-};
-
 /// Plans and runs in place.
 template<typename Real>
-struct Fftw : Names<Real> {
-    using N = Names<Real>;
-    using Complex = typename N::Complex;
+struct Fftw {
+    using Names = FftwNames<Real>;
+    using Complex = typename Names::Complex;
 
     static auto r2c(const fftw_iodim* d, Real* a)
     {
         const fftw_iodim out[2] = {{d[0].n, d[0].is, d[0].is / 2}, d[1]};
-        return N::plan_r2c(2, out, 0, nullptr, a, reinterpret_cast<Complex*>(a), FFTW_ESTIMATE);
+        return Names::plan_guru_r2c(2, out, 0, nullptr, a, reinterpret_cast<Complex*>(a), FFTW_ESTIMATE);
     }
     static auto c2r(const fftw_iodim* d, Real* a)
     {
         const fftw_iodim out[2] = {{d[0].n, d[0].is / 2, d[0].is}, d[1]};
-        return N::plan_c2r(2, out, 0, nullptr, reinterpret_cast<Complex*>(a), a, FFTW_ESTIMATE);
+        return Names::plan_guru_c2r(2, out, 0, nullptr, reinterpret_cast<Complex*>(a), a, FFTW_ESTIMATE);
     }
     static auto r2r(const fftw_iodim* d, Real* a, const fftw_r2r_kind* k)
     {
-        return N::plan_r2r(2, d, 0, nullptr, a, a, k, FFTW_ESTIMATE);
+        return Names::plan_guru_r2r(2, d, 0, nullptr, a, a, k, FFTW_ESTIMATE);
     }
     template<typename P>
     static void run_r2c(P p, Real* a)
     {
-        N::execute_r2c(p, a, reinterpret_cast<Complex*>(a));
+        Names::run_r2c(p, a, reinterpret_cast<Complex*>(a));
     }
     template<typename P>
     static void run_c2r(P p, Real* a)
     {
-        N::execute_c2r(p, reinterpret_cast<Complex*>(a), a);
+        Names::run_c2r(p, reinterpret_cast<Complex*>(a), a);
     }
     template<typename P>
     static void run_r2r(P p, Real* a)
     {
-        N::execute_r2r(p, a, a);
+        Names::run_r2r(p, a, a);
     }
 };
 

@@ -1,12 +1,12 @@
 #include "vdbcloud/fft/real_transform.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/fft/fftw_names.h"
 #include "vdbcloud/fft/planner.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-#include <fftw3.h>
 #include <sys/mman.h>
 
 #include <algorithm>
@@ -19,30 +19,6 @@
 namespace vdbcloud::fft {
 
 namespace {
-
-/// FFTW's two precisions under one name.
-template<typename Real>
-struct Fftw;
-template<>
-struct Fftw<double> {
-    using Complex = fftw_complex;
-    static constexpr auto plan_r2c = fftw_plan_many_dft_r2c;
-    static constexpr auto plan_c2r = fftw_plan_many_dft_c2r;
-    static constexpr auto plan_c2c = fftw_plan_many_dft;
-    static constexpr auto run_r2c = fftw_execute_dft_r2c;
-    static constexpr auto run_c2r = fftw_execute_dft_c2r;
-    static constexpr auto run_c2c = fftw_execute_dft;
-};
-template<>
-struct Fftw<float> {
-    using Complex = fftwf_complex;
-    static constexpr auto plan_r2c = fftwf_plan_many_dft_r2c;
-    static constexpr auto plan_c2r = fftwf_plan_many_dft_c2r;
-    static constexpr auto plan_c2c = fftwf_plan_many_dft;
-    static constexpr auto run_r2c = fftwf_execute_dft_r2c;
-    static constexpr auto run_c2r = fftwf_execute_dft_c2r;
-    static constexpr auto run_c2c = fftwf_execute_dft;
-};
 
 template<typename Real>
 constexpr size_t per_line = alignment / sizeof(Real);
@@ -96,12 +72,12 @@ void RealField<Real>::Free::operator()(Real* p) const
     std::free(p);
 }
 
-/// Two sweeps: planes (j, k) of fixed i, which are contiguous; then columns along i, several neighbours at a
+/// Two passes: planes (j, k) of fixed i, which are contiguous; then columns along i, several neighbours at a
 /// time, copied into a scratch block that stays in the first-level cache, as a column alone would waste most
 /// of each cache line.
 template<typename Real>
 struct RealTransform<Real>::Impl {
-    using F = Fftw<Real>;
+    using F = FftwNames<Real>;
     using C = typename F::Complex;
     static constexpr int block = int(per_line<Real>);  // columns at a time: two cache lines of complex numbers
 
@@ -112,10 +88,10 @@ struct RealTransform<Real>::Impl {
         const int reals[2] = {n[1], int(plane.row_length())}, modes[2] = {n[1], int(plane.row_length() / 2)};
         auto* r = plane.row(0, 0);
         auto* c = reinterpret_cast<C*>(r);
-        planes[0] =
-            make_plan<Real>([&] { return F::plan_r2c(2, dims, 1, r, reals, 1, 0, c, modes, 1, 0, FFTW_ESTIMATE); });
-        planes[1] =
-            make_plan<Real>([&] { return F::plan_c2r(2, dims, 1, c, modes, 1, 0, r, reals, 1, 0, FFTW_ESTIMATE); });
+        planes[0] = make_plan<Real>(
+            [&] { return F::plan_many_r2c(2, dims, 1, r, reals, 1, 0, c, modes, 1, 0, FFTW_ESTIMATE); });
+        planes[1] = make_plan<Real>(
+            [&] { return F::plan_many_c2r(2, dims, 1, c, modes, 1, 0, r, reals, 1, 0, FFTW_ESTIMATE); });
 
         const auto scratch = this->scratch();
         auto* s = reinterpret_cast<C*>(scratch.get());
@@ -123,8 +99,8 @@ struct RealTransform<Real>::Impl {
         for (int w = 0; w < 2; ++w)
             for (int d = 0; d < 2 && width[w] > 0; ++d)
                 columns[w][d] = make_plan<Real>([&] {
-                    return F::plan_c2c(1, &size[0], width[w], s, nullptr, block, 1, s, nullptr, block, 1,
-                                       d == 0 ? FFTW_FORWARD : FFTW_BACKWARD, FFTW_ESTIMATE);
+                    return F::plan_many_c2c(1, &size[0], width[w], s, nullptr, block, 1, s, nullptr, block, 1,
+                                            d == 0 ? FFTW_FORWARD : FFTW_BACKWARD, FFTW_ESTIMATE);
                 });
     }
 
