@@ -91,7 +91,7 @@ TEST(CloudShape, EdgeIsASmoothstepOfItsWidth)
     }
 }
 
-TEST(CloudShape, ReachesTheCoverageAskedFor)
+TEST(CloudShape, FillsTheFractionOfTheEnvelopeThatCoverageAsksFor)
 {
     const auto noise = noise_for(size, 5);
     const auto envelope = sphere_envelope(domain.inset(0.2));
@@ -132,7 +132,7 @@ double formula(const fft::RealField<float>& noise, const Envelope& envelope, con
     return t * t * (3 - 2 * t);
 }
 
-TEST(CloudShape, EveryVoxelIsWhatTheFormulaSays)
+TEST(CloudShape, HasTheDensityOfItsFormulaInEveryVoxel)
 {
     // Bounds over blocks settle most voxels, and parts are left out: none of it may show.
     const auto noise = noise_for(size, 3);
@@ -168,7 +168,7 @@ TEST(CloudShape, EveryVoxelIsWhatTheFormulaSays)
     EXPECT_GT(cloud_grid(shape_cloud(noise, domain, *cumulus, o))->tree().activeTileCount(), 5u);
 }
 
-TEST(CloudShape, ThreadsDoNotChangeAValueAndSeedsDo)
+TEST(CloudShape, HasEqualBitsForAnyThreadCountAndOthersForAnotherSeed)
 {
     const Vec3i odd(45, 53, 39);
     const auto make = [&](uint64_t seed) {
@@ -213,7 +213,7 @@ TEST(CloudShape, RefusesOptionsOutsideTheirRange)
     EXPECT_THROW(shape_cloud(noise, domain, *envelope, {}, [](double) { return false; }), Cancelled);
 }
 
-TEST(CloudGrid, PutsVoxelCentresHalfAVoxelInside)
+TEST(CloudGrid, HasItsFirstVoxelCentreHalfAVoxelInsideTheDomain)
 {
     const auto grid = cloud_grid(shape_cloud(noise_for(size), domain, *sphere_envelope(domain.inset(0.2)), smooth()));
     EXPECT_TRUE(grid->indexToWorld(openvdb::Coord(0, 0, 0)).eq(Vec3d(-1.975, 1.025, 3.025), 1e-12));

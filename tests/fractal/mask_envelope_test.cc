@@ -31,7 +31,7 @@ TEST(SignedDistance, IsTheDistanceToTheNearestVoxelOfTheOtherKind)
     }
 }
 
-TEST(SignedDistance, IsFarFromNothing)
+TEST(SignedDistance, IsGreatWhereThereIsNoVoxelOfTheOtherKind)
 {
     EXPECT_LT(signed_distance({2, 2, 2}, {1, 1, 1}, std::vector<uint8_t>(8, 0))[3], -1e14);
     EXPECT_GT(signed_distance({2, 2, 2}, {1, 1, 1}, std::vector<uint8_t>(8, 1))[3], 1e14);
@@ -86,7 +86,27 @@ TEST(MaskEnvelope, HasTheDepthOfTheBodyInWorldSpace)
     }
 }
 
-TEST(MaskEnvelope, KnowsItsBounds)
+TEST(MaskEnvelope, OfFogIsWhereItIsAboveALevelOfItsGreatestValue)
+{
+    // Fog that rises from 0 at x = 0 to 8 at x = 4: the border lies at x = 4 level, to half a voxel of 0.05.
+    auto fog = FloatGrid::create(0.0f);
+    fog->setTransform(Transform::createLinearTransform(0.1));
+    fog->setGridClass(openvdb::GRID_FOG_VOLUME);
+    for (int i = 0; i <= 40; ++i)
+        for (int j = 0; j < 20; ++j)
+            for (int k = 0; k < 20; ++k) fog->tree().setValueOn({i, j, k}, 0.2f * float(i));
+    for (double level : {0.25, 0.5, 0.8}) {
+        const auto envelope = mask_envelope(*fog, {{0, 0.5, 0.5}, {4, 1.5, 1.5}}, {80, 20, 20}, level);
+        for (double x : {4 * level - 0.3, 4 * level + 0.3}) {
+            const float p = float(x), q = 1;
+            float depth;
+            envelope->depth({}, 1, &p, &q, &q, &depth);
+            EXPECT_NEAR(depth, x - 4 * level, 0.03) << level;
+        }
+    }
+}
+
+TEST(MaskEnvelope, BoundsHoldTheActiveVoxelsOfATurnedGrid)
 {
     const auto box = mask_bounds(*ball(false));
     for (int d = 0; d < 3; ++d) {  // around a turned box: at least the ball, at most sqrt(2) of it, and a voxel

@@ -57,7 +57,7 @@ std::vector<double> surface_of(const FloatGrid& solid, const Vec3i& n)
     return out;
 }
 
-TEST(Mountain, LevelSetHasTheSlopeStatisticsAskedFor)
+TEST(Mountain, HeightsAndLevelSetHaveTheSpectralSlope)
 {
     for (double beta : {3.0, 3.6, 4.4}) {
         MountainOptions o;
@@ -122,6 +122,49 @@ TEST(Mountain, LevelSetIsASignedDistanceToTheHeights)
     EXPECT_GT(at.getValue({48, 60, 36}), 0);  // high above
 }
 
+TEST(Mountain, HasTheHeightsOfItsFormula)
+{
+    // q = (1 - peak (1 - m)) (a + (1 - a) B), a = 0.1 peak, m = (1 - r^2)^(3/2), B = b scaled to 0..1,
+    // b = (1 - ridges) n - 2 ridges |n|; then q is scaled to the ground and the relief.
+    for (const auto& [ridges, peak] : {std::pair(0.0, 0.0), {1.0, 0.0}, {0.3, 1.0}, {0.6, 0.5}}) {
+        MountainOptions o;
+        o.ridges = ridges;
+        o.peak = peak;
+        o.relief = 0.3;
+        Spectrum s;
+        s.seed = 4;
+        const auto field = mountain_heights(domain, size, s, o);
+        const auto n = synthesize({size[0], 1, size[2]}, {4, 3, 3}, s);  // the unused side: the shorter of the two
+        std::vector<double> q;
+        const auto scaled = [&](double low, double high) {
+            const auto [least, most] = std::minmax_element(q.begin(), q.end());
+            const double from = *least, range = *most - from;
+            for (double& v : q) v = low + (high - low) * (v - from) / range;
+        };
+        for (int i = 0; i < size[0]; ++i)
+            for (int k = 0; k < size[2]; ++k)
+                q.push_back((1 - ridges) * n(i, 0, k) - 2 * ridges * std::abs(n(i, 0, k)));
+        scaled(0, 1);
+        for (int i = 0; i < size[0]; ++i)
+            for (int k = 0; k < size[2]; ++k) {
+                const double x = (i + 0.5) / size[0] * 2 - 1, z = (k + 0.5) / size[2] * 2 - 1;
+                const double m = std::pow(std::max(0.0, 1 - x * x - z * z), 1.5);
+                double& v = q[size_t(i * size[2] + k)];
+                v = (1 - peak * (1 - m)) * (0.1 * peak + (1 - 0.1 * peak) * v);
+            }
+        scaled(4 * h, 4 * h + 0.3 * 4);
+        for (size_t c = 0; c < q.size(); ++c) ASSERT_NEAR(field.height[c], q[c], 1e-5) << ridges << ' ' << peak;
+    }
+}
+
+TEST(Mountain, LosesReliefWhereTheBoxIsLow)
+{
+    const auto field = mountain_heights({{-2, 0, 1}, {2, 0.5, 4}}, {96, 12, 72}, {}, {});
+    const auto [low, high] = std::minmax_element(field.height.begin(), field.height.end());
+    EXPECT_NEAR(*low, 4 * h, 1e-5);
+    EXPECT_NEAR(*high, 11 * h, 1e-5);  // a voxel below the high face
+}
+
 TEST(Mountain, HasTheReliefAndStandsInTheBox)
 {
     MountainOptions o;
@@ -141,7 +184,7 @@ TEST(Mountain, HasTheReliefAndStandsInTheBox)
     }
 }
 
-TEST(Mountain, DependsOnTheSeedAndNotOnThreads)
+TEST(Mountain, HasEqualBitsForAnyThreadCountAndOthersForAnotherSeed)
 {
     const auto values = [](uint64_t seed) {
         Spectrum s;
@@ -159,7 +202,7 @@ TEST(Mountain, DependsOnTheSeedAndNotOnThreads)
     }
 }
 
-TEST(Mountain, RefusesWhatItCannotMake)
+TEST(Mountain, RefusesOptionsOutsideTheirRange)
 {
     MountainOptions o;
     o.relief = 0;

@@ -69,7 +69,7 @@ double slope(Field& field, const Vec3d& sides, const Spectrum& s, double from, d
     return (w * xy - x * y) / (w * xx - x * x);
 }
 
-TEST(Noise, HasTheSlopeThatWasAskedFor)
+TEST(Noise, HasTheSpectralSlopeMinusBeta)
 {
     const int n = test::sized(64, 192);
     for (double beta : {0.0, 1.5, 3.0, 11.0 / 3, 5.0, 7.0})
@@ -85,7 +85,7 @@ TEST(Noise, HasTheSlopeThatWasAskedFor)
         }
 }
 
-TEST(Noise, HasTheSlopeAlsoInOddBoxesThatAreStretched)
+TEST(Noise, HasTheSpectralSlopeInOddStretchedBoxes)
 {
     const Vec3i n(90, 37, 64);
     const Vec3d sides(3, 1, 2);
@@ -155,7 +155,7 @@ TEST(Noise, IsRealWithMeanZeroAndAboutUnitVariance)
                 0.2);  // a few long waves carry most of it: +-0.2 / sqrt(20) x 4
 }
 
-TEST(Noise, IsTwoDimensionalWhereAnAxisHasOneVoxel)
+TEST(Noise, HasUnitVarianceInTwoDimensions)
 {
     double variance = 0;
     for (uint64_t seed = 0; seed < 40; ++seed) {
@@ -170,7 +170,7 @@ TEST(Noise, IsTwoDimensionalWhereAnAxisHasOneVoxel)
     EXPECT_NEAR(variance / 40 / 60 / 64, 1, 0.1);
 }
 
-TEST(Noise, ALargerSizeAddsDetailToTheSameShape)
+TEST(Noise, KeepsTheModesOfASmallerSize)
 {
     Spectrum s;
     s.seed = 9;
@@ -198,7 +198,7 @@ bool equal(const Field& a, const Field& b)
     return true;
 }
 
-TEST(Noise, DependsOnTheSeedAndNotOnThreads)
+TEST(Noise, HasEqualBitsForAnyThreadCountAndIsUncorrelatedBetweenSeeds)
 {
     const Vec3i n(30, 33, 47);
     Spectrum s;
@@ -222,7 +222,7 @@ TEST(Noise, DependsOnTheSeedAndNotOnThreads)
     EXPECT_LT(std::abs(ab) / std::sqrt(aa * bb), 5 / std::sqrt(n.product() / 2.0));
 }
 
-TEST(Noise, RefusesWhatItCannotMake)
+TEST(Noise, RefusesParametersOutsideTheirRange)
 {
     const auto make = [](double beta, double low, double high, double stretch) {
         Spectrum s;

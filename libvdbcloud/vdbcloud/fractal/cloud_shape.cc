@@ -1,6 +1,7 @@
 #include "vdbcloud/fractal/cloud_shape.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/fractal/noise_bounds.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -15,16 +16,11 @@ namespace vdbcloud {
 
 namespace {
 
-constexpr int B = 8;             // edge of a block [voxels]
-constexpr int super = 4;         // edge of a group of blocks, which share a first selection of parts [blocks]
-constexpr float most_noise = 4;  // noise is clamped here, as bounds are needed
+constexpr int B = block_edge;
+constexpr int super = 4;  // edge of a group of blocks, which share a first selection of parts [blocks]
 constexpr float nothing = -1e30f;
 
 #define VDBCLOUD_CLONES __attribute__((target_clones("avx2", "default")))
-
-struct Range {
-    float low, high;
-};
 
 /// Everything the loops need, in world units and single precision.
 struct Shaper {
@@ -59,76 +55,6 @@ struct Shaper {
         j = std::min(j, size[1] - 1) + by[1];
         return noise.row(i >= size[0] ? i - size[0] : i, j >= size[1] ? j - size[1] : j) + k;
     }
-};
-
-/// Least and most noise of every block of the domain.
-class BlockRanges {
-public:
-    explicit BlockRanges(const fft::RealField<float>& noise) : size_(noise.size())
-    {
-        for (int d = 0; d < 3; ++d) blocks_[d] = (size_[d] + B - 1) / B;
-        ranges_.resize(size_t(blocks_.product()));
-        tbb::parallel_for(0, blocks_[0], [&](int i) {
-            for (int j = 0; j < blocks_[1]; ++j) measure(noise, i, j);
-        });
-    }
-
-    /// Over the voxels of the block at `o` moved by `shift` along the first two axes, around the ends: the
-    /// blocks that those voxels are in.
-    Range over(const Vec3i& o, const Vec3i& shift) const
-    {
-        int i[B], j[B];
-        const int ni = blocks_touched(o[0], shift[0], size_[0], i), nj = blocks_touched(o[1], shift[1], size_[1], j);
-        Range out{most_noise, -most_noise};
-        for (int a = 0; a < ni; ++a)
-            for (int b = 0; b < nj; ++b) {
-                const auto& r = ranges_[size_t((i[a] * blocks_[1] + j[b]) * blocks_[2] + o[2] / B)];
-                out = {std::min(out.low, r.low), std::max(out.high, r.high)};
-            }
-        return out;
-    }
-
-private:
-    static int blocks_touched(int first, int shift, int size, int* out)
-    {
-        int count = 0;
-        for (int t = 0; t < B && first + t < size; ++t) {
-            const int at = first + t + shift, block = (at >= size ? at - size : at) / B;
-            if (count == 0 || out[count - 1] != block) out[count++] = block;
-        }
-        return count;
-    }
-
-    VDBCLOUD_CLONES
-    void measure(const fft::RealField<float>& noise, int bi, int bj)
-    {
-        const int whole = size_[2] / B;
-        Range* out = &ranges_[size_t((bi * blocks_[1] + bj) * blocks_[2])];
-        const int rows = std::min(B, size_[0] - bi * B), columns = std::min(B, size_[1] - bj * B);
-        for (int k = 0; k < blocks_[2]; ++k) {
-            const int width = k < whole ? B : size_[2] - k * B;
-            float low[B], high[B];
-            for (int l = 0; l < B; ++l) low[l] = most_noise, high[l] = -most_noise;
-            for (int i = 0; i < rows; ++i)
-                for (int j = 0; j < columns; ++j) {
-                    const float* row = noise.row(bi * B + i, bj * B + j) + k * B;
-                    if (width == B) {
-                        for (int l = 0; l < B; ++l) {
-                            low[l] = row[l] < low[l] ? row[l] : low[l];
-                            high[l] = row[l] > high[l] ? row[l] : high[l];
-                        }
-                    } else {
-                        for (int l = 0; l < width; ++l)
-                            low[l] = std::min(low[l], row[l]), high[l] = std::max(high[l], row[l]);
-                    }
-                }
-            out[k] = {std::max(-most_noise, *std::min_element(low, low + B)),
-                      std::min(most_noise, *std::max_element(high, high + B))};
-        }
-    }
-
-    Vec3i size_, blocks_;
-    std::vector<Range> ranges_;
 };
 
 inline float clamped(float n)
@@ -192,18 +118,18 @@ __attribute__((always_inline)) inline void evaluate(const Shaper& s, const Envel
 enum class Kind { Empty, Full, Mixed };
 
 /// Lists that a thread works with.
-struct Scratch {
+struct ThreadLists {
     Envelope::Parts group, near;
     std::vector<float> values;
 };
 
 float warp_reach(const Shaper& s) { return s.warp * most_noise * 1.7320508f; }
 
-/// `scratch.near` becomes the parts that matter in a block that is Mixed.
-Kind classify(const Shaper& s, const BlockRanges& ranges, const Vec3i& o, Scratch& scratch)
+/// `lists.near` becomes the parts that matter in a block that is Mixed.
+Kind classify(const Shaper& s, const NoiseBounds& bounds, const Vec3i& o, ThreadLists& lists)
 {
     const Vec3f centre = s.block_centre(o, B);
-    const auto n = ranges.over(o, Vec3i(0));
+    const auto n = bounds.over(o, Vec3i(0));
     const float zero = n.low <= 0 && n.high >= 0 ? s.bumps(0) : s.bumps(n.low);
     const float least = s.roughness * std::min(zero, std::min(s.bumps(n.low), s.bumps(n.high)));
     const float most = s.roughness * std::max(zero, std::max(s.bumps(n.low), s.bumps(n.high)));
@@ -213,13 +139,13 @@ Kind classify(const Shaper& s, const BlockRanges& ranges, const Vec3i& o, Scratc
     Vec3f middle(0), spread(0);
     if (s.warp > 0)
         for (int d = 0; d < 3; ++d) {
-            const auto w = ranges.over(o, s.shift[d]);
+            const auto w = bounds.over(o, s.shift[d]);
             middle[d] = s.warp * 0.5f * (w.low + w.high);
             spread[d] = s.warp * 0.5f * (w.high - w.low);
         }
     const float deepest_of_none = s.limited ? std::max(0.0f, s.threshold - most) : s.threshold - most;
-    const auto depth = s.envelope.select(scratch.group, {centre + middle, s.block_radius(B) + spread.length()},
-                                         deepest_of_none, scratch.near);
+    const auto depth = s.envelope.select(lists.group, {centre + middle, s.block_radius(B) + spread.length()},
+                                         deepest_of_none, lists.near);
     if (depth.high + most <= s.threshold || (s.limited && depth.high <= 0)) return Kind::Empty;
 
     float face = 1e30f;
@@ -230,14 +156,14 @@ Kind classify(const Shaper& s, const BlockRanges& ranges, const Vec3i& o, Scratc
     return std::min(v, face) >= s.edge ? Kind::Full : Kind::Mixed;
 }
 
-/// Calls visit(origin, scratch) for the blocks of the group at `corner`, with the parts that matter in
-/// scratch.group; passes over a group whose depth is nowhere above `least`.
+/// Calls visit(origin, lists) for the blocks of the group at `corner`, with the parts that matter in
+/// lists.group; passes over a group whose depth is nowhere above `least`.
 template<typename Visit>
-void over_group(const Shaper& s, const Vec3i& corner, float least, Scratch& scratch, const Visit& visit)
+void over_group(const Shaper& s, const Vec3i& corner, float least, ThreadLists& lists, const Visit& visit)
 {
     constexpr int edge = super * B;
     const float radius = s.block_radius(edge) + warp_reach(s);
-    if (s.envelope.select(s.envelope.all(), {s.block_centre(corner, edge), radius}, least, scratch.group).high <= least)
+    if (s.envelope.select(s.envelope.all(), {s.block_centre(corner, edge), radius}, least, lists.group).high <= least)
         return;
     for (int i = 0; i < edge; i += B)
         for (int j = 0; j < edge; j += B)
@@ -247,7 +173,7 @@ void over_group(const Shaper& s, const Vec3i& corner, float least, Scratch& scra
             }
 }
 
-/// Calls visit(corner, index, scratch) for every group of blocks, in parallel; index counts them in order of
+/// Calls visit(corner, index, lists) for every group of blocks, in parallel; index counts them in order of
 /// their corners.
 template<typename Visit>
 void over_groups(const Shaper& s, const Progress& progress, const Visit& visit)
@@ -256,9 +182,9 @@ void over_groups(const Shaper& s, const Progress& progress, const Visit& visit)
     const Vec3i n((s.size[0] + edge - 1) / edge, (s.size[1] + edge - 1) / edge, (s.size[2] + edge - 1) / edge);
     std::atomic<int> done{0};
     tbb::parallel_for(tbb::blocked_range<int>(0, n.product()), [&](const auto& range) {
-        Scratch scratch;
+        ThreadLists lists;
         for (int g = range.begin(); g != range.end(); ++g) {
-            visit(edge * Vec3i(g / (n[1] * n[2]), g / n[2] % n[1], g % n[2]), size_t(g), scratch);
+            visit(edge * Vec3i(g / (n[1] * n[2]), g / n[2] % n[1], g % n[2]), size_t(g), lists);
             report(progress, double(++done) / n.product());
         }
     });
@@ -275,13 +201,13 @@ size_t group_count(const Vec3i& size)
 std::vector<float> sample(const Shaper& s)
 {
     std::vector<std::vector<float>> parts(group_count(s.size));
-    over_groups(s, {}, [&](const Vec3i& corner, size_t g, Scratch& scratch) {
-        over_group(s, corner, 0, scratch, [&](const Vec3i& o) {
+    over_groups(s, {}, [&](const Vec3i& corner, size_t g, ThreadLists& lists) {
+        over_group(s, corner, 0, lists, [&](const Vec3i& o) {
             const float reach = s.block_radius(B) + warp_reach(s);
-            if (s.envelope.select(scratch.group, {s.block_centre(o, B), reach}, 0, scratch.near).high <= 0) return;
+            if (s.envelope.select(lists.group, {s.block_centre(o, B), reach}, 0, lists.near).high <= 0) return;
             Slice<2> slice;
             for (int i = 0; i < B; i += 2) {
-                evaluate<2>(s, scratch.near, o + Vec3i(i, 0, 0), slice);
+                evaluate<2>(s, lists.near, o + Vec3i(i, 0, 0), slice);
                 for (int q = 0; q < slice.count; ++q)
                     if (slice.depth[q] > 0 && slice.cap[q] > 0) parts[g].push_back(slice.v[q]);
             }
@@ -326,26 +252,26 @@ bool fill_block(const Shaper& s, const Envelope::Parts& near, const Vec3i& o, fl
 void fill(const Shaper& s, CloudBlocks& out, const Progress& progress)
 {
     constexpr size_t voxels = size_t(B * B * B), most = voxels * super * super * super;
-    const BlockRanges ranges(s.noise);
+    const NoiseBounds bounds(s.noise);
     std::vector<std::vector<CloudBlocks::Block>> blocks(group_count(s.size));
     out.storage.resize(blocks.size());
     const float bump = s.roughness * std::max(std::abs(s.bumps(-most_noise)), std::abs(s.bumps(most_noise)));
     const float least = s.limited ? std::max(0.0f, s.threshold - bump) : s.threshold - bump;
-    over_groups(s, progress, [&](const Vec3i& corner, size_t g, Scratch& scratch) {
-        scratch.values.resize(most);
+    over_groups(s, progress, [&](const Vec3i& corner, size_t g, ThreadLists& lists) {
+        lists.values.resize(most);
         size_t used = 0;
         std::vector<bool> full;
-        over_group(s, corner, least, scratch, [&](const Vec3i& o) {
-            const auto kind = classify(s, ranges, o, scratch);
+        over_group(s, corner, least, lists, [&](const Vec3i& o) {
+            const auto kind = classify(s, bounds, o, lists);
             if (kind == Kind::Empty) return;
             if (kind == Kind::Mixed) {
-                if (!fill_block(s, scratch.near, o, scratch.values.data() + used)) return;
+                if (!fill_block(s, lists.near, o, lists.values.data() + used)) return;
                 used += voxels;
             }
             blocks[g].push_back({o, nullptr});
             full.push_back(kind == Kind::Full);
         });
-        out.storage[g].assign(scratch.values.begin(), scratch.values.begin() + long(used));
+        out.storage[g].assign(lists.values.begin(), lists.values.begin() + long(used));
         const float* next = out.storage[g].data();
         for (size_t b = 0; b < full.size(); ++b)
             if (!full[b]) blocks[g][b].values = std::exchange(next, next + voxels);

@@ -16,8 +16,8 @@ namespace vdbcloud {
 ///     density = smoothstep(v / edge) in 0..1
 ///
 /// with n held within +-4 and the shifts, in voxels rounded down, of (1/3, 1/2, 0), (1/2, 1/5, 0) and (5/6, 3/4, 0) of
-/// the size. Below the envelope's base nothing is left, and towards the faces of the domain all
-/// fades. Without a coverage t is 0 and noise carries the surface in and out; with one, t is chosen so that
+/// the size. The density is 0 below the envelope's base and fades towards the faces of the
+/// domain. Without a coverage t is 0 and noise carries the surface in and out; with one, t is chosen so that
 /// this fraction of the envelope is filled, and nothing lies beyond the envelope as displaced. Lengths here
 /// are fractions of the domain's longest side.
 struct ShapeOptions {
