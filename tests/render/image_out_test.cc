@@ -143,7 +143,7 @@ TEST_F(ImageOut, ExrDrawsTheBackgroundWhenAsked)
     EXPECT_EQ(image.at(8, 0, "background.B"), 0.375f);
 }
 
-TEST_F(ImageOut, ExrSaysHowItWasMadeAndFromWhere)
+TEST_F(ImageOut, ExrHoldsItsMetadataAndMatrices)
 {
     const CameraView view = a_view();
     write_image(path("a.exr"), film_of(size), view, metadata());
@@ -219,7 +219,7 @@ TEST_F(ImageOut, PngShowsTheCompositeThroughTheView)
         }
 }
 
-TEST_F(ImageOut, PngOfMiddleGreyIsTheStandardsNumber)
+TEST_F(ImageOut, PngOfMiddleGreyIs118)
 {
     Film film(size, {{"", {"R", "G", "B", "A"}}});
     for (int j = 0; j < 16; ++j)
@@ -232,20 +232,45 @@ TEST_F(ImageOut, PngOfMiddleGreyIsTheStandardsNumber)
     EXPECT_EQ(std::lround(image.at(30, 1, "G") * 255), 255);
 }
 
-TEST_F(ImageOut, ValuesBeyondHalfAreStoredAsFloatAndTold)
+TEST_F(ImageOut, StoresALayerAsFloatFrom65505OnAndWarnsOnce)
 {
-    Film film = film_of(size);
-    film.pixel(3, 3)[0] = 1e6f;
-    std::vector<std::string> told;
-    write_image(path("a.exr"), film, a_view(), metadata(), {}, [&](const std::string& s) { told.push_back(s); });
-    const Read image = read(path("a.exr"));
-    EXPECT_EQ(image.at(3, 3, "R"), 1e6f);
-    EXPECT_EQ(image.spec.channelformat(image.spec.channelindex("direct_sun.R")), OIIO::TypeDesc::HALF);
-    ASSERT_EQ(told.size(), 1u);
-    EXPECT_NE(told[0].find("beauty"), std::string::npos);
+    for (const auto& [value, fits] :
+         {std::pair(65504.0f, true), {65505.0f, false}, {-65505.0f, false}, {1e6f, false}}) {
+        Film film = film_of(size);
+        film.pixel(3, 3)[0] = value;
+        film.pixel(4, 3)[1] = value;
+        std::vector<std::string> warnings;
+        write_image(path("a.exr"), film, a_view(), metadata(), {},
+                    [&](const std::string& s) { warnings.push_back(s); });
+        const Read image = read(path("a.exr"));
+        EXPECT_EQ(image.at(3, 3, "R"), value);
+        const auto type = [&](const char* name) { return image.spec.channelformat(image.spec.channelindex(name)); };
+        for (const char* name : {"R", "G", "B", "A"})
+            EXPECT_EQ(type(name), fits ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT) << value;
+        EXPECT_EQ(type("direct_sun.R"), OIIO::TypeDesc::HALF);
+        ASSERT_EQ(warnings.size(), fits ? 0u : 1u) << value;
+        if (!fits) {
+            EXPECT_NE(warnings[0].find("beauty"), std::string::npos);
+        }
+    }
 }
 
-TEST_F(ImageOut, AFullDiskIsAnErrorForBothFormats)
+TEST_F(ImageOut, KeepsPixelAspectAndTheOrthographicWidth)
+{
+    Camera camera;
+    camera.projection = Projection::Orthographic;
+    camera.width = 3.5;
+    ImageSize wide = size;
+    wide.pixel_aspect = 2;
+    const CameraView view(camera, wide);
+    write_image(path("a.exr"), film_of(wide), view, metadata());
+    write_image(path("a.png"), film_of(wide), view, metadata());
+    EXPECT_FLOAT_EQ(read(path("a.exr")).spec.get_float_attribute("PixelAspectRatio"), 2);
+    EXPECT_FLOAT_EQ(read(path("a.exr")).spec.get_float_attribute("screenWindowWidth"), 3.5f);
+    EXPECT_NEAR(read(path("a.png")).spec.get_float_attribute("PixelAspectRatio"), 2, 1e-3);
+}
+
+TEST_F(ImageOut, ThrowsIoErrorOnAFullDiskForBothFormats)
 {
     if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
     for (const std::string name : {"full.exr", "full.png"}) {
@@ -260,7 +285,7 @@ TEST_F(ImageOut, AFullDiskIsAnErrorForBothFormats)
     EXPECT_THROW(write_image("/dev/full", film_of(size), a_view(), metadata()), IoError);
 }
 
-TEST_F(ImageOut, LeavesNothingHalfWrittenAndNothingBehind)
+TEST_F(ImageOut, LeavesNoPartialOrTemporaryFile)
 {
     EXPECT_THROW(write_image(path("no/such/folder.exr"), film_of(size), a_view(), metadata()), IoError);
     EXPECT_THROW(write_image(folder.string() + "/.", film_of(size), a_view(), metadata()), std::runtime_error);
@@ -271,7 +296,7 @@ TEST_F(ImageOut, LeavesNothingHalfWrittenAndNothingBehind)
     EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 1);
 }
 
-TEST(ImageFormatOf, GoesByExtensionAndRefusesOthersInASentence)
+TEST(ImageFormatOf, GoesByExtensionAndRefusesOthers)
 {
     EXPECT_EQ(image_format("a/b.exr"), ImageFormat::Exr);
     EXPECT_EQ(image_format("B.PNG"), ImageFormat::Png);

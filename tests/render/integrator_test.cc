@@ -126,7 +126,7 @@ FloatGridPtr fractal_cloud(int n)
                [&](Coord ijk) { return std::clamp(0.4 * double(noise(ijk[0], ijk[1], ijk[2])), 0.0, 1.0); });
 }
 
-TEST(Integrator, WithTheSunBehindOneSeesHalfOfOneMinusTSquared)
+TEST(Integrator, HasHalfOfOneMinusTSquaredWithTheSunBehind)
 {
     // Light along an axis: the depths of the interpolant are bilinear across it, so the light grid is exact there, and
     // along it errs by sigma_t h / 8 times density's change over a voxel, which cancels over the ray.
@@ -134,7 +134,7 @@ TEST(Integrator, WithTheSunBehindOneSeesHalfOfOneMinusTSquared)
         EXPECT_LT(sun_behind_error(fractal_cloud(64), 0.02, to_sun, {}), 1e-4) << to_sun;
 }
 
-TEST(Integrator, LookingIntoTheSunOneSeesTauTimesT)
+TEST(Integrator, HasTauTimesTLookingIntoTheSun)
 {
     for (const Vec3d& to_sun : {Vec3d(0, 1, 0), Vec3d(0, 0, 1)})
         EXPECT_LT(sun_ahead_error(fractal_cloud(64), 0.02, to_sun, {}), 1e-4) << to_sun;
@@ -156,7 +156,7 @@ TEST(Integrator, MeetsTheIdentitiesAtSecondOrderInTheLightGridsSpacing)
     EXPECT_GT(std::log2(ahead[0] / ahead[2]) / 2, 1.8);
 }
 
-TEST(Integrator, SeesACubeFromItsSideAsTheClosedFormSays)
+TEST(Integrator, HasTheClosedFormOfACubeSeenFromItsSide)
 {
     // Side view at depth d below the top: w0 p(90) E (1 - exp(-tau)) exp(-sigma d). In the voxel where density ramps to
     // 0 at the side the light has a shorter way, a term of first order in h: 5e-3 of the brightest at 128.
@@ -209,7 +209,7 @@ TEST(Integrator, EmissionOfAUniformBodyIsItsSourceTimesItsOpacity)
     EXPECT_GT(seen, 1.9);
 }
 
-TEST(Integrator, SeesAFlameWithoutSmoke)
+TEST(Integrator, HasTheEmissionOfAFlameWithoutSmoke)
 {
     Scene scene;
     Volume volume;
@@ -231,7 +231,7 @@ TEST(Integrator, SeesAFlameWithoutSmoke)
     EXPECT_EQ(film.pixel(0, 0)[3], 0);
 }
 
-TEST(Integrator, ABackgroundBehindAMediumIsAttenuatedByIt)
+TEST(Integrator, MultipliesTheBackgroundByTheTransmittance)
 {
     const auto density = cloud(32);
     auto scene = sunlit(density, medium(0.05), {0, 1, 0});
@@ -257,7 +257,7 @@ double difference(const Film& a, const Film& b)
     return largest / mean;
 }
 
-TEST(Integrator, AllThreeAgreeAsTheirParametersTighten)
+TEST(Integrator, ConvergesToOnePictureWithAllThreeRules)
 {
     const auto density = cloud(24);
     auto scene = sunlit(density, medium(0.1, 0.9, 0.5), {0.3, 1, 0.2});
@@ -292,7 +292,7 @@ TEST(Integrator, AllThreeAgreeAsTheirParametersTighten)
     }
 }
 
-TEST(Integrator, ShadowRaysAgreeWithTheGridAsItTightens)
+TEST(Integrator, ConvergesToShadowRaysAtSecondOrderInTheGrid)
 {
     const auto density = cloud(32);
     auto scene = sunlit(density, medium(0.05), {0.3, 1, 0.2}, {Fidelity::Exact});
@@ -309,7 +309,7 @@ TEST(Integrator, ShadowRaysAgreeWithTheGridAsItTightens)
     EXPECT_GT(std::log2(one / four) / 2, 1.7) << one << " " << four;
 }
 
-TEST(Integrator, TheShortWayThroughAPlainSceneGivesTheSamePicture)
+TEST(Integrator, HasThePictureOfTheGeneralPathOnThePlainPath)
 {
     const auto density = fractal_cloud(40);
     const auto scene = sunlit(density, medium(0.8, 0.9, 0.3), {0.3, 1, 0.2});
@@ -326,7 +326,7 @@ TEST(Integrator, TheShortWayThroughAPlainSceneGivesTheSamePicture)
         }
 }
 
-TEST(Integrator, TwoOverlappingVolumesAreTheirSum)
+TEST(Integrator, AddsOverlappingVolumes)
 {
     const auto a = cloud(24), b = a->deepCopy();
     for (auto v = b->beginValueOn(); v; ++v) v.setValue(0.5f * *v + 0.02f * float(v.getCoord()[0]));
@@ -349,7 +349,7 @@ TEST(Integrator, TwoOverlappingVolumesAreTheirSum)
     EXPECT_GT(difference(render(merged, view), render(two, view)), 1e-3);
 }
 
-TEST(Integrator, TheSceneScaledTurnedAndMovedGivesTheSamePicture)
+TEST(Integrator, HasTheSamePictureOfAScaledTurnedMovedScene)
 {
     const auto plain = cloud(32);
     const auto moved = plain->deepCopy();
@@ -373,7 +373,7 @@ TEST(Integrator, TheSceneScaledTurnedAndMovedGivesTheSamePicture)
     EXPECT_LT(difference(a, b), 1e-4);  // single precision in the light grid
 }
 
-TEST(Integrator, WorksFromInsideTheCloudAndForEmptyScenes)
+TEST(Integrator, HasTheTransmittanceFromInsideACloudAndNoneOfAnEmptyScene)
 {
     const auto density = box({32, 32, 32}, 1, [](Coord) { return 1.0; });
     const auto scene = sunlit(density, medium(0.1), {0, 1, 0});
@@ -390,7 +390,7 @@ TEST(Integrator, WorksFromInsideTheCloudAndForEmptyScenes)
     EXPECT_EQ(nothing.pixel(0, 0)[3], 0);
 }
 
-TEST(Integrator, GivesTheSameBytesOnAnyNumberOfThreads)
+TEST(Integrator, HasEqualBitsForOneAndTwoThreads)
 {
     const auto density = cloud(32);
     const auto scene = sunlit(density, medium(0.05), {0.3, 1, 0.2});
@@ -416,7 +416,7 @@ TEST(Integrator, DepthIsWhereHalfOfTheLightIsLeft)
     EXPECT_NEAR(film.pixel(0, 0)[film.offset(film.find("Z"))], 99.5 + std::log(2) / 0.1, 1e-3);
 }
 
-TEST(Integrator, RefusesLayersAndOptionsItDoesNotKnow)
+TEST(Integrator, RefusesUnknownLayersAndRules)
 {
     EXPECT_THROW(render_layers({}, {"beauty"}), UsageError);
     EXPECT_THROW(integrator_kind("simpson"), InputError);

@@ -103,7 +103,7 @@ TEST(PixelFilter, TakesASingleSampleAtTheCentre)
     }
 }
 
-TEST(PixelFilter, SpreadsFewSamplesOverThePixel)
+TEST(PixelFilter, HasOneOfFourSamplesInEachQuarterOfAnAxis)
 {
     SamplingOptions options;
     options.samples = 4;
@@ -122,7 +122,7 @@ TEST(PixelFilter, SpreadsFewSamplesOverThePixel)
     }
 }
 
-TEST(PixelFilter, TurnsTheTwoAxesIndependently)
+TEST(PixelFilter, HasUncorrelatedOffsetsOnItsTwoAxes)
 {
     SamplingOptions options;
     options.samples = 2;
@@ -148,7 +148,7 @@ TEST(PixelFilter, DependsOnSeedAndPixel)
     EXPECT_NE(one(3, 4, 1).y, one(3, 5, 1).y);
 }
 
-TEST(PixelFilter, RefusesWhatItCannotTake)
+TEST(PixelFilter, RefusesSamplesWidthsAndNamesOutsideTheirRange)
 {
     EXPECT_THROW(PixelFilter({0, FilterKind::Box, 0, 0}), InputError);
     EXPECT_THROW(PixelFilter({1, FilterKind::Box, -1, 0}), InputError);

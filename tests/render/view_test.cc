@@ -11,7 +11,7 @@
 namespace vdbcloud {
 namespace {
 
-TEST(Srgb, HasItsKnownValues)
+TEST(Srgb, HasTheValuesOfTheStandard)
 {
     EXPECT_EQ(srgb_encode(0), 0);
     EXPECT_NEAR(srgb_encode(1), 1, 1e-15);
@@ -39,6 +39,16 @@ TEST(Filmic, GrowsStrictlyStaysBelowOneAndIsTheIdentityInTheDark)
     EXPECT_GT(filmic(1e6), 0.999);
 }
 
+TEST(Filmic, HasTheValuesOfItsFormula)
+{
+    // k + (1 - k) u / (1 + u), u = (x - k) / (1 - k), k = 0.4.
+    EXPECT_DOUBLE_EQ(filmic(0.4), 0.4);
+    EXPECT_DOUBLE_EQ(filmic(0.7), 0.4 + 0.6 / 3);
+    EXPECT_DOUBLE_EQ(filmic(1), 0.7);
+    EXPECT_DOUBLE_EQ(filmic(4), 0.4 + 0.6 * 6 / 7);
+    EXPECT_DOUBLE_EQ(filmic(12.4), 0.4 + 0.6 * 20 / 21);
+}
+
 TEST(Filmic, IsSmoothAtItsKnee)
 {
     const double k = 0.4, e = 1e-6;
@@ -46,7 +56,7 @@ TEST(Filmic, IsSmoothAtItsKnee)
     EXPECT_NEAR((filmic(k + e) - filmic(k)) / e, 1, 1e-5);
 }
 
-TEST(View, ExposesInStops)
+TEST(View, MultipliesByTwoToTheExposureThenEncodes)
 {
     const Vec3d radiance(0.05, 0.1, 4);
     ViewOptions linear{ViewKind::None, 2};
@@ -58,7 +68,7 @@ TEST(View, ExposesInStops)
               1e-15);
 }
 
-TEST(View, KnowsItsNames)
+TEST(View, ReadsTheNamesItWrites)
 {
     for (const auto kind : {ViewKind::Srgb, ViewKind::Filmic, ViewKind::None}) EXPECT_EQ(view_kind(name(kind)), kind);
     EXPECT_THROW(view_kind("agx"), InputError);
@@ -84,7 +94,7 @@ TEST(AutoExposure, TakesThe95thPercentileOfTheMediumToItsTarget)
     EXPECT_NEAR(auto_exposure(two_halves(0)), std::log2(1.0 / 0.045), 1e-6);
 }
 
-TEST(AutoExposure, CountsTheBackgroundSeenThroughAndScalesWithTheLight)
+TEST(AutoExposure, CountsTheBackgroundAndFallsByTwoStopsForFourTimesTheLight)
 {
     Film film = two_halves(0.5f);
     const double before = auto_exposure(film);
@@ -99,7 +109,22 @@ TEST(AutoExposure, CountsTheBackgroundSeenThroughAndScalesWithTheLight)
     EXPECT_LT(auto_exposure(film), before - 2);
 }
 
-TEST(AutoExposure, LeavesADarkPictureAlone)
+TEST(AutoExposure, CountsPixelsOfAlphaAboveATwentieth)
+{
+    // Exactly 16 pixels of the medium are enough, 15 are not: then the other pixels, of radiance 0, count as well.
+    for (const auto& [pixels, expected] : {std::pair(16, std::log2(1 / 0.5)), {15, 0.0}}) {
+        Film film({40, 10, 1, {}}, {{"", {"R", "G", "B", "A"}}});
+        for (int n = 0; n < pixels; ++n) {
+            float* p = film.pixel(n, 0);
+            p[0] = p[1] = p[2] = 0.5f;
+            p[3] = 0.051f;
+        }
+        for (int n = 0; n < 40; ++n) film.pixel(n, 5)[3] = 0.049f;
+        EXPECT_NEAR(auto_exposure(film), expected, 1e-6) << pixels;
+    }
+}
+
+TEST(AutoExposure, IsZeroForADarkPicture)
 {
     EXPECT_EQ(auto_exposure(Film({9, 9, 1, {}}, {{"", {"R", "G", "B", "A"}}})), 0);
 }

@@ -5,17 +5,14 @@
 // Taking y linear in tau, scattered light is  W (exp(-y_A) - exp(-y_B)) / (y_B - y_A),  W the scattering depth times E
 // p: positive at any thickness, with an error of second order in the stretch. Done for a cell whole and in halves,
 // whose three points are the same, the two combine (Richardson) to fourth order.
-#include "vdbcloud/render/media.h"
+#include "vdbcloud/render/cell_rule.h"
+#include "vdbcloud/render/plain_cells.h"
 
 #include <cmath>
 
 namespace vdbcloud {
 
 namespace {
-
-constexpr double log_2 = 0.69314718055994531;
-/// Optical depth beyond which nothing that shines on the ray can show: exp(-45) = 3e-20 of it.
-constexpr double opaque = 45;
 
 /// A piece of a ray inside one cell of one volume.
 struct Piece {
@@ -30,13 +27,6 @@ struct Piece {
     }
 };
 
-/// The mean of exp(-x s) over s in [0, 1] times `at_0`, given at_1 = at_0 exp(-x) computed apart.
-double mean_exponential(double at_0, double at_1, double x)
-{
-    if (std::abs(x) > 1e-2) return (at_0 - at_1) / x;
-    return at_0 * (1 - x / 2 * (1 - x / 3 * (1 - x / 4 * (1 - x / 5))));
-}
-
 class Cells : public RayIntegrator {
 public:
     Cells(const PreparedScene& scene, const IntegratorOptions& options)
@@ -48,9 +38,7 @@ public:
             node->light.resize(scene.lights.size());
             node->volume.resize(scene.volumes.size());
         }
-        for (const auto& v : scene.volumes) has_rest_ = has_rest_ || v.emission || v.phi;
-        plain_ = options.plain_path && is_plain(scene) && parts_ == 1;
-        sun_.resize(plain_ ? scene.lights.size() : 0);
+        for (const auto& v : scene.volumes) has_other_sources_ = has_other_sources_ || v.emission || v.phi;
     }
 
     void operator()(const WorldRay& ray, RayResult& result) override
@@ -59,7 +47,6 @@ public:
         result.clear(scene_.lights.size());
         media_.set(ray);
         b_.t = -1;
-        if (plain_) return march_plain(result);
         if (scene_.volumes.size() == 1) {
             march_cells(scene_.volumes[0].density, media_.index_ray(0), 0, far,
                         [&](double t0, double t1, const float* corners, const Vec3i& cell) {
@@ -82,73 +69,6 @@ public:
     }
 
 private:
-    /// One grey volume under distant lights, whose grids lie on its own lattice, and nothing else: what a first picture
-    /// is. There both depths are cubics of the same cell and all colours share one sum.
-    static bool is_plain(const PreparedScene& scene)
-    {
-        if (scene.volumes.size() != 1 || !scene.grey || scene.shadow_rays) return false;
-        const auto& v = scene.volumes[0];
-        if (v.colour || v.emission || v.phi || v.forward != 0) return false;
-        for (size_t l = 0; l < scene.lights.size(); ++l)
-            if (scene.lights[l].kind != LightKind::Directional || v.light_depth[l]->channels() != 1 ||
-                !same(v.light_depth[l]->index_from_world(), v.density.index_from_world()))
-                return false;
-        return true;
-    }
-
-    static bool same(const Affine& f, const Affine& g)
-    {
-        return f.a[0] == g.a[0] && f.a[1] == g.a[1] && f.a[2] == g.a[2] && f.b == g.b;
-    }
-
-    /// The same rule as step(), each quantity computed once. The tests compare the two.
-    void march_plain(RayResult& result)
-    {
-        constexpr double far = std::numeric_limits<double>::infinity();
-        const auto& volume = scene_.volumes[0];
-        const IndexRay& index = media_.index_ray(0);
-        const double kappa = volume.kappa[0];
-        double tau = 0, previous = -1;
-        Vec3i brick(0);
-        bool in_brick = false;
-        for (auto& s : sun_) s.sum = 0;
-        march_cells(volume.density, index, 0, far, [&](double t0, double t1, const float* corners, const Vec3i& cell) {
-            const double length = t1 - t0;
-            const Vec3d p = index.at(t0) - Vec3d(cell[0], cell[1], cell[2]), d = length * index.direction;
-            const Cubic density = along(corners, p, d);
-            const double to_mid = kappa * length * density.integral(0.5), whole = kappa * length * density.integral(1);
-            const double tau_mid = tau + to_mid, tau_end = tau + whole;
-            ++result.cells;
-            if (tau < log_2 && tau_end >= log_2) result.half_way = t0 + length * (log_2 - tau) / whole;
-            if (tau < opaque) {
-                const Vec3i b(cell[0] >> 3, cell[1] >> 3, cell[2] >> 3);
-                if (!in_brick || b != brick) {
-                    brick = b;
-                    in_brick = true;
-                    for (size_t l = 0; l < sun_.size(); ++l) sun_[l].brick = volume.light_depth[l]->find(b);
-                }
-                const int offset = (cell[0] & 7) * BrickMap::sx + (cell[1] & 7) * BrickMap::sy + (cell[2] & 7);
-                for (auto& s : sun_) {
-                    const Cubic depth = s.brick ? along(s.brick + offset, p, d) : Cubic{0, 0, 0, 0};
-                    const double at_0 = tau + depth.c0, at_mid = tau_mid + depth.at(0.5), at_1 = tau_end + depth.at(1);
-                    const double left_0 = previous == t0 ? s.left : std::exp(-at_0);
-                    const double left_mid = std::exp(-at_mid), left_1 = std::exp(-at_1);
-                    const double halves = to_mid * mean_exponential(left_0, left_mid, at_mid - at_0) +
-                                          (whole - to_mid) * mean_exponential(left_mid, left_1, at_1 - at_mid);
-                    const double better = halves + (halves - whole * mean_exponential(left_0, left_1, at_1 - at_0)) / 3;
-                    s.sum += better > 0 ? better : halves;
-                    s.left = left_1;
-                }
-                previous = t1;
-            }
-            tau = tau_end;
-            return true;
-        });
-        result.tau = result.true_tau = Vec3d(tau);
-        for (size_t l = 0; l < sun_.size(); ++l)
-            result.direct[l] = volume.albedo * media_.arriving(l, 0, 0, 1) * sun_[l].sum;
-    }
-
     void piece_of(size_t volume, double a, double b, const float* corners, const Vec3i& cell)
     {
         const IndexRay& ray = media_.index_ray(volume);
@@ -184,14 +104,15 @@ private:
     /// What is known at a point of the ray.
     struct Node {
         struct Beam {
-            Vec3d depth{0, 0, 0};  // optical depth from here to the light
-            Vec3d left{0, 0, 0};   // exp(-(depth + tau))
+            Vec3d depth{0, 0, 0};          // optical depth from here to the light
+            Vec3d transmittance{0, 0, 0};  // exp(-(depth + tau))
         };
         struct Local {
             Vec3d albedo{0, 0, 0}, collided{0, 0, 0}, emission{0, 0, 0};
         };
         double t = -1;
-        Vec3d tau{0, 0, 0}, left{0, 0, 0};  // from the eye; exp(-tau) where something else than beams asks for it
+        Vec3d tau{0, 0, 0};            // from the eye
+        Vec3d transmittance{0, 0, 0};  // exp(-tau); set where sources other than beams need it
         std::vector<Beam> light;
         std::vector<Local> volume;
     };
@@ -241,7 +162,9 @@ private:
         result.tau = tau_end;
         for (size_t v = 0; v < first_half_.size(); ++v)
             result.true_tau += scene_.volumes[v].kappa * (first_half_[v] + second_half_[v]);
-        note_half_way(t0, t1, a_.tau, tau_end, result);
+        if (result.half_way >= 1e30)
+            if (const auto part = part_to_half(a_.tau, tau_end))
+                result.half_way = t0 + (t1 - t0) * std::clamp(*part, 0.0, 1.0);
         // Only the depth still counts.
         if (std::min({a_.tau[0], a_.tau[1], a_.tau[2]}) > opaque) {
             b_.t = -1;
@@ -253,7 +176,7 @@ private:
         for (size_t l = 0; l < scene_.lights.size(); ++l)
             result.direct[l] += extrapolate(scattered(l, a_, m_, first_half_) + scattered(l, m_, b_, second_half_),
                                             scattered(l, a_, b_, whole_));
-        if (!has_rest_) return;
+        if (!has_other_sources_) return;
         for (size_t v = 0; v < whole_.size(); ++v) {
             if (scene_.volumes[v].emission)
                 result.emission += extrapolate(emitted(v, a_, m_) + emitted(v, m_, b_), emitted(v, a_, b_));
@@ -290,9 +213,9 @@ private:
         for (size_t l = 0; l < node.light.size(); ++l) {
             auto& beam = node.light[l];
             beam.depth = media_.light_depth(l, node.t);
-            for (int c = 0; c < channels_; ++c) beam.left[c] = std::exp(-(tau[c] + beam.depth[c]));
+            for (int c = 0; c < channels_; ++c) beam.transmittance[c] = std::exp(-(tau[c] + beam.depth[c]));
         }
-        if (has_rest_) node.left = {std::exp(-tau[0]), std::exp(-tau[1]), std::exp(-tau[2])};
+        if (has_other_sources_) node.transmittance = {std::exp(-tau[0]), std::exp(-tau[1]), std::exp(-tau[2])};
     }
 
     /// Scattering coefficient integrated over a stretch: kappa * albedo * density depth.
@@ -305,62 +228,44 @@ private:
     Vec3d scattered(size_t l, const Node& from, const Node& to, const std::vector<double>& depth) const
     {
         const auto &p = from.light[l], &q = to.light[l];
-        const auto beyond = [&](size_t v) {
+        const auto peak = [&](size_t v) {
             if (!scene_.volumes[v].peak) return Vec3d(1);
             return media_.peak(l, v, (from.t + to.t) / 2, 0.5 * (from.volume[v].albedo + to.volume[v].albedo),
                                0.5 * (from.tau + p.depth + to.tau + q.depth));
         };
         Vec3d weight(0), mean(0);
         for (size_t v = 0; v < depth.size(); ++v)
-            if (depth[v] > 0)
-                weight += scattering(v, from, to, depth) * media_.arriving(l, v, from.t, to.t) * beyond(v);
+            if (depth[v] > 0) weight += scattering(v, from, to, depth) * media_.arriving(l, v, from.t, to.t) * peak(v);
         for (int c = 0; c < channels_; ++c)
-            mean[c] = mean_exponential(p.left[c], q.left[c], to.tau[c] + q.depth[c] - from.tau[c] - p.depth[c]);
+            mean[c] = mean_exponential(p.transmittance[c], q.transmittance[c],
+                                       to.tau[c] + q.depth[c] - from.tau[c] - p.depth[c]);
         for (int c = channels_; c < 3; ++c) mean[c] = mean[0];
         return weight * mean;
     }
 
-    static Vec3d mean_left(const Node& from, const Node& to)
+    static Vec3d mean_transmittance(const Node& from, const Node& to)
     {
         Vec3d mean;
-        for (int c = 0; c < 3; ++c) mean[c] = mean_exponential(from.left[c], to.left[c], to.tau[c] - from.tau[c]);
+        for (int c = 0; c < 3; ++c)
+            mean[c] = mean_exponential(from.transmittance[c], to.transmittance[c], to.tau[c] - from.tau[c]);
         return mean;
     }
 
     Vec3d emitted(size_t v, const Node& from, const Node& to) const
     {
-        return 0.5 * (from.volume[v].emission + to.volume[v].emission) * mean_left(from, to) * (to.t - from.t);
+        return 0.5 * (from.volume[v].emission + to.volume[v].emission) * mean_transmittance(from, to) * (to.t - from.t);
     }
 
     Vec3d rescattered(size_t v, const Node& from, const Node& to, const std::vector<double>& depth) const
     {
         return 0.5 * (from.volume[v].collided + to.volume[v].collided) * scattering(v, from, to, depth) *
-               (1 - scene_.volumes[v].forward) * mean_left(from, to);
-    }
-
-    static void note_half_way(double t0, double t1, const Vec3d& tau0, const Vec3d& tau1, RayResult& result)
-    {
-        if (result.half_way < 1e30 || std::max({tau1[0], tau1[1], tau1[2]}) < log_2) return;
-        const auto mean = [](const Vec3d& tau) {
-            return (std::exp(-tau[0]) + std::exp(-tau[1]) + std::exp(-tau[2])) / 3;
-        };
-        const double after = mean(tau1);
-        if (after > 0.5) return;
-        const double before = mean(tau0);  // linear in -log T within the step
-        const double s = std::log(before / 0.5) / std::log(before / std::max(after, 1e-300));
-        result.half_way = t0 + (t1 - t0) * std::clamp(s, 0.0, 1.0);
+               (1 - scene_.volumes[v].forward) * mean_transmittance(from, to);
     }
 
     const PreparedScene& scene_;
     RayMedia media_;
     int parts_, channels_;
-    bool plain_ = false;
-    struct Sun {
-        const float* brick = nullptr;  // of the light's depth, where the ray is
-        double left = 0, sum = 0;      // exp(-depth) at the end of the last cell; scattered light over albedo, E and p
-    };
-    std::vector<Sun> sun_;
-    bool has_rest_ = false;                   // emission or light scattered more than once
+    bool has_other_sources_ = false;          // emission or light scattered more than once
     std::vector<std::vector<Piece>> pieces_;  // several volumes
     std::vector<std::pair<size_t, const Piece*>> active_;
     Piece current_{};                                       // one volume
@@ -372,6 +277,7 @@ private:
 
 std::unique_ptr<RayIntegrator> make_cells_integrator(const PreparedScene& scene, const IntegratorOptions& options)
 {
+    if (options.plain_path && options.parts == 1 && is_plain(scene)) return make_plain_cells_integrator(scene);
     return std::make_unique<Cells>(scene, options);
 }
 

@@ -62,7 +62,7 @@ using SamplerFactory = std::function<SampleFunction()>;
 
 /// Fills the film, in tiles over all threads. A layer "variance" with one channel is not the sampler's: it
 /// becomes the estimated variance of the pixel's mean luminance in the beauty layer (0 with one sample), and
-/// its place in `out` is passed over.
+/// its place in `out` is ignored.
 ///
 /// The picture is the same whatever the number of threads: a pixel's samples depend on its coordinates only
 /// and are added in order. A crop has the pixels of the whole picture. Throws ConvergenceError naming the

@@ -16,7 +16,7 @@ enum class ImageFormat { Exr, Png };
 /// others.
 ImageFormat image_format(const std::string& path);
 
-/// What a picture says of itself. No clock and no host name: equal runs make equal bytes.
+/// Metadata of a picture. No clock and no host name: equal runs make equal bytes.
 struct ImageMetadata {
     std::string creator;                                     ///< "render 0.1.0"; also OpenEXR's Software
     std::string history;                                     ///< one command line a line, oldest first
@@ -37,7 +37,7 @@ struct ImageOptions {
 ///
 /// exr: scan lines, zip; the display window is the whole picture, the data window the film's; linear Rec.
 /// 709. Layers are channels LAYER.CHANNEL ("Z" stays "Z"): half where the layer says so and every value fits
-/// into one, else float, which `warn` is told. Attributes worldToCamera, worldToNDC, chromaticities,
+/// into one, else float, with a warning. Attributes worldToCamera, worldToNDC, chromaticities,
 /// Software, creator, history, DateTime. png: beauty over background, exposed and encoded by the view, of the
 /// film's window only, no alpha.
 ///

@@ -120,15 +120,16 @@ RenderCost render_image(Film& film, const Scene& scene, const CameraView& view, 
         return [&, integrate, result](double x, double y, double* out) {
             const CameraRay ray = view.ray(x, y);
             (*integrate)({ray.origin, ray.direction}, *result);
-            const Vec3d left(std::exp(-result->tau[0]), std::exp(-result->tau[1]), std::exp(-result->tau[2]));
+            const Vec3d transmittance(std::exp(-result->tau[0]), std::exp(-result->tau[1]), std::exp(-result->tau[2]));
             Vec3d beauty = result->multiple + result->emission;
             for (size_t l = 0; l < result->direct.size(); ++l) {
                 beauty += result->direct[l];
                 put(out, places.direct[l], result->direct[l]);
             }
             put(out, places.beauty, beauty);
-            if (places.beauty >= 0) out[places.beauty + 3] = 1 - (left[0] + left[1] + left[2]) / 3;
-            put(out, places.background, left * scene.background.radiance(ray.direction));
+            if (places.beauty >= 0)
+                out[places.beauty + 3] = 1 - (transmittance[0] + transmittance[1] + transmittance[2]) / 3;
+            put(out, places.background, transmittance * scene.background.radiance(ray.direction));
             const Vec3d& tau = result->true_tau;
             put(out, places.transmittance, {std::exp(-tau[0]), std::exp(-tau[1]), std::exp(-tau[2])});
             put(out, places.multiple, result->multiple);

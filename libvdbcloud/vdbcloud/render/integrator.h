@@ -56,7 +56,7 @@ struct IntegratorOptions {
     double tolerance = 1e-4;   ///< Romberg: absolute, of a pixel's radiance relative to its largest source, > 0
     double step = 0.5;         ///< Steps: [voxel edge], > 0
     int parts = 1;             ///< Cells: steps of fourth order a cell is cut into, >= 1
-    bool plain_path = true;    ///< Cells: take the short way where the scene is one grey volume under distant lights
+    bool plain_path = true;    ///< Cells: use the faster rule of plain_cells.h where it applies
     bool shadow_rays = false;  ///< find the light at each point by a ray of its own: slow, and free of light grids
 };
 
@@ -75,11 +75,11 @@ struct IntegratorOptions {
 /// ("direct" asks for every light's; "all" for everything). Throws UsageError naming what is not in this list.
 std::vector<LayerSpec> render_layers(const Scene&, const std::vector<std::string>& wanted);
 
-/// What a rendering took.
+/// Work of a rendering.
 struct RenderCost {
     uint64_t rays = 0;
     uint64_t cells = 0;        ///< cells (or steps, or evaluations) visited
-    uint64_t unconverged = 0;  ///< Romberg: rays that met their finest level before the tolerance
+    uint64_t unconverged = 0;  ///< Romberg: rays that reached the finest level before the tolerance
 };
 
 /// Fills the film, whose layers are those of render_layers(). The film's window and size are the view's.

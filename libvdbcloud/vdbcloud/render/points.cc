@@ -1,8 +1,7 @@
 // The integrators that see the medium as a function of distance: a midpoint rule with a fixed step, and the paper's
 // Romberg rule over the whole ray. Both evaluate extinction and source at points and know nothing of cells.
-#include "vdbcloud/render/media.h"
-
 #include "vdbcloud/optics/optical_depth.h"
+#include "vdbcloud/render/cell_rule.h"
 
 #include <algorithm>
 #include <cmath>
@@ -60,15 +59,11 @@ protected:
     size_t outputs_;
 };
 
-/// t at which the mean of exp(-tau) falls to one half, given tau at evenly spaced points.
+/// t at which the mean of exp(-tau) falls to one half, given tau at evenly spaced points; 1e30: nowhere.
 double half_way(const std::vector<Vec3d>& tau, double t0, double h)
 {
-    for (size_t n = 1; n < tau.size(); ++n) {
-        const auto mean = [](const Vec3d& x) { return (std::exp(-x[0]) + std::exp(-x[1]) + std::exp(-x[2])) / 3; };
-        const double after = mean(tau[n]), before = mean(tau[n - 1]);
-        if (after <= 0.5)
-            return t0 + h * (double(n - 1) + std::log(before / 0.5) / std::log(before / std::max(after, 1e-300)));
-    }
+    for (size_t n = 1; n < tau.size(); ++n)
+        if (const auto part = part_to_half(tau[n - 1], tau[n])) return t0 + h * (double(n - 1) + *part);
     return 1e30;
 }
 
@@ -98,8 +93,8 @@ public:
         for (size_t n = 0; n < count; ++n, ++result.cells) {
             const Vec3d sigma_t = evaluate(t0 + (double(n) + 0.5) * h, h, source.data());
             // The source of a step is attenuated by what lies before it and by half of the step itself.
-            const Vec3d left = attenuation(tau + 0.5 * h * sigma_t);
-            for (size_t k = 0; k < outputs_; ++k) sum[k] += h * left * source[k];
+            const Vec3d transmittance = attenuation(tau + 0.5 * h * sigma_t);
+            for (size_t k = 0; k < outputs_; ++k) sum[k] += h * transmittance * source[k];
             tau += h * sigma_t;
             taus.push_back(tau);
         }
@@ -188,8 +183,8 @@ private:
         tau_.assign(count + 1, Vec3d(0));
         for (size_t n = 1; n <= count; ++n) tau_[n] = tau_[n - 1] + 0.5 * h * (sigma_[n - 1] + sigma_[n]);
         for (size_t n = 0; n <= count; ++n) {
-            const Vec3d left = attenuation(tau_[n]) * (n == 0 || n == count ? 0.5 * h : h);
-            for (size_t k = 0; k < outputs_; ++k) sum[k] += left * source_[n * outputs_ + k];
+            const Vec3d transmittance = attenuation(tau_[n]) * (n == 0 || n == count ? 0.5 * h : h);
+            for (size_t k = 0; k < outputs_; ++k) sum[k] += transmittance * source_[n * outputs_ + k];
         }
         sum[outputs_] = tau_[count];
         return sum;
