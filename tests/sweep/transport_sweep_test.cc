@@ -2,10 +2,9 @@
 #include "vdbcloud/sweep/transport_sweep.h"
 
 #include "support/voxel_field.h"
+#include "swept_medium.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
-#include "vdbcloud/scatter/harmonics.h"
-#include "vdbcloud/scatter/ordinates.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -18,47 +17,8 @@
 namespace vdbcloud {
 namespace {
 
-/// Directions of a quadrature, source and moments in harmonics.
-SweepSet set_of(const Ordinates& ordinates, int source_degree, int moment_degree, double sky)
-{
-    SweepSet set;
-    set.source_terms = harmonic_count(source_degree);
-    set.moment_terms = harmonic_count(moment_degree);
-    std::vector<double> y(size_t(harmonic_count(std::max(source_degree, moment_degree))));
-    for (size_t m = 0; m < ordinates.count(); ++m) {
-        evaluate_harmonics(std::max(source_degree, moment_degree), ordinates.direction[m], y.data());
-        set.direction.push_back(ordinates.direction[m]);
-        set.weight.push_back(float(ordinates.weight[m]));
-        set.source_basis.insert(set.source_basis.end(), y.begin(), y.begin() + set.source_terms);
-        set.moment_basis.insert(set.moment_basis.end(), y.begin(), y.begin() + set.moment_terms);
-        set.inflow.push_back(float(sky));
-    }
-    return set;
-}
-
-/// A density, its exposed faces, and a source.
-struct Medium {
-    explicit Medium(const FloatGridPtr& of, std::array<bool, 3> periodic = {false, false, false})
-        : grid(of), index(*of, {periodic}), sigma(index.gather(*of))
-    {
-        const Blocks& blocks = index.blocks();
-        for (size_t slot = 0; slot < blocks.count() * 512; ++slot)
-            for (int face = 0; face < 6 && blocks.active(slot); ++face)
-                if (!blocks.active(blocks.neighbour(slot, face))) faces.push_back({uint32_t(slot), uint8_t(face)});
-    }
-    void add_source(const std::function<double(const Vec3i&)>& f)
-    {
-        source.emplace_back(index.blocks().slots(), 0.0f);
-        for (size_t slot = 0; slot < index.blocks().count() * 512; ++slot)
-            if (index.blocks().active(slot)) source.back()[slot] = float(f(index.blocks().voxel(slot)));
-    }
-    SweepFields fields() const { return {&sigma, &source}; }
-    FloatGridPtr grid;
-    VoxelIndex index;
-    std::vector<float> sigma;
-    std::vector<SweepFace> faces;
-    std::vector<std::vector<float>> source;
-};
+using Medium = test::SweptMedium;
+using test::set_of;
 
 /// Clumps with true voids, jumps and empty blocks between.
 double clumps(const Vec3i& p, uint64_t seed)
@@ -86,7 +46,7 @@ double worst_difference(const SweepResult& a, const SweepResult& b, double& larg
     return worst;
 }
 
-TEST(TransportSweep, IsItsDefinitionInAnyDensityAndForAnyThreadCount)
+TEST(TransportSweep, EqualsTheReferenceInAnyDensityForAnyThreadCount)
 {
     for (const Vec3d& h : {Vec3d(1.0), Vec3d(0.5, 1.0, 1.7)}) {
         Medium m(test::voxel_field(Vec3i(44, 39, 41), h, [](const Vec3i& p) { return clumps(p, 11); }));
@@ -114,7 +74,7 @@ TEST(TransportSweep, IsItsDefinitionInAnyDensityAndForAnyThreadCount)
     }
 }
 
-TEST(TransportSweep, IsItsDefinitionAlongAxesAndDiagonals)
+TEST(TransportSweep, EqualsTheReferenceAlongAxesAndDiagonals)
 {
     // Rays along faces and through edges and corners of blocks and voxels.
     Medium m(test::voxel_field(Vec3i(30, 33, 37), Vec3d(1.0), [](const Vec3i& p) { return clumps(p, 2); }));
@@ -229,7 +189,7 @@ TEST(TransportSweep, HasTheSymmetriesOfItsQuadrature)
     }
 }
 
-TEST(TransportSweep, StaysAMeanOfSkyAndSourceAtAnyOpticalDepth)
+TEST(TransportSweep, StaysBetweenSkyAndSourceAtAnyOpticalDepth)
 {
     // Voxels of 1e-12 to 1e8 mean free paths, all alike and side by side.
     const std::vector<double> scales{1e-12, 1e-6, 1, 1e4, 1e8, 0};
@@ -257,7 +217,7 @@ TEST(TransportSweep, StaysAMeanOfSkyAndSourceAtAnyOpticalDepth)
     }
 }
 
-TEST(TransportSweep, OfNothingIsNothing)
+TEST(TransportSweep, IsZeroWithoutVoxelsOrDirections)
 {
     Medium m(test::voxel_field(Vec3i(8), Vec3d(1.0), [](const Vec3i&) { return 0.0; }));
     m.add_source([](const Vec3i&) { return 1.0; });
@@ -326,7 +286,7 @@ TEST(TransportSweep, IsExactInLayersForSourcesLinearInOpticalDepth)
     }
 }
 
-TEST(TransportSweep, CarriesLightAcrossAWideGap)
+TEST(TransportSweep, CarriesLightAcrossAGapOf40000Voxels)
 {
     // An emitting cloud and a dark one, 40 000 voxels apart along x: only directions along the gap see it.
     for (int gap : {20, 40000}) {
@@ -380,7 +340,7 @@ TEST(TransportSweep, AttenuatesABeamAtFirstOrder)
     EXPECT_LT(error[2], 5e-3);
 }
 
-TEST(TransportSweep, BalancesToFirstOrder)
+TEST(TransportSweep, BalancesEmissionAndOutflowToFirstOrder)
 {
     // What a glowing ball sends through its staircase of faces against what it emits and does not take back; hard and
     // soft edge.
@@ -410,7 +370,7 @@ TEST(TransportSweep, BalancesToFirstOrder)
     }
 }
 
-TEST(TransportSweep, RefusesPeriodicMediaAndSaysWhatTakesThem)
+TEST(TransportSweep, RefusesPeriodicMedia)
 {
     Medium m(test::voxel_field(Vec3i(8), Vec3d(1.0), [](const Vec3i&) { return 1.0; }), {true, false, false});
     EXPECT_THROW(TransportSweep(m.index, m.faces), InputError);

@@ -5,21 +5,21 @@
 
 namespace vdbcloud {
 
-using block_sweep::Frame;
 using block_sweep::region_axes;
 using block_sweep::region_size;
 using block_sweep::regions;
 using block_sweep::Scratch;
+using block_sweep::Traversal;
 
 namespace {
 
-constexpr int near_walls = 12;  // as far as beams are followed in advance
+constexpr int near_walls = 12;  // block walls through which the beams of a direction are followed in advance
 
 }  // namespace
 
-SweepPath::SweepPath(const Vec3d& step, size_t of) : frame(step), number(of)
+SweepPath::SweepPath(const Vec3d& step, size_t of) : traversal(step), number(of)
 {
-    for (int region = 0; region < regions; ++region) beams.emplace_back(frame, region, near_walls);
+    for (int region = 0; region < regions; ++region) beams.emplace_back(traversal, region, near_walls);
 }
 
 size_t SweepPath::bytes() const
@@ -33,11 +33,11 @@ size_t SweepPath::bytes() const
 
 Aprons::Aprons(const Blocks& blocks) : blocks_(blocks), rays_(blocks) {}
 
-void Aprons::forget(size_t directions, int width)
+void Aprons::clear_cache(size_t directions, int width)
 {
-    known_.assign(directions * blocks_.count(), 0);
+    ray_ends_.assign(directions * blocks_.count(), 0);
     width_ = size_t(width);
-    shown_.resize(blocks_.count() * width_);
+    downstream_.resize(blocks_.count() * width_);
 }
 
 void Aprons::start(const std::array<int, 3>& sign)
@@ -63,22 +63,22 @@ Aprons::Upstream Aprons::upstream(const std::array<int, 3>& sign, size_t block) 
     return result;
 }
 
-void Aprons::load_sigma(const Frame& frame, const float* sigma, size_t block, const Upstream& upstream,
+void Aprons::load_sigma(const Traversal& traversal, const float* sigma, size_t block, const Upstream& upstream,
                         float* padded) const
 {
     static constexpr int slot_stride[3] = {64, 8, 1};
-    block_sweep::load_inside(*frame.layout, sigma + block * 512, padded);
+    block_sweep::load_inside(*traversal.layout, sigma + block * 512, padded);
     for (int region = 0; region < regions; ++region) {
-        const int32_t from = upstream[size_t(frame.region[size_t(region)])];
+        const int32_t from = upstream[size_t(traversal.region[size_t(region)])];
         if (from < 0) {
-            block_sweep::fill_apron(frame, region, 0.0f, padded);
+            block_sweep::fill_apron(traversal, region, 0.0f, padded);
             continue;
         }
         int slot = 0, stride[2] = {0, 0}, runs = 0;
         for (int k = 0; k < 3; ++k) {
-            const int along = slot_stride[frame.axis[size_t(k)]];
+            const int along = slot_stride[traversal.axis[size_t(k)]];
             if (region_axes[region] >> k & 1)
-                slot += frame.last[size_t(k)] * along;
+                slot += traversal.last[size_t(k)] * along;
             else
                 stride[runs++] = along;
         }
@@ -86,7 +86,7 @@ void Aprons::load_sigma(const Frame& frame, const float* sigma, size_t block, co
         alignas(32) float values[64];
         for (int n = 0; n < region_size(region); ++n)
             values[n] = sigma[size_t(from) * 512 + size_t(slot + n / 8 * stride[0] + n % 8 * stride[1])];
-        block_sweep::set_apron(frame, region, values, padded);
+        block_sweep::set_apron(traversal, region, values, padded);
     }
 }
 
@@ -94,7 +94,7 @@ const float* Aprons::face(size_t block, int face, int axis, int d) const
 {
     // A ray through an edge may meet a face that touches another block.
     const int32_t outer = outer_of_[block][size_t(axis)];
-    return outer < 0 ? shown_[block * width_ + size_t(d)].radiance[size_t(face)].data()
+    return outer < 0 ? downstream_[block * width_ + size_t(d)].radiance[size_t(face)].data()
                      : &outer_[(size_t(outer) * width_ + size_t(d)) * 64];
 }
 
@@ -117,7 +117,7 @@ struct Aprons::Patch {
     Vec3d corner;         // its first voxel, in block coordinates
     int along[2];         // axes; -1: none
     int stride[2];        // in `radiance` and `hit`
-    uint64_t traced = 0;  // which of the hits are known
+    uint64_t traced = 0;  // which of the hits have been traced
     VoidRays::Hit hit[64];
 
     const VoidRays::Hit& trace(const VoidRays& rays, int i, int j)
@@ -127,23 +127,23 @@ struct Aprons::Patch {
             Vec3d from = corner;
             if (along[0] >= 0) from[along[0]] += i;
             if (along[1] >= 0) from[along[1]] += j;
-            hit[k] = rays.trace(from, path.frame.step);
+            hit[k] = rays.trace(from, path.traversal.step);
             traced |= uint64_t(1) << k;
         }
         return hit[k];
     }
 };
 
-/// What a ray brings from where it ends.
+/// Radiance at the end of a ray: on a block's face, or the sky's.
 float Aprons::light_of(const Patch& patch, const VoidRays::Hit& hit) const
 {
     if (hit.block < 0) return patch.inflow;
-    const Frame& frame = patch.path.frame;
+    const Traversal& traversal = patch.path.traversal;
     float sum = 0;
     for (int k = 0; k < 3; ++k) {
-        const int axis = frame.axis[size_t(k)];
+        const int axis = traversal.axis[size_t(k)];
         if (!(hit.axes >> axis & 1)) continue;
-        const auto entry = face_entry(frame, k, hit.at, 1.0 / __builtin_popcount(unsigned(hit.axes)));
+        const auto entry = face_entry(traversal, k, hit.at, 1.0 / __builtin_popcount(unsigned(hit.axes)));
         sum += value(entry, face(size_t(hit.block), k, axis, patch.d));
     }
     return sum;
@@ -151,11 +151,11 @@ float Aprons::light_of(const Patch& patch, const VoidRays::Hit& hit) const
 
 /// Fills the voxels lo..hi of a patch; true if all of it is sky.
 ///
-/// Rays are parallel and a block is wider than any patch, so that whatever blocks one of them blocks one at a corner:
-/// where the corners' rays end on one face, or all in the sky, so do all between.
+/// Rays are parallel and a block is wider than any patch, so a block that stops one ray also stops a ray at a corner.
+/// Where the corners' rays end on one face, or all in the sky, so do all rays between them.
 bool Aprons::fill_patch(Patch& patch, const int* lo, const int* hi, float* radiance) const
 {
-    const Vec3d& step = patch.path.frame.step;
+    const Vec3d& step = patch.path.traversal.step;
     VoidRays::Hit first;
     bool one = true;
     for (int c = 0; c < 4 && one; ++c) {
@@ -192,99 +192,99 @@ bool Aprons::fill_patch(Patch& patch, const int* lo, const int* hi, float* radia
 
 /// Radiance that reaches a region of the apron where its block is missing.
 ///
-/// First the blocks that the beam crosses nearby, then, for rays that meet none, a walk through the void. What is
-/// learnt is kept: bit `region` of known_: all rays that meet nothing nearby end in the sky; bit `region` + 8: none
-/// meets anything nearby.
+/// Blocks near the region come first (VoidBeam); rays that meet none of them are traced through the void. Cached in
+/// ray_ends_: bit `region`: every ray that meets no near block ends in the sky; bit `region` + 8: no ray meets a near
+/// block.
 void Aprons::through_void(const SweepPath& path, int d, int region, size_t block, float inflow, float* radiance)
 {
     const int count = region_size(region);
-    uint16_t& known = known_[path.number * blocks_.count() + block];
-    const uint16_t rest_is_sky = uint16_t(1 << region), nothing_near = uint16_t(1 << (region + 8));
+    uint16_t& ends = ray_ends_[path.number * blocks_.count() + block];
+    const uint16_t sky_beyond = uint16_t(1 << region), none_near = uint16_t(1 << (region + 8));
     const uint64_t all = ~uint64_t(0) >> (64 - count);
-    uint64_t left = all;
-    if (!(known & nothing_near)) {
+    uint64_t unmet = all;
+    if (!(ends & none_near)) {
         std::fill_n(radiance, count, 0.0f);
         const VoidBeam& beam = path.beams[size_t(region)];
         for (const VoidBeam::Crossing& crossing : beam.crossings) {
-            const uint64_t meet = crossing.rays & left;
+            const uint64_t meet = crossing.rays & unmet;
             if (!meet) continue;
             const int32_t found = rays_.find(blocks_.at(block) + crossing.offset);
             if (found < 0) continue;
             const float* faces[3];
-            for (int k = 0; k < 3; ++k) faces[k] = face(size_t(found), k, path.frame.axis[size_t(k)], d);
+            for (int k = 0; k < 3; ++k) faces[k] = face(size_t(found), k, path.traversal.axis[size_t(k)], d);
             const VoidBeam::Entry* entry = &beam.entries[crossing.first_entry];
             for (uint32_t n = 0; n < crossing.entries; ++n, ++entry)
-                if (left >> entry->ray & 1) radiance[entry->ray] += value(*entry, faces[entry->face]);
-            left &= ~meet;
-            if (!left) return;
+                if (unmet >> entry->ray & 1) radiance[entry->ray] += value(*entry, faces[entry->face]);
+            unmet &= ~meet;
+            if (!unmet) return;
         }
-        if (left == all) known = uint16_t(known | nothing_near);
+        if (unmet == all) ends = uint16_t(ends | none_near);
     }
-    if (known & rest_is_sky) {
+    if (ends & sky_beyond) {
         for (int n = 0; n < count; ++n)
-            if (left >> n & 1) radiance[n] = inflow;
+            if (unmet >> n & 1) radiance[n] = inflow;
         return;
     }
-    const std::array<int, 2> runs = region_runs(path.frame, region);
+    const std::array<int, 2> runs = region_runs(path.traversal, region);
     Patch patch{path,
                 d,
                 inflow,
-                region_corner(path.frame, region, blocks_.at(block)),
+                region_corner(path.traversal, region, blocks_.at(block)),
                 {runs[0], runs[1]},
                 {runs[1] < 0 ? 1 : 8, 1},
                 0,
                 {}};
     bool sky = true;
-    if (left == all) {
+    if (unmet == all) {
         const int lo[2] = {0, 0}, hi[2] = {runs[0] < 0 ? 0 : 7, runs[1] < 0 ? 0 : 7};
         sky = fill_patch(patch, lo, hi, radiance);
     } else {
         for (int n = 0; n < count; ++n) {
-            if (!(left >> n & 1)) continue;
+            if (!(unmet >> n & 1)) continue;
             const VoidRays::Hit& hit = patch.trace(rays_, runs[1] < 0 ? n : n / 8, runs[1] < 0 ? 0 : n % 8);
             radiance[n] = light_of(patch, hit);
             sky = sky && hit.block < 0;
         }
     }
-    if (sky) known = uint16_t(known | rest_is_sky);
+    if (sky) ends = uint16_t(ends | sky_beyond);
 }
 
 void Aprons::load(const SweepPath& path, int d, size_t block, const Upstream& upstream, float inflow, Scratch& s)
 {
-    const Frame& frame = path.frame;
+    const Traversal& traversal = path.traversal;
     for (int region = 0; region < regions; ++region) {
-        const int32_t from = upstream[size_t(frame.region[size_t(region)])];
+        const int32_t from = upstream[size_t(traversal.region[size_t(region)])];
         if (from >= 0) {
-            const Shown& shown = shown_[size_t(from) * width_ + size_t(d)];
-            block_sweep::set_apron(frame, region, shown.radiance, s.radiance);
-            block_sweep::set_apron(frame, region, shown.source, s.source);
+            const DownstreamFaces& from_block = downstream_[size_t(from) * width_ + size_t(d)];
+            block_sweep::set_apron(traversal, region, from_block.radiance, s.radiance);
+            block_sweep::set_apron(traversal, region, from_block.source, s.source);
             continue;
         }
         alignas(32) float radiance[64];
         through_void(path, d, region, block, inflow, radiance);
-        block_sweep::set_apron(frame, region, radiance, s.radiance);
-        block_sweep::fill_apron(frame, region, 0.0f, s.source);
+        block_sweep::set_apron(traversal, region, radiance, s.radiance);
+        block_sweep::fill_apron(traversal, region, 0.0f, s.source);
     }
 }
 
-void Aprons::show(const SweepPath& path, int d, size_t block, const Scratch& s)
+void Aprons::store_faces(const SweepPath& path, int d, size_t block, const Scratch& s)
 {
-    const Frame& frame = path.frame;
-    Shown& to = shown_[block * width_ + size_t(d)];
-    block_sweep::take_faces(frame, s.radiance, to.radiance);
-    block_sweep::take_faces(frame, s.source, to.source);
+    const Traversal& traversal = path.traversal;
+    DownstreamFaces& to = downstream_[block * width_ + size_t(d)];
+    block_sweep::take_faces(traversal, s.radiance, to.radiance);
+    block_sweep::take_faces(traversal, s.source, to.source);
     for (int k = 0; k < 3; ++k) {
-        const int32_t outer = outer_of_[block][size_t(frame.axis[size_t(k)])];
+        const int32_t outer = outer_of_[block][size_t(traversal.axis[size_t(k)])];
         if (outer >= 0)
-            block_sweep::leave_face(frame, k, d, s, to.radiance[size_t(k)],
+            block_sweep::leave_face(traversal, k, d, s, to.radiance[size_t(k)],
                                     &outer_[(size_t(outer) * width_ + size_t(d)) * 64]);
     }
 }
 
 size_t Aprons::bytes() const
 {
-    return shown_.size() * sizeof(Shown) + outer_of_.size() * sizeof outer_of_[0] + outer_.size() * sizeof(float) +
-           known_.size() * sizeof known_[0] + rays_.bytes();
+    return downstream_.size() * sizeof(DownstreamFaces) + outer_of_.size() * sizeof outer_of_[0] +
+           outer_.size() * sizeof(float) + ray_ends_.size() * sizeof ray_ends_[0] + rays_.bytes();
 }
 
 }  // namespace vdbcloud

@@ -8,39 +8,40 @@ namespace vdbcloud {
 /// One direction of a set and what its sweep needs of geometry.
 struct SweepPath {
     SweepPath(const Vec3d& step, size_t number);
-    block_sweep::Frame frame;
+    block_sweep::Traversal traversal;
     size_t number;                ///< in the set
     std::vector<VoidBeam> beams;  ///< of each region of the apron
     size_t bytes() const;
 };
 
-/// What blocks show downstream and what they see upstream, for the directions of a batch, which are under way.
+/// Radiance and sources that pass from block to block, for the directions of the current batch.
 ///
-/// Threads: load() and show() of different blocks, once the blocks upstream have shown.
+/// Threads: load() and store_faces() of different blocks, after store_faces() of the blocks upstream.
 class Aprons {
 public:
     explicit Aprons(const Blocks&);
 
-    /// The directions are others than before, `width` of them at most in a batch: forgets which rays end in the sky.
-    void forget(size_t directions, int width);
-    /// Before the batches of an octant: signs of its steps by axis.
+    /// Clears cached ray ends. Call when the direction set changes. A batch has `width` directions at most.
+    void clear_cache(size_t directions, int width);
+    /// Call before the batches of an octant, with the signs of its steps by axis.
     void start(const std::array<int, 3>& sign);
 
     using Upstream = std::array<int32_t, 8>;  ///< the blocks upstream across axes given as bits; -1: none
     Upstream upstream(const std::array<int, 3>& sign, size_t block) const;
 
-    /// sigma of a block with its apron, for all frames of one layout. 0 in the void.
-    void load_sigma(const block_sweep::Frame&, const float* sigma, size_t block, const Upstream&, float* padded) const;
+    /// sigma of a block with its apron, for all traversals of one layout. 0 in the void.
+    void load_sigma(const block_sweep::Traversal&, const float* sigma, size_t block, const Upstream&,
+                    float* padded) const;
     /// Aprons of radiance and source of direction d of the batch.
     void load(const SweepPath&, int d, size_t block, const Upstream&, float inflow, block_sweep::Scratch&);
-    /// Keeps what later blocks need of this one.
-    void show(const SweepPath&, int d, size_t block, const block_sweep::Scratch&);
+    /// Keeps radiance and source on the block's downstream faces, for the blocks that follow.
+    void store_faces(const SweepPath&, int d, size_t block, const block_sweep::Scratch&);
 
     size_t bytes() const;
 
 private:
-    struct Shown {
-        block_sweep::Faces radiance, source;
+    struct DownstreamFaces {
+        block_sweep::FaceValues radiance, source;
     };
     struct Patch;
     const float* face(size_t block, int face, int axis, int d) const;
@@ -51,11 +52,11 @@ private:
     const Blocks& blocks_;
     VoidRays rays_;
     size_t width_ = 0;
-    std::vector<Shown> shown_;  // block by block, `width_` each
-    std::vector<std::array<int32_t, 3>>
-        outer_of_;                 // by axis: the number of a block's downstream face that looks into the void, or -1
-    std::vector<float> outer_;     // radiance that leaves such faces, 64 each, `width_` each
-    std::vector<uint16_t> known_;  // by direction and block: see through_void()
+    std::vector<DownstreamFaces> downstream_;  // block by block, `width_` each
+    // By axis: the number of a block's downstream face that looks into the void, or -1.
+    std::vector<std::array<int32_t, 3>> outer_of_;
+    std::vector<float> outer_;        // radiance that leaves such faces, 64 each, `width_` each
+    std::vector<uint16_t> ray_ends_;  // by direction and block: see through_void()
 };
 
 }  // namespace vdbcloud

@@ -1,5 +1,7 @@
 #include "vdbcloud/sweep/block_sweep.h"
 
+#include "vdbcloud/sweep/lanes.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -7,44 +9,11 @@
 
 namespace vdbcloud::block_sweep {
 
+using namespace lanes;
+
 namespace {
 
 #define VDBCLOUD_CLONES __attribute__((target_clones("avx2", "default")))
-#define VDBCLOUD_INLINE inline __attribute__((always_inline))
-
-// Eight lanes: one row of a block. Operations are element by element, so both clones give equal values.
-using Lanes = float __attribute__((vector_size(32)));
-using Ints = int32_t __attribute__((vector_size(32)));
-
-VDBCLOUD_INLINE Lanes load(const float* from)
-{
-    Lanes v;
-    std::memcpy(&v, from, sizeof v);
-    return v;
-}
-VDBCLOUD_INLINE void store(float* to, Lanes v) { std::memcpy(to, &v, sizeof v); }
-VDBCLOUD_INLINE Lanes all(float x) { return Lanes{x, x, x, x, x, x, x, x}; }
-
-/// exp(-t) for t in [0, 80], relative error 1e-7.
-VDBCLOUD_INLINE Lanes exp_minus(Lanes t)
-{
-    const Lanes x = t * all(-1.44269504f);
-    const Ints n = __builtin_convertvector(x - all(0.5f), Ints);
-    const Lanes z = (x - __builtin_convertvector(n, Lanes)) * all(0.69314718f);
-    Lanes p = all(1.0f / 720) + z * all(1.0f / 5040);
-    p = all(1.0f / 120) + z * p;
-    p = all(1.0f / 24) + z * p;
-    p = all(1.0f / 6) + z * p;
-    p = all(0.5f) + z * p;
-    p = all(1.0f) + z * (all(1.0f) + z * p);
-    const Ints scale = (n + 127) << 23;
-    Lanes power;
-    std::memcpy(&power, &scale, sizeof power);
-    return p * power;
-}
-
-VDBCLOUD_INLINE Lanes at_most(Lanes x, float limit) { return x > all(limit) ? all(limit) : x; }
-VDBCLOUD_INLINE Lanes at_least(Lanes x, float limit) { return x < all(limit) ? all(limit) : x; }
 
 constexpr float series_below = 0.3f;
 
@@ -59,32 +28,12 @@ VDBCLOUD_INLINE Lanes ramp(Lanes t, Lanes inverse, Lanes lost, Lanes e)
     return t < all(series_below) ? s : lost * inverse - e;
 }
 
-/// Transposes 8 x 8: rows of `from` (stride 8) become columns.
-VDBCLOUD_INLINE void transpose(const float* from, int from_stride, float* to, int to_stride)
-{
-    Lanes r[8], s[8];
-    for (int i = 0; i < 8; ++i) r[i] = load(from + i * from_stride);
-    for (int i = 0; i < 8; i += 2) {
-        s[i] = __builtin_shufflevector(r[i], r[i + 1], 0, 8, 1, 9, 4, 12, 5, 13);
-        s[i + 1] = __builtin_shufflevector(r[i], r[i + 1], 2, 10, 3, 11, 6, 14, 7, 15);
-    }
-    for (int h = 0; h < 8; h += 4)
-        for (int i = 0; i < 2; ++i) {
-            r[h + 2 * i] = __builtin_shufflevector(s[h + i], s[h + i + 2], 0, 1, 8, 9, 4, 5, 12, 13);
-            r[h + 2 * i + 1] = __builtin_shufflevector(s[h + i], s[h + i + 2], 2, 3, 10, 11, 6, 7, 14, 15);
-        }
-    for (int i = 0; i < 4; ++i) {
-        store(to + i * to_stride, __builtin_shufflevector(r[i], r[i + 4], 0, 1, 2, 3, 8, 9, 10, 11));
-        store(to + (i + 4) * to_stride, __builtin_shufflevector(r[i], r[i + 4], 4, 5, 6, 7, 12, 13, 14, 15));
-    }
-}
-
 /// Where row `i` of a layout's 64 rows begins in a padded block.
 VDBCLOUD_INLINE int row_at(int i) { return (i / 8 + 1) * 160 + (i % 8 + 1) * 16 + 4; }
 
 }  // namespace
 
-Frame::Frame(const Vec3d& along) : step(along)
+Traversal::Traversal(const Vec3d& along) : step(along)
 {
     int w = 0;
     for (int a = 1; a < 3; ++a)
@@ -155,10 +104,10 @@ VDBCLOUD_CLONES void expand(const Rows& rows, int n, int terms, const float* con
     }
 }
 
-VDBCLOUD_CLONES void prepare(const Frame& frame, int d, Scratch& s)
+VDBCLOUD_CLONES void prepare(const Traversal& traversal, int d, Scratch& s)
 {
     float* q = s.q[d];
-    if (frame.layout == &turned) {
+    if (traversal.layout == &turned) {
         alignas(64) float to[512];
         for (int x = 0; x < 8; ++x) transpose(q + x * 64, 8, to + x * 8, 64);
         std::memcpy(q, to, sizeof to);
@@ -166,7 +115,7 @@ VDBCLOUD_CLONES void prepare(const Frame& frame, int d, Scratch& s)
     for (int i = 0; i < 64; ++i) store(s.source + row_at(i), load(s.sigma + row_at(i)) * load(q + i * 8));
 }
 
-void find_lit(const Frame& frame, Scratch& s)
+void find_lit(const Traversal& traversal, Scratch& s)
 {
     // Bit r + 1 of active[p + 1]: row r of plane p, with the apron's value at its upstream end.
     uint32_t active[10] = {};
@@ -175,62 +124,62 @@ void find_lit(const Frame& frame, Scratch& s)
         std::memcpy(&word, s.sigma + at, sizeof word);
         return word;
     };
-    const int lo[2] = {std::min(frame.before[0], 0), std::min(frame.before[1], 0)};
+    const int lo[2] = {std::min(traversal.before[0], 0), std::min(traversal.before[1], 0)};
     for (int p = lo[0]; p <= lo[0] + 8; ++p)
         for (int r = lo[1]; r <= lo[1] + 8; ++r) {
-            const int row = frame.at(p, r, 0);
+            const int row = traversal.at(p, r, 0);
             const uint64_t any = bits(row) | bits(row + 2) | bits(row + 4) | bits(row + 6);
-            const bool apron = s.sigma[frame.at(p, r, frame.before[2])] != 0;
+            const bool apron = s.sigma[traversal.at(p, r, traversal.before[2])] != 0;
             active[p + 1] |= uint32_t(any != 0 || apron) << (r + 1);
         }
     for (int p = 0; p < 8; ++p) {
-        const uint32_t up = active[p + 1 - frame.sign[0]];
-        const uint32_t aside = frame.sign[1] > 0 ? up << 1 : up >> 1;
+        const uint32_t up = active[p + 1 - traversal.sign[0]];
+        const uint32_t aside = traversal.sign[1] > 0 ? up << 1 : up >> 1;
         s.lit[size_t(p)] = uint8_t((active[p + 1] | up | aside) >> 1);
     }
 }
 
-VDBCLOUD_CLONES void set_apron(const Frame& frame, int region, const float* values, float* padded)
+VDBCLOUD_CLONES void set_apron(const Traversal& traversal, int region, const float* values, float* padded)
 {
-    const int p = frame.before[0], r = frame.before[1], c = frame.before[2];
+    const int p = traversal.before[0], r = traversal.before[1], c = traversal.before[2];
     switch (region_axes[region]) {
     case 1:
-        for (int i = 0; i < 8; ++i) store(padded + frame.at(p, i, 0), load(values + i * 8));
+        for (int i = 0; i < 8; ++i) store(padded + traversal.at(p, i, 0), load(values + i * 8));
         break;
     case 2:
-        for (int i = 0; i < 8; ++i) store(padded + frame.at(i, r, 0), load(values + i * 8));
+        for (int i = 0; i < 8; ++i) store(padded + traversal.at(i, r, 0), load(values + i * 8));
         break;
     case 4:
         for (int i = 0; i < 8; ++i)
-            for (int j = 0; j < 8; ++j) padded[frame.at(i, j, c)] = values[i * 8 + j];
+            for (int j = 0; j < 8; ++j) padded[traversal.at(i, j, c)] = values[i * 8 + j];
         break;
-    case 3: store(padded + frame.at(p, r, 0), load(values)); break;
+    case 3: store(padded + traversal.at(p, r, 0), load(values)); break;
     case 5:
-        for (int i = 0; i < 8; ++i) padded[frame.at(p, i, c)] = values[i];
+        for (int i = 0; i < 8; ++i) padded[traversal.at(p, i, c)] = values[i];
         break;
     case 6:
-        for (int i = 0; i < 8; ++i) padded[frame.at(i, r, c)] = values[i];
+        for (int i = 0; i < 8; ++i) padded[traversal.at(i, r, c)] = values[i];
         break;
-    default: padded[frame.at(p, r, c)] = values[0];
+    default: padded[traversal.at(p, r, c)] = values[0];
     }
 }
 
-void fill_apron(const Frame& frame, int region, float value, float* padded)
+void fill_apron(const Traversal& traversal, int region, float value, float* padded)
 {
     alignas(32) float values[64];
     std::fill_n(values, region_size(region), value);
-    set_apron(frame, region, values, padded);
+    set_apron(traversal, region, values, padded);
 }
 
-void set_apron(const Frame& frame, int region, const Faces& from, float* padded)
+void set_apron(const Traversal& traversal, int region, const FaceValues& from, float* padded)
 {
-    const int u = frame.last[1], v = frame.last[2];
+    const int u = traversal.last[1], v = traversal.last[2];
     alignas(32) float values[8];
     switch (region_axes[region]) {
-    case 1: set_apron(frame, region, from[0].data(), padded); return;
-    case 2: set_apron(frame, region, from[1].data(), padded); return;
-    case 4: set_apron(frame, region, from[2].data(), padded); return;
-    case 3: set_apron(frame, region, from[0].data() + u * 8, padded); return;
+    case 1: set_apron(traversal, region, from[0].data(), padded); return;
+    case 2: set_apron(traversal, region, from[1].data(), padded); return;
+    case 4: set_apron(traversal, region, from[2].data(), padded); return;
+    case 3: set_apron(traversal, region, from[0].data() + u * 8, padded); return;
     case 5:
         for (int i = 0; i < 8; ++i) values[i] = from[0][size_t(i * 8 + v)];
         break;
@@ -239,15 +188,16 @@ void set_apron(const Frame& frame, int region, const Faces& from, float* padded)
         break;
     default: values[0] = from[0][size_t(u * 8 + v)];
     }
-    set_apron(frame, region, values, padded);
+    set_apron(traversal, region, values, padded);
 }
 
-VDBCLOUD_CLONES void sweep_planes(const Frame& frame, int d, Scratch& s)
+VDBCLOUD_CLONES void sweep_planes(const Traversal& traversal, int d, Scratch& s)
 {
-    const int plane = frame.stride[0], row = frame.stride[1], q_plane = frame.q_stride[0], q_row = frame.q_stride[1];
-    const int sw = frame.sign[0], du = -frame.sign[1] * row, dv = -frame.sign[2];
-    const Lanes c00 = all(frame.c00), c01 = all(frame.c01), c10 = all(frame.c10), c11 = all(frame.c11);
-    const Lanes half = all(frame.half_step);
+    const int plane = traversal.stride[0], row = traversal.stride[1], q_plane = traversal.q_stride[0],
+              q_row = traversal.q_stride[1];
+    const int sw = traversal.sign[0], du = -traversal.sign[1] * row, dv = -traversal.sign[2];
+    const Lanes c00 = all(traversal.c00), c01 = all(traversal.c01), c10 = all(traversal.c10), c11 = all(traversal.c11);
+    const Lanes half = all(traversal.half_step);
     const float* from = s.q[d];
     for (int k = 0; k < 8; ++k) {
         const int p = sw > 0 ? k : 7 - k;
@@ -276,33 +226,34 @@ VDBCLOUD_CLONES void sweep_planes(const Frame& frame, int d, Scratch& s)
         }
     }
     float* out = s.out[d];
-    if (frame.layout == &turned)
+    if (traversal.layout == &turned)
         for (int x = 0; x < 8; ++x) transpose(s.radiance + 160 + (x + 1) * 16 + 4, 160, out + x * 64, 8);
     else
         for (int i = 0; i < 64; ++i) store(out + i * 8, load(s.radiance + row_at(i)));
 }
 
-VDBCLOUD_CLONES void take_faces(const Frame& frame, const float* padded, Faces& to)
+VDBCLOUD_CLONES void take_faces(const Traversal& traversal, const float* padded, FaceValues& to)
 {
     for (int i = 0; i < 8; ++i) {
-        store(to[0].data() + i * 8, load(padded + frame.at(frame.last[0], i, 0)));
-        store(to[1].data() + i * 8, load(padded + frame.at(i, frame.last[1], 0)));
-        for (int j = 0; j < 8; ++j) to[2][size_t(i * 8 + j)] = padded[frame.at(i, j, frame.last[2])];
+        store(to[0].data() + i * 8, load(padded + traversal.at(traversal.last[0], i, 0)));
+        store(to[1].data() + i * 8, load(padded + traversal.at(i, traversal.last[1], 0)));
+        for (int j = 0; j < 8; ++j) to[2][size_t(i * 8 + j)] = padded[traversal.at(i, j, traversal.last[2])];
     }
 }
 
-void leave_face(const Frame& frame, int face, int d, const Scratch& s, const std::array<float, 64>& radiance, float* to)
+void leave_face(const Traversal& traversal, int face, int d, const Scratch& s, const std::array<float, 64>& radiance,
+                float* to)
 {
     alignas(32) float sigma[64], q[64];
     const int first = face == 0 ? 1 : 0, second = face == 2 ? 1 : 2;  // the coordinates that run
-    const int at = frame.at(0, 0, 0) + frame.last[size_t(face)] * frame.stride[size_t(face)];
-    const float* from = s.q[d] + frame.last[size_t(face)] * frame.q_stride[size_t(face)];
+    const int at = traversal.at(0, 0, 0) + traversal.last[size_t(face)] * traversal.stride[size_t(face)];
+    const float* from = s.q[d] + traversal.last[size_t(face)] * traversal.q_stride[size_t(face)];
     for (int i = 0; i < 8; ++i)
         for (int j = 0; j < 8; ++j) {
-            sigma[i * 8 + j] = s.sigma[at + i * frame.stride[size_t(first)] + j * frame.stride[size_t(second)]];
-            q[i * 8 + j] = from[i * frame.q_stride[size_t(first)] + j * frame.q_stride[size_t(second)]];
+            sigma[i * 8 + j] = s.sigma[at + i * traversal.stride[size_t(first)] + j * traversal.stride[size_t(second)]];
+            q[i * 8 + j] = from[i * traversal.q_stride[size_t(first)] + j * traversal.q_stride[size_t(second)]];
         }
-    leave(64, radiance.data(), sigma, q, frame.half_exit[size_t(face)], to);
+    leave(64, radiance.data(), sigma, q, traversal.half_exit[size_t(face)], to);
 }
 
 namespace {

@@ -22,35 +22,36 @@ struct Layout {
 inline constexpr Layout natural{{160, 16, 1}, {64, 8, 1}};
 inline constexpr Layout turned{{16, 1, 160}, {8, 1, 64}};
 
-/// A direction, made ready for blocks. Planes are crossed along axis w; u and v are the others, v the contiguous one.
-/// What has an entry for each of w, u, v is in "frame order".
-struct Frame {
-    explicit Frame(const Vec3d& step);  ///< step: voxels per world unit
+/// Geometry of one direction within blocks. Planes are crossed along axis w; u and v are the others, v the contiguous
+/// one. What has an entry for each of w, u, v is in "traversal order".
+struct Traversal {
+    explicit Traversal(const Vec3d& step);  ///< step: voxels per world unit
 
     int at(int p, int r, int c) const { return (p + 1) * stride[0] + (r + 1) * stride[1] + c + 1 + Layout::first; }
 
     const Layout* layout;
     Vec3d step;
     std::array<int, 3> axis;          ///< w, u, v
-    std::array<int, 3> stride;        ///< of a padded block, frame order
-    std::array<int, 3> q_stride;      ///< of 512 values in the layout's order, frame order
-    std::array<int, 3> sign;          ///< of step, frame order
-    std::array<int, 3> before, last;  ///< coordinates upstream of the block and in its last plane, frame order
+    std::array<int, 3> stride;        ///< of a padded block, traversal order
+    std::array<int, 3> q_stride;      ///< of 512 values in the layout's order, traversal order
+    std::array<int, 3> sign;          ///< of step, traversal order
+    std::array<int, 3> before, last;  ///< coordinates upstream of the block and in its last plane, traversal order
     std::array<int, 7> region;        ///< axes of each region of the apron (below) as bits, x the lowest
-    std::array<float, 3>
-        half_exit;  ///< half the length from one centre to the plane of the next along each axis, frame order
+    /// Half the length from one centre to the plane of the next along each axis, traversal order.
+    std::array<float, 3> half_exit;
     float c00, c01, c10, c11;  ///< bilinear weights: none, v, u, both upstream
     float half_step;           ///< half the length from plane to plane [world unit]
 };
 
-/// Regions of a block's upstream apron, by the axes along which they lie outside it as bits in frame order: faces,
-/// edges, the corner. Values of a region are in frame order of the coordinates that run, the last fastest: 64, 8 or 1.
+/// Regions of a block's upstream apron, by the axes along which they lie outside it as bits in traversal order: faces,
+/// edges, the corner. Values of a region are in traversal order of the coordinates that run, the last fastest: 64, 8
+/// or 1.
 inline constexpr int regions = 7;
 inline constexpr int region_axes[regions] = {1, 2, 4, 3, 5, 6, 7};
 constexpr int region_size(int region) { return region < 3 ? 64 : region < 6 ? 8 : 1; }
 
-/// Values on the last centres before each downstream face of a block, faces and coordinates in frame order.
-using Faces = std::array<std::array<float, 64>, 3>;
+/// Values on the last centres before each downstream face of a block, faces and coordinates in traversal order.
+using FaceValues = std::array<std::array<float, 64>, 3>;
 
 /// Rows of eight slots with an active voxel.
 struct Rows {
@@ -69,32 +70,32 @@ struct alignas(64) Scratch {
 /// Fills the inside of `padded`, laid out as `to`, from 512 values in slot order.
 void load_inside(const Layout& to, const float* values, float* padded);
 
-/// Has the active rows of arrays on their way to the processor.
+/// Prefetches the active rows of arrays.
 void fetch(const Rows&, int terms, float* const* arrays);
 /// s.q[d] = sum over terms k of basis[k * batch + d] source[k], each a pointer to the block's 512 values; in the
 /// natural order. For the directions 0 .. n - 1 and others up to a multiple of `group`.
 void expand(const Rows&, int n, int terms, const float* const* source, const float* basis, Scratch& s);
 /// Brings a direction's q to its layout's order, and source = sigma q inside.
-void prepare(const Frame&, int d, Scratch&);
+void prepare(const Traversal&, int d, Scratch&);
 /// Finds s.lit from sigma and its aprons.
-void find_lit(const Frame&, Scratch&);
+void find_lit(const Traversal&, Scratch&);
 
 /// Writes a region of the apron, and the same of one value.
-void set_apron(const Frame&, int region, const float* values, float* padded);
-void fill_apron(const Frame&, int region, float value, float* padded);
+void set_apron(const Traversal&, int region, const float* values, float* padded);
+void fill_apron(const Traversal&, int region, float value, float* padded);
 /// The region of the apron, from the faces of the block that it lies in.
-void set_apron(const Frame&, int region, const Faces& neighbour, float* padded);
+void set_apron(const Traversal&, int region, const FaceValues& neighbour, float* padded);
 
 /// Sweeps the planes: radiance inside from its aprons and those of sigma and source. Then `out` of d holds it in slot
 /// order.
-void sweep_planes(const Frame&, int d, Scratch&);
+void sweep_planes(const Traversal&, int d, Scratch&);
 
-void take_faces(const Frame&, const float* padded, Faces& to);
-/// Radiance on a downstream face (frame order) after half a voxel more, from that on its last centres.
-void leave_face(const Frame&, int face, int d, const Scratch&, const std::array<float, 64>& radiance, float* to);
+void take_faces(const Traversal&, const float* padded, FaceValues& to);
+/// Radiance on a downstream face (traversal order) after half a voxel more, from that on its last centres.
+void leave_face(const Traversal&, int face, int d, const Scratch&, const std::array<float, 64>& radiance, float* to);
 
 /// moments[k] += sum over d of weight[k * batch + d] out[d], for `terms` arrays of 512 values. d as in expand().
-/// `first`: moments hold nothing yet.
+/// `first`: overwrites the moments.
 void accumulate(const Rows&, int n, int terms, bool first, float* const* moments, const float* weight,
                 const Scratch& s);
 

@@ -1,5 +1,5 @@
 #pragma once
-// A ray's way through blocks. Private to sweep/.
+// The blocks that a ray crosses. Private to sweep/.
 #include "vdbcloud/core/fwd.h"
 
 #include <algorithm>
@@ -27,7 +27,7 @@ struct Walk {
         face_walls(0);
     }
 
-    /// Where it stands, in voxels from its block's first voxel, having crossed `axes` last.
+    /// The current point, in voxels from its block's first voxel, after crossing walls of `axes`.
     double in_block(int axes, int a) const
     {
         return axes >> a & 1 ? (step[a] > 0 ? 7.5 : -0.5) : from[a] - t * step[a] - 0.5 - 8 * block[a];
@@ -42,7 +42,7 @@ struct Walk {
         }
     }
 
-    /// Through the nearest wall, or through all that are met at once; which, as bits.
+    /// Crosses the nearest wall, or all walls that are met at once; returns their axes as bits.
     int cross(int bits)
     {
         t = std::min(wall[0], std::min(wall[1], wall[2]));

@@ -5,8 +5,8 @@
 
 namespace vdbcloud {
 
-using block_sweep::Frame;
 using block_sweep::Layout;
+using block_sweep::Traversal;
 
 namespace {
 
@@ -30,15 +30,16 @@ struct Places {
 /// The four voxels, and their weights, whose centres' plane light passed half a voxel before it meets the middle of a
 /// face; at most one voxel to the side, where light grazes.
 struct Origin {
-    Origin(const Frame& frame, int k, bool along, bool outward)
+    Origin(const Traversal& traversal, int k, bool along, bool outward)
     {
         const int side[2] = {(k + 1) % 3, (k + 2) % 3};
-        const double across = std::abs(frame.step[frame.axis[size_t(k)]]);
+        const double across = std::abs(traversal.step[traversal.axis[size_t(k)]]);
         float f[2];
         for (int n = 0; n < 2; ++n)
-            f[n] = float(std::min(0.5 * std::abs(frame.step[frame.axis[size_t(side[n])]]) / std::max(across, 1e-30),
-                                  along ? 0.0 : 1.0));
-        const auto before = [&](int n) { return -frame.sign[size_t(n)] * frame.stride[size_t(n)]; };
+            f[n] = float(
+                std::min(0.5 * std::abs(traversal.step[traversal.axis[size_t(side[n])]]) / std::max(across, 1e-30),
+                         along ? 0.0 : 1.0));
+        const auto before = [&](int n) { return -traversal.sign[size_t(n)] * traversal.stride[size_t(n)]; };
         for (int n = 0; n < 4; ++n) {
             at[n] = (along || outward ? 0 : before(k)) + (n & 1 ? before(side[0]) : 0) + (n & 2 ? before(side[1]) : 0);
             weight[n] = (n & 1 ? f[0] : 1 - f[0]) * (n & 2 ? f[1] : 1 - f[1]);
@@ -75,21 +76,21 @@ void FaceTallies::clear()
     for (auto& sum : sum_) sum.assign(number_.size(), 0.0f);
 }
 
-void FaceTallies::add(const Frame& frame, int d, size_t block, const Vec3d& direction, float weight,
+void FaceTallies::add(const Traversal& traversal, int d, size_t block, const Vec3d& direction, float weight,
                       const block_sweep::Scratch& s)
 {
     static const Places natural(block_sweep::natural), turned(block_sweep::turned);
     if (begin_[block * 6] == begin_[block * 6 + 6]) return;
-    const Places& places = frame.layout == &block_sweep::natural ? natural : turned;
+    const Places& places = traversal.layout == &block_sweep::natural ? natural : turned;
     constexpr size_t chunk = 64;
     alignas(32) float radiance[chunk], sigma[chunk], q[chunk];
     for (int k = 0; k < 3; ++k)
         for (int upper = 0; upper < 2; ++upper) {
-            const int axis = frame.axis[size_t(k)], face = 2 * axis + upper;
+            const int axis = traversal.axis[size_t(k)], face = 2 * axis + upper;
             const size_t end = begin_[block * 6 + size_t(face) + 1];
             if (begin_[block * 6 + size_t(face)] == end) continue;
-            const bool along = direction[axis] == 0, outward = !along && (upper ? 1 : -1) == frame.sign[size_t(k)];
-            const Origin origin(frame, k, along, outward);
+            const bool along = direction[axis] == 0, outward = !along && (upper ? 1 : -1) == traversal.sign[size_t(k)];
+            const Origin origin(traversal, k, along, outward);
             const float cosine = float(upper ? direction[axis] : -direction[axis]);
             const std::array<float, 3> factor{cosine * weight, weight, (cosine * cosine - 1.0f / 3) * weight};
             for (size_t first = begin_[block * 6 + size_t(face)]; first < end; first += chunk) {
@@ -103,7 +104,7 @@ void FaceTallies::add(const Frame& frame, int d, size_t block, const Vec3d& dire
                         q[n] = s.q[d][places.row[slot[n]]];
                     }
                     for (size_t n = count; n < rounded; ++n) radiance[n] = sigma[n] = q[n] = 0;
-                    block_sweep::leave(int(rounded), radiance, sigma, q, frame.half_exit[size_t(k)], radiance);
+                    block_sweep::leave(int(rounded), radiance, sigma, q, traversal.half_exit[size_t(k)], radiance);
                 }
                 block_sweep::add(count, radiance, factor, {&sum_[0][first], &sum_[1][first], &sum_[2][first]});
             }

@@ -13,7 +13,7 @@ public:
 
     void clear();
     /// Radiance of direction d of the batch on the block's faces, times the weight. `direction` is unit, by axis.
-    void add(const block_sweep::Frame&, int d, size_t block, const Vec3d& direction, float weight,
+    void add(const block_sweep::Traversal&, int d, size_t block, const Vec3d& direction, float weight,
              const block_sweep::Scratch&);
     /// In the order of the list.
     void write(std::vector<FaceTally>& to) const;

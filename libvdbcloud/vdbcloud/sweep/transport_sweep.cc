@@ -67,7 +67,7 @@ std::vector<Batch> batches_of(const std::vector<Vec3d>& directions, const Vec3d&
                 step[a] = directions[m][a] / spacing[a];
                 in_octant = in_octant && (step[a] < 0) == (sign[size_t(a)] < 0);
             }
-            if (!in_octant || block_sweep::Frame(step).layout != layout) continue;
+            if (!in_octant || block_sweep::Traversal(step).layout != layout) continue;
             if (batches.empty() || batches.back().paths.size() == batch) batches.emplace_back();
             batches.back().paths.emplace_back(step, m);
         }
@@ -111,7 +111,7 @@ void TransportSweep::Impl::start(const SweepSet& with, const SweepFields& of, Sw
         size_t width = group;
         for (const auto& of_octant : batches)
             if (!of_octant.empty() && of_octant[0].paths.size() > group) width = batch;
-        aprons.forget(with.count(), int(width));
+        aprons.clear_cache(with.count(), int(width));
     }
     result.moments.resize(size_t(with.moment_terms));
     for (auto& moment : result.moments) {
@@ -149,19 +149,19 @@ void TransportSweep::Impl::sweep_block(const Batch& with, bool first, const Sign
         block_sweep::fetch(rows, set->moment_terms, moments);  // they are needed last
     const int n_paths = int(with.paths.size());
     block_sweep::expand(rows, n_paths, set->source_terms, source, with.basis.data(), s);
-    const block_sweep::Frame* last = nullptr;
+    const block_sweep::Traversal* last = nullptr;
     for (size_t d = 0; d < with.paths.size(); ++d) {
         const SweepPath& path = with.paths[d];
         const int n = int(d);
-        if (!last || last->layout != path.frame.layout)
-            aprons.load_sigma(path.frame, fields->sigma_t->data(), block, upstream, s.sigma);
-        if (!last || last->axis != path.frame.axis) block_sweep::find_lit(path.frame, s);
-        last = &path.frame;
-        block_sweep::prepare(path.frame, n, s);
+        if (!last || last->layout != path.traversal.layout)
+            aprons.load_sigma(path.traversal, fields->sigma_t->data(), block, upstream, s.sigma);
+        if (!last || last->axis != path.traversal.axis) block_sweep::find_lit(path.traversal, s);
+        last = &path.traversal;
+        block_sweep::prepare(path.traversal, n, s);
         aprons.load(path, n, block, upstream, set->inflow.empty() ? 0.0f : set->inflow[path.number], s);
-        block_sweep::sweep_planes(path.frame, n, s);
-        aprons.show(path, n, block, s);
-        tallies.add(path.frame, n, block, set->direction[path.number], set->weight[path.number], s);
+        block_sweep::sweep_planes(path.traversal, n, s);
+        aprons.store_faces(path, n, block, s);
+        tallies.add(path.traversal, n, block, set->direction[path.number], set->weight[path.number], s);
     }
     for (int d = n_paths; d % group != 0; ++d) std::fill_n(s.out[d], 512, 0.0f);
     block_sweep::accumulate(rows, n_paths, set->moment_terms, first, moments, with.weight.data(), s);

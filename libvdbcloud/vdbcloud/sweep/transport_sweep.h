@@ -33,15 +33,15 @@ struct FaceTally {
     float second = 0;   ///< int ((s.n)^2 - 1/3) L
 };
 
-/// The fields of a sweep: a value a slot of the index's blocks, 0 at slots that are not active.
+/// The fields of a sweep: one value for each slot of the index's blocks, 0 at inactive slots.
 struct SweepFields {
     const std::vector<float>* sigma_t = nullptr;              ///< [1/world unit]
     const std::vector<std::vector<float>>* source = nullptr;  ///< S / sigma_t, source_terms arrays [radiance]
 };
 
 struct SweepResult {
-    std::vector<std::vector<float>>
-        moments;                   ///< moment_terms arrays over the slots, sum over directions of weight basis L
+    /// moment_terms arrays over the slots: sum over directions of weight x basis x L.
+    std::vector<std::vector<float>> moments;
     std::vector<FaceTally> tally;  ///< of each face asked for
 };
 
@@ -79,7 +79,7 @@ public:
     /// `result` is overwritten; its arrays are kept if they fit.
     void run(const SweepSet&, const SweepFields&, SweepResult& result);
 
-    /// Memory of one run beside source and moments.
+    /// Bytes of one run, source and moments not included.
     size_t bytes() const;
 
 private:
@@ -87,9 +87,11 @@ private:
     std::unique_ptr<Impl> impl_;
 };
 
-/// The same, voxel by voxel in double precision, as its definition; also where axes are periodic, as long as one is
-/// not: planes are then across one that is not periodic, so that a characteristic may cross many voxels, and the
-/// extinction between is linear in length all the same: exact for layers. Slow; serial in a direction.
+/// The definition of TransportSweep: voxel by voxel in double precision, slow, serial in a direction.
+///
+/// Takes periodic axes as well, as long as one axis is not. Planes then lie across an axis that is not periodic, so a
+/// characteristic may cross many voxels from plane to plane; extinction stays linear in length, exact for layers.
+/// Throws InputError for a direction along periodic axes only.
 void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& faces, const SweepSet&, const SweepFields&,
                      SweepResult& result);
 

@@ -8,18 +8,19 @@
 
 namespace vdbcloud {
 
-using block_sweep::Frame;
 using block_sweep::region_axes;
+using block_sweep::Traversal;
 
-VoidBeam::Entry face_entry(const Frame& frame, int face, const double* at, double share)
+VoidBeam::Entry face_entry(const Traversal& traversal, int face, const double* at, double share)
 {
-    const int across = frame.axis[size_t(face)];
+    const int across = traversal.axis[size_t(face)];
     const int runs[2] = {face == 0 ? 1 : 0, face == 2 ? 1 : 2};
     VoidBeam::Entry entry{0, uint8_t(face), 0, {}};
     double f[2];
     for (int k = 0; k < 2; ++k) {
-        const int other = frame.axis[size_t(runs[k])];
-        const double on = std::clamp(at[other] - 0.5 * frame.step[other] / std::abs(frame.step[across]), 0.0, 7.0);
+        const int other = traversal.axis[size_t(runs[k])];
+        const double on =
+            std::clamp(at[other] - 0.5 * traversal.step[other] / std::abs(traversal.step[across]), 0.0, 7.0);
         const int cell = std::min(int(on), 6);
         f[k] = on - cell;
         entry.cell = uint8_t(entry.cell + (k == 0 ? 8 : 1) * cell);
@@ -28,29 +29,29 @@ VoidBeam::Entry face_entry(const Frame& frame, int face, const double* at, doubl
     return entry;
 }
 
-Vec3d region_corner(const Frame& frame, int region, const Vec3i& block)
+Vec3d region_corner(const Traversal& traversal, int region, const Vec3i& block)
 {
     Vec3d corner;
     for (int k = 0; k < 3; ++k) {
-        const int a = frame.axis[size_t(k)];
-        corner[a] = 8 * block[a] + (region_axes[region] >> k & 1 ? frame.before[size_t(k)] : 0);
+        const int a = traversal.axis[size_t(k)];
+        corner[a] = 8 * block[a] + (region_axes[region] >> k & 1 ? traversal.before[size_t(k)] : 0);
     }
     return corner;
 }
 
-std::array<int, 2> region_runs(const Frame& frame, int region)
+std::array<int, 2> region_runs(const Traversal& traversal, int region)
 {
     std::array<int, 2> runs{-1, -1};
     int n = 0;
     for (int k = 0; k < 3; ++k)
-        if (!(region_axes[region] >> k & 1)) runs[size_t(n++)] = frame.axis[size_t(k)];
+        if (!(region_axes[region] >> k & 1)) runs[size_t(n++)] = traversal.axis[size_t(k)];
     return runs;
 }
 
-VoidBeam::VoidBeam(const Frame& frame, int region, int walls)
+VoidBeam::VoidBeam(const Traversal& traversal, int region, int walls)
 {
-    const std::array<int, 2> runs = region_runs(frame, region);
-    const Vec3d corner = region_corner(frame, region, Vec3i(0));
+    const std::array<int, 2> runs = region_runs(traversal, region);
+    const Vec3d corner = region_corner(traversal, region, Vec3i(0));
     const auto length = [](const Vec3i& v) { return std::abs(v.x()) + std::abs(v.y()) + std::abs(v.z()); };
     struct Enters {
         Vec3i offset;
@@ -61,15 +62,15 @@ VoidBeam::VoidBeam(const Frame& frame, int region, int walls)
         Vec3d from = corner;
         if (runs[1] >= 0) from[runs[0]] += ray / 8;
         if (runs[0] >= 0) from[runs[1] >= 0 ? runs[1] : runs[0]] += ray % 8;
-        Walk walk(from, frame.step);
+        Walk walk(from, traversal.step);
         const int start = length(walk.block);
         while (length(walk.block) < start + walls) {
             const int axes = walk.cross(0);
             double at[3];
             for (int a = 0; a < 3; ++a) at[a] = walk.in_block(axes, a);
             for (int face = 0; face < 3; ++face) {
-                if (!(axes >> frame.axis[size_t(face)] & 1)) continue;
-                all.push_back({walk.block, face_entry(frame, face, at, 1.0 / __builtin_popcount(unsigned(axes)))});
+                if (!(axes >> traversal.axis[size_t(face)] & 1)) continue;
+                all.push_back({walk.block, face_entry(traversal, face, at, 1.0 / __builtin_popcount(unsigned(axes)))});
                 all.back().entry.ray = uint8_t(ray);
             }
         }

@@ -9,10 +9,10 @@ namespace vdbcloud {
 
 /// Finds, for a point in a block that is missing, the first block upstream of it.
 ///
-/// Empty space is crossed in cells of 8, 128 or 2048 voxels, the largest that is empty, so a gap costs what its
-/// surroundings do and not its width. Periodic axes wrap, block by block.
+/// Empty space is crossed in the largest empty cells of 8, 128 or 2048 voxels, so the cost of a gap does not grow with
+/// its width. Periodic axes wrap, block by block.
 ///
-/// Threads: no state; call from as many as you like.
+/// Threads: immutable; any number of threads may call.
 class VoidRays {
 public:
     struct Hit {

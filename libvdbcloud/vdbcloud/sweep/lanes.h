@@ -1,0 +1,68 @@
+#pragma once
+// Arithmetic on eight floats at a time, one row of a block. Private to sweep/: inlined into loops that are compiled for
+// several instruction sets.
+#include <cstdint>
+#include <cstring>
+
+namespace vdbcloud::lanes {
+
+// Every function here is inlined: nobody needs the calling convention of these vectors.
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+#define VDBCLOUD_INLINE inline __attribute__((always_inline))
+
+// Eight lanes: one row of a block. Operations are element by element, so both clones give equal values.
+using Lanes = float __attribute__((vector_size(32)));
+using Ints = int32_t __attribute__((vector_size(32)));
+
+VDBCLOUD_INLINE Lanes load(const float* from)
+{
+    Lanes v;
+    std::memcpy(&v, from, sizeof v);
+    return v;
+}
+VDBCLOUD_INLINE void store(float* to, Lanes v) { std::memcpy(to, &v, sizeof v); }
+VDBCLOUD_INLINE Lanes all(float x) { return Lanes{x, x, x, x, x, x, x, x}; }
+
+/// exp(-t) for t in [0, 80], relative error 1e-7.
+VDBCLOUD_INLINE Lanes exp_minus(Lanes t)
+{
+    const Lanes x = t * all(-1.44269504f);
+    const Ints n = __builtin_convertvector(x - all(0.5f), Ints);
+    const Lanes z = (x - __builtin_convertvector(n, Lanes)) * all(0.69314718f);
+    Lanes p = all(1.0f / 720) + z * all(1.0f / 5040);
+    p = all(1.0f / 120) + z * p;
+    p = all(1.0f / 24) + z * p;
+    p = all(1.0f / 6) + z * p;
+    p = all(0.5f) + z * p;
+    p = all(1.0f) + z * (all(1.0f) + z * p);
+    const Ints scale = (n + 127) << 23;
+    Lanes power;
+    std::memcpy(&power, &scale, sizeof power);
+    return p * power;
+}
+
+VDBCLOUD_INLINE Lanes at_most(Lanes x, float limit) { return x > all(limit) ? all(limit) : x; }
+VDBCLOUD_INLINE Lanes at_least(Lanes x, float limit) { return x < all(limit) ? all(limit) : x; }
+
+/// Transposes 8 x 8: rows of `from` (stride 8) become columns.
+VDBCLOUD_INLINE void transpose(const float* from, int from_stride, float* to, int to_stride)
+{
+    Lanes r[8], s[8];
+    for (int i = 0; i < 8; ++i) r[i] = load(from + i * from_stride);
+    for (int i = 0; i < 8; i += 2) {
+        s[i] = __builtin_shufflevector(r[i], r[i + 1], 0, 8, 1, 9, 4, 12, 5, 13);
+        s[i + 1] = __builtin_shufflevector(r[i], r[i + 1], 2, 10, 3, 11, 6, 14, 7, 15);
+    }
+    for (int h = 0; h < 8; h += 4)
+        for (int i = 0; i < 2; ++i) {
+            r[h + 2 * i] = __builtin_shufflevector(s[h + i], s[h + i + 2], 0, 1, 8, 9, 4, 5, 12, 13);
+            r[h + 2 * i + 1] = __builtin_shufflevector(s[h + i], s[h + i + 2], 2, 3, 10, 11, 6, 7, 14, 15);
+        }
+    for (int i = 0; i < 4; ++i) {
+        store(to + i * to_stride, __builtin_shufflevector(r[i], r[i + 4], 0, 1, 2, 3, 8, 9, 10, 11));
+        store(to + (i + 4) * to_stride, __builtin_shufflevector(r[i], r[i + 4], 4, 5, 6, 7, 12, 13, 14, 15));
+    }
+}
+
+}  // namespace vdbcloud::lanes

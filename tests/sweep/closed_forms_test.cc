@@ -1,0 +1,294 @@
+// Sweeps against numbers known in closed form: inflow by direction, emission, tallies of faces, layers across each
+// axis, and what is seen through the void.
+#include "support/voxel_field.h"
+#include "swept_medium.h"
+#include "vdbcloud/core/random.h"
+#include "vdbcloud/sweep/void_rays.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace vdbcloud {
+namespace {
+
+using Medium = test::SweptMedium;
+using test::one_by_one;
+
+Vec3d random_direction(uint64_t seed)
+{
+    const double z = 2 * uniform(hash_bits(seed, 1)) - 1, a = 2 * M_PI * uniform(hash_bits(seed, 2));
+    return {std::sqrt(1 - z * z) * std::cos(a), std::sqrt(1 - z * z) * std::sin(a), z};
+}
+
+enum class Which { Blocks, Reference };
+
+SweepResult run(const Medium& m, const SweepSet& set, Which which)
+{
+    SweepResult result;
+    if (which == Which::Reference)
+        reference_sweep(m.index, m.faces, set, m.fields(), result);
+    else
+        TransportSweep(m.index, m.faces).run(set, m.fields(), result);
+    return result;
+}
+
+TEST(Sweeps, AttenuateTheInflowOfEachDirectionAndAddItsEmission)
+{
+    // Along the six axis directions a uniform box is a row of voxels: L = inflow e^-tau + q (1 - e^-tau), exactly.
+    const Vec3i n(19, 11, 14);
+    const Vec3d h(0.5, 1, 1.7);
+    const double sigma = 0.3;
+    Medium m(test::voxel_field(n, h, [&](const Vec3i&) { return sigma; }));
+    m.add_source([](const Vec3i&) { return 0.7; });
+    SweepSet set = one_by_one({{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}});
+    for (size_t d = 0; d < 6; ++d) {
+        set.inflow[d] = float(d + 1);
+        set.weight[d] = 0.5f + 0.25f * float(d);
+        set.source_basis[d] = 1 + 0.5f * float(d);
+    }
+    const auto radiance = [&](size_t d, double voxels) {
+        const double e = std::exp(-sigma * voxels * h[int(d / 2)]);
+        return set.inflow[d] * e + 0.7 * set.source_basis[d] * (1 - e);
+    };
+    /// Voxels that light of direction d crosses from outside to the centre of voxel p.
+    const auto depth = [&](size_t d, const Vec3i& p) {
+        const int a = int(d / 2);
+        return (d % 2 ? n[a] - 1 - p[a] : p[a]) + 0.5;
+    };
+    for (const Which which : {Which::Blocks, Which::Reference}) {
+        const SweepResult result = run(m, set, which);
+        for (size_t slot = 0; slot < m.index.blocks().count() * 512; ++slot) {
+            if (!m.index.blocks().active(slot)) continue;
+            for (size_t d = 0; d < 6; ++d)
+                ASSERT_NEAR(result.moments[d][slot],
+                            set.weight[d] * radiance(d, depth(d, m.index.blocks().voxel(slot))), 1e-5);
+        }
+        ASSERT_EQ(m.faces.size(), 2u * (19 * 11 + 11 * 14 + 14 * 19));
+        for (size_t f = 0; f < m.faces.size(); ++f) {
+            const Vec3i p = m.index.blocks().voxel(m.faces[f].slot);
+            const int axis = m.faces[f].face / 2, outward = m.faces[f].face % 2 ? 1 : -1;
+            double current = 0, fluence = 0, second = 0;
+            for (size_t d = 0; d < 6; ++d) {
+                const double cosine = int(d / 2) == axis ? (d % 2 ? -1 : 1) * outward : 0;
+                // Through the whole box on the way out, none of it on the way in, the voxel's own beside it.
+                const double voxels = cosine > 0 ? n[axis] : cosine < 0 ? 0 : depth(d, p);
+                const double weighted = set.weight[d] * radiance(d, voxels);
+                current += cosine * weighted;
+                fluence += weighted;
+                second += (cosine * cosine - 1.0 / 3) * weighted;
+            }
+            ASSERT_NEAR(result.tally[f].current, current, 3e-5) << f;
+            ASSERT_NEAR(result.tally[f].fluence, fluence, 3e-5) << f;
+            ASSERT_NEAR(result.tally[f].second, second, 3e-5) << f;
+        }
+    }
+}
+
+TEST(ReferenceSweep, IntegratesLayersOfAnyExtinctionAcrossEachAxis)
+{
+    // Layers repeat along two axes; sigma is linear in length and q linear in optical depth from centre to centre:
+    //   tau = (s0 + s1) / 2 h / mu,  L1 = L0 e^-tau + q1 (1 - e^-tau) + (q0 - q1) ((1 - e^-tau) / tau - e^-tau).
+    const Vec3d h(0.5, 1, 1.7);
+    for (int axis = 0; axis < 3; ++axis) {
+        Vec3i n(8);
+        n[axis] = 19;
+        std::array<bool, 3> periodic{true, true, true};
+        periodic[size_t(axis)] = false;
+        const auto sigma = [](int j) { return std::pow(10.0, 3 * uniform(hash_bits(3, uint64_t(j))) - 1.5); };
+        const auto q = [](int j) { return 0.2 + uniform(hash_bits(4, uint64_t(j))); };
+        Medium m(test::voxel_field(n, h, [&](const Vec3i& p) { return sigma(p[axis]); }), periodic);
+        m.add_source([&](const Vec3i& p) { return q(p[axis]); });
+        std::vector<Vec3d> directions;
+        for (uint64_t s = 0; s < 12; ++s) directions.push_back(random_direction(s));
+        SweepSet set = one_by_one(directions);
+        for (size_t d = 0; d < directions.size(); ++d) set.inflow[d] = 0.5f + 0.25f * float(d);
+        const SweepResult result = run(m, set, Which::Reference);
+        for (size_t d = 0; d < directions.size(); ++d) {
+            const double mu = directions[d][axis];
+            double s0 = 0, q0 = 0, L = set.inflow[d];
+            for (int k = 0; k < 19; ++k) {
+                const int j = mu > 0 ? k : 18 - k;
+                const double s1 = sigma(j), q1 = float(q(j)), tau = (s0 + s1) / 2 * h[axis] / std::abs(mu);
+                if (k == 0) q0 = q1;
+                const double e = std::exp(-tau);
+                L = L * e + q1 * (1 - e) + (q0 - q1) * ((1 - e) / tau - e);
+                s0 = s1;
+                q0 = q1;
+                Vec3i p(3, 4, 5);
+                p[axis] = j;
+                ASSERT_NEAR(result.moments[d][m.index.blocks().slot(p)], L, 2e-6) << axis << ' ' << d << ' ' << j;
+            }
+            // Out of the last layer after half a voxel of it; into the first as it comes from outside.
+            const double e = std::exp(-s0 * h[axis] / 2 / std::abs(mu)), out = L * e + q0 * (1 - e);
+            SweepSet alone = one_by_one({directions[d]});
+            alone.inflow = {set.inflow[d]};
+            const SweepResult single = run(m, alone, Which::Reference);
+            for (size_t f = 0; f < m.faces.size(); ++f) {
+                const double cosine = (m.faces[f].face % 2 ? 1 : -1) * mu;
+                ASSERT_NEAR(single.tally[f].current, cosine * (cosine > 0 ? out : set.inflow[d]), 2e-6);
+                ASSERT_NEAR(single.tally[f].second, (cosine * cosine - 1.0 / 3) * (cosine > 0 ? out : set.inflow[d]),
+                            2e-6);
+            }
+        }
+    }
+}
+
+TEST(TransportSweep, SeesThroughTheVoidWhatLiesUpstream)
+{
+    // A glowing opaque cube of 40 voxels and small transparent probes about it, far and near. A probe sees 1 where the
+    // line upstream passes through the cube, the sky's own radiance where it passes by; planes in the probe's block
+    // spread a beam by at most 4 voxels to each side, which the margin of 8 leaves out.
+    const int edge = 40;
+    std::vector<Vec3i> probes;
+    std::vector<std::pair<Vec3i, Vec3i>> boxes{{Vec3i(0), Vec3i(edge - 1)}};
+    for (uint64_t k = 0; k < 24; ++k) {
+        const Vec3d at = Vec3d(edge / 2.0) + (60 + 20 * double(k * k)) * random_direction(k);
+        probes.emplace_back(int(at.x()), int(at.y()), int(at.z()));
+        boxes.emplace_back(probes.back(), probes.back());
+    }
+    const auto grid = test::voxel_clouds(boxes, Vec3d(1.0), 1e-6);
+    Medium m(grid);
+    const Blocks& blocks = m.index.blocks();
+    const Vec3i shift = m.index.origin();
+    const auto in_cube = [&](const Vec3i& p) {
+        const Vec3i q = p + shift;
+        return q.x() >= 0 && q.y() >= 0 && q.z() >= 0 && q.x() < edge && q.y() < edge && q.z() < edge;
+    };
+    for (size_t slot = 0; slot < blocks.count() * 512; ++slot)
+        if (blocks.active(slot) && in_cube(blocks.voxel(slot))) m.sigma[slot] = 50;
+    m.add_source([&](const Vec3i& p) { return in_cube(p) ? 1.0 : 0.0; });
+    std::vector<Vec3d> directions;
+    for (uint64_t k = 0; k < 48; ++k) {
+        const Vec3d aim(Vec3d(edge / 2.0) + (k % 3 ? 5 : 30) * random_direction(100 + k));
+        const Vec3i& p = probes[k % probes.size()];
+        directions.push_back((Vec3d(p.x(), p.y(), p.z()) - aim).unit());
+    }
+    SweepSet set = one_by_one(directions);
+    for (size_t d = 0; d < directions.size(); ++d) set.inflow[d] = 2 + 0.125f * float(d);
+    const SweepResult result = run(m, set, Which::Blocks);
+    /// Whether the line upstream of p meets the cube grown by `by`.
+    const auto meets = [&](const Vec3i& p, const Vec3d& s, double by) {
+        double in = 0, out = 1e30;
+        for (int a = 0; a < 3; ++a) {
+            const double t0 = (p[a] - (-0.5 - by)) / s[a], t1 = (p[a] - (edge - 0.5 + by)) / s[a];
+            in = std::max(in, std::min(t0, t1));
+            out = std::min(out, std::max(t0, t1));
+        }
+        return in < out;
+    };
+    int cube = 0, sky = 0;
+    for (const Vec3i& p : probes)
+        for (size_t d = 0; d < directions.size(); ++d) {
+            const float seen = result.moments[d][blocks.slot(p - shift)];
+            if (meets(p, directions[d], -8)) {
+                ++cube;
+                EXPECT_NEAR(seen, 1, 1e-4) << p << ' ' << d;
+            } else if (!meets(p, directions[d], 8)) {
+                ++sky;
+                EXPECT_NEAR(seen, set.inflow[d], 1e-4) << p << ' ' << d;
+            }
+        }
+    EXPECT_GT(cube, 20);
+    EXPECT_GT(sky, 800);
+}
+
+/// A tenth of the blocks of a box of n^3, and one block far away.
+Blocks scattered_blocks(int n, int far, const Vec3i& period)
+{
+    std::vector<Block> blocks;
+    for (int x = 0; x < n; ++x)
+        for (int y = 0; y < n; ++y)
+            for (int z = 0; z < n; ++z)
+                if (uniform(hash_bits(8, uint64_t(x), uint64_t(y), uint64_t(z))) < 0.1) {
+                    blocks.push_back({Vec3i(x, y, z), {}});
+                    blocks.back().mask.fill(~uint64_t(0));
+                }
+    if (far > 0) {
+        blocks.push_back({Vec3i(far, 3, 2), {}});
+        blocks.back().mask.fill(~uint64_t(0));
+    }
+    return Blocks(std::move(blocks), period);
+}
+
+/// The nearest block upstream of a point by looking at all of them and their images; -1: none.
+int nearest_block(const Blocks& blocks, const Vec3d& point, const Vec3d& step, double& t)
+{
+    int found = -1;
+    t = 1e30;
+    Vec3i images(0);
+    for (int a = 0; a < 3; ++a) images[a] = blocks.period()[a] ? 6 : 0;
+    for (size_t b = 0; b < blocks.count(); ++b)
+        for (int i = -images[0]; i <= images[0]; ++i)
+            for (int j = -images[1]; j <= images[1]; ++j)
+                for (int k = -images[2]; k <= images[2]; ++k) {
+                    const Vec3i at = blocks.at(b) + Vec3i(i, j, k) * blocks.period();
+                    double in = -1e30, out = 1e30;
+                    for (int a = 0; a < 3; ++a) {
+                        const double t0 = (point[a] - (8 * at[a] - 0.5)) / step[a];
+                        const double t1 = (point[a] - (8 * at[a] + 7.5)) / step[a];
+                        in = std::max(in, std::min(t0, t1));
+                        out = std::min(out, std::max(t0, t1));
+                    }
+                    if (in >= out || in < 0 || in >= t) continue;
+                    t = in;
+                    found = int(b);
+                }
+    return found;
+}
+
+void check_void_rays(const Blocks& blocks, int n, int far, int fewest_hits)
+{
+    const VoidRays rays(blocks);
+    int hits = 0, skies = 0;
+    for (uint64_t k = 0; k < 600; ++k) {
+        Vec3d point, step = random_direction(k);
+        for (int a = 0; a < 3; ++a) {
+            // Points also where no tile of the table is; a third of them aim along the line of the far block.
+            point[a] = 8 * n * (1.5 * uniform(hash_bits(k, uint64_t(a), 5)) - 0.25);
+            step[a] *= a == 0 && k % 3 == 0 && far ? far : 1 + a;
+        }
+        const Vec3i at(int(std::floor((point[0] + 0.5) / 8)), int(std::floor((point[1] + 0.5) / 8)),
+                       int(std::floor((point[2] + 0.5) / 8)));
+        if (rays.find(at) >= 0) continue;
+        double t;
+        const int expected = nearest_block(blocks, point, step, t);
+        const VoidRays::Hit hit = rays.trace(point, step);
+        if (expected < 0 && blocks.period() != Vec3i(0) && hit.block >= 0) continue;  // beyond the images looked at
+        ASSERT_EQ(hit.block, expected) << k;
+        if (expected < 0) {
+            ++skies;
+            continue;
+        }
+        ++hits;
+        int on_faces = 0;
+        for (int a = 0; a < 3; ++a) {
+            double in = point[a] - t * step[a] - 8 * blocks.at(size_t(expected))[a];
+            if (blocks.period()[a]) in -= 8 * blocks.period()[a] * std::floor((in + 0.5001) / (8 * blocks.period()[a]));
+            ASSERT_NEAR(hit.at[a], in, 1e-5) << k;
+            if (!(hit.axes >> a & 1)) continue;
+            ++on_faces;
+            ASSERT_NEAR(hit.at[a], step[a] > 0 ? 7.5 : -0.5, 1e-9);
+        }
+        ASSERT_GE(on_faces, 1);
+    }
+    EXPECT_GT(hits, fewest_hits);
+    if (blocks.period() == Vec3i(0)) {
+        EXPECT_GT(skies, 100);
+    }
+}
+
+TEST(VoidRays, FindTheNearestBlockUpstreamAndWhereItIsEntered)
+{
+    check_void_rays(scattered_blocks(20, 0, Vec3i(0)), 20, 0, 150);
+    check_void_rays(scattered_blocks(12, 3000, Vec3i(0)), 12, 3000, 100);
+}
+
+TEST(VoidRays, WrapAlongPeriodicAxes)
+{
+    check_void_rays(scattered_blocks(12, 0, Vec3i(12, 0, 12)), 12, 0, 300);
+    check_void_rays(scattered_blocks(12, 0, Vec3i(0, 12, 0)), 12, 0, 200);
+}
+
+}  // namespace
+}  // namespace vdbcloud
