@@ -23,8 +23,8 @@ VoxelGroups group_voxels(const Stencil&);
 /// The Galerkin operator on the groups (graph.h).
 Graph collapsed(const Stencil&, const VoxelGroups&);
 
-/// Groups of a graph's unknowns by three rounds of pairing, each with the free neighbour it goes best with. Two sets
-/// are joined if
+/// Groups of a graph's unknowns by three rounds of pairing, each unknown with the unpaired neighbour of lowest
+/// condition number. Two sets are joined if
 ///
 ///     2 m_I m_J / (m_I + m_J)  <=  9 (c_IJ + e_I e_J / (e_I + e_J)),
 ///

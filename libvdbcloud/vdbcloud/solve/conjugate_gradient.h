@@ -1,5 +1,5 @@
 #pragma once
-// Solvers of A x = b on sparse blocks, and how they tell what they did.
+// Solvers of A x = b on sparse blocks, and their report.
 #include "vdbcloud/core/progress.h"
 #include "vdbcloud/solve/multigrid.h"
 
@@ -23,14 +23,14 @@ struct SolveResult {
 
 /// Flexible conjugate gradients preconditioned by one multigrid cycle, from the guess in `x` (0 if x is empty).
 ///
-/// `b` is used up: on return it holds the residual. x, the residual and A times a direction are in double precision, as
-/// are all sums: where coefficients are large a constant's residual would drown in single-precision rounding;
-/// directions are single. Stops when the residual and an estimate of the error, sqrt(r.z / x.b) with z the
-/// preconditioned residual, are both below the tolerance: with voids and jumps a small residual alone is no small
-/// error. Where nothing absorbs or leaves (extra is 0 everywhere), b and every direction are kept free of constants,
-/// and so is x. On return slots that are not active hold 0.
+/// `b` is overwritten with the residual b - A x. x, the residual and A times a direction are in double precision, as
+/// are all sums: where coefficients are large, single-precision rounding exceeds a constant's residual; directions are
+/// single. Stops when the residual and an estimate of the error, sqrt(r.z / x.b) with z the preconditioned residual,
+/// are both below the tolerance: among voids and jumps a small residual alone does not bound the error. Where nothing
+/// absorbs or leaves (extra is 0 everywhere), the mean over active slots is removed from b, from every direction and
+/// from x. On return inactive slots hold 0.
 ///
-/// Not converging is told by the result. Throws Cancelled.
+/// Failure to converge is in the result. Throws Cancelled.
 SolveResult conjugate_gradient(const Stencil&, Multigrid&, std::vector<double>& b, std::vector<double>& x,
                                const SolveOptions& = {});
 

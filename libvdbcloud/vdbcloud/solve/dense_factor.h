@@ -5,7 +5,7 @@
 namespace vdbcloud {
 
 /// Cholesky factors of a graph's operator, in double. If it is singular (nothing absorbs or leaves), the last unknown
-/// of each part that hangs together is held at 0.
+/// of each connected part is held at 0.
 class DenseFactor {
 public:
     explicit DenseFactor(const Graph&);

@@ -14,9 +14,9 @@ public:
     const std::vector<float>& x() const { return x_; }
     size_t bytes() const;
 
-    /// Smooths from zero; what is left of the residual goes to the groups.
+    /// Smooths from x = 0; coarse_b becomes the new residual, summed over groups.
     void descend(const std::vector<double>& residual, std::vector<float>& coarse_b);
-    /// Adds the groups' correction and smooths; the products are those of Multigrid::cycle.
+    /// Adds the groups' correction and smooths. Returns the products of Multigrid::cycle.
     Multigrid::Products ascend(const std::vector<double>& residual, const std::vector<float>& coarse_x,
                                const std::vector<double>& against);
 

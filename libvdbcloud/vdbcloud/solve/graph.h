@@ -20,8 +20,8 @@ struct Graph {
     /// Sum of the row's links.
     double linked(size_t i) const;
 
-    /// Appends a row: links of one column are added up, in an order that does not depend on theirs, so that the
-    /// operator stays symmetric to the bit. `links` is used up.
+    /// Appends a row: links of one column are added up in rising order, so that the operator stays symmetric to the
+    /// bit. `links` is cleared.
     void add_row(std::vector<std::pair<int32_t, float>>& links, double extra_of_row);
     /// Appends the rows of another part of the same operator.
     void append(const Graph& rows);

@@ -19,11 +19,11 @@ struct GraphLevel {
     Graph make_groups();
     void drop_groups();
 
-    /// Smooths b from zero into x; what is left of the residual goes to the groups.
+    /// Smooths from x = 0; coarse_b becomes the residual b - A x, summed over groups.
     void descend(std::vector<float>& coarse_b);
     /// Adds the groups' correction to x and smooths.
     void ascend(const std::vector<float>& coarse_x);
-    /// Smooths b from zero into x, before and after nothing.
+    /// Smooths twice from x = 0, without a coarser level.
     void smooth_alone();
 
     struct Products {

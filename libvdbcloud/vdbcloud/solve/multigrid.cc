@@ -13,7 +13,7 @@ namespace {
 
 constexpr size_t direct_size = 256;  // unknowns that the coarsest level may have
 constexpr size_t most_levels = 24;
-constexpr double enough = 0.25;  // reduction of a coarse residual after which the second step is left out
+constexpr double enough = 0.25;  // reduction of a coarse residual after which the second step is omitted
 
 }  // namespace
 
@@ -41,7 +41,7 @@ struct Multigrid::Levels {
         level.ascend(graphs[number + 1].x);
     }
 
-    /// x = roughly A^-1 b of graph `number`: two steps of flexible conjugate gradients. Uses b up.
+    /// x approximates A^-1 b of graph `number`: one or two steps of flexible conjugate gradients. Overwrites b.
     void correct(size_t number)
     {
         GraphLevel& l = graphs[number];
@@ -56,14 +56,14 @@ struct Multigrid::Levels {
         const auto first = l.apply(l.image);
         if (!(first.x_ax > 0)) return;
         const double step = first.x_b / first.x_ax;
-        const double left = l.advance(float(step));  // x is now the first direction, kept as `search`
+        const double remaining = l.advance(float(step));  // x is now the first direction, kept as `search`
         l.x.swap(l.search);
-        if (left <= enough * enough * first.b_b) return l.scale(float(step), 0);
+        if (remaining <= enough * enough * first.b_b) return l.scale(float(step), 0);
         visit(number);
         const auto second = l.apply(l.other);
-        const double mixed = l.x_image(), rest = second.x_ax - mixed * mixed / first.x_ax;
-        if (!(rest > 0)) return l.scale(float(step), 0);
-        l.scale(float(step - mixed * second.x_b / (first.x_ax * rest)), float(second.x_b / rest));
+        const double mixed = l.x_image(), projected = second.x_ax - mixed * mixed / first.x_ax;
+        if (!(projected > 0)) return l.scale(float(step), 0);
+        l.scale(float(step - mixed * second.x_b / (first.x_ax * projected)), float(second.x_b / projected));
     }
 
     FinestLevel finest;

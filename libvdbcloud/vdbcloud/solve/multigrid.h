@@ -11,9 +11,9 @@ namespace vdbcloud {
 ///
 /// Coarse unknowns are groups of strongly connected ones (aggregation.h): nothing is joined across a void or a jump of
 /// the coefficients, so their size does not matter. Interpolation is constant on a group and coarse operators are
-/// Galerkin's, sums of fine links, hence symmetric positive definite whatever the medium; that they are twice too stiff
-/// for smooth errors is made up for by the K cycle (Notay & Vassilevski 2008, Recursive Krylov-based multigrid cycles):
-/// each coarse level is solved by one or two steps of flexible conjugate gradients preconditioned by the next one.
+/// Galerkin's, sums of fine links, hence symmetric positive definite in any medium. They are twice too stiff for smooth
+/// errors, which the K cycle compensates (Notay & Vassilevski 2008, Recursive Krylov-based multigrid cycles): each
+/// coarse level is solved by one or two steps of flexible conjugate gradients preconditioned by the next level.
 /// Smoothing is two Chebyshev steps before and after (chebyshev.h). Below the finest level, which works on blocks,
 /// levels are graphs. The coarsest is solved by Cholesky factors.
 ///
@@ -28,8 +28,8 @@ public:
     struct Products {
         double residual, against;  ///< z . residual and z . against
     };
-    /// z, one cycle from a zero guess; z() stays valid until the next. Values in slots that are not active mean
-    /// nothing.
+    /// z, one cycle from a zero guess; z() stays valid until the next cycle. Values at inactive slots are
+    /// undefined.
     Products cycle(const std::vector<double>& residual, const std::vector<double>& against);
     const std::vector<float>& z() const;
 
