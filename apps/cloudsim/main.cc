@@ -11,6 +11,7 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/sim/checkpoint.h"
+#include "vdbcloud/sim/effect.h"
 
 #include <cmath>
 #include <cstdio>
@@ -127,9 +128,10 @@ void plan(app::App& app, const sim::Scene& scene, int frames)
     const double seconds = steps * double(p.lattice.cells()) / (rate * app.threads()),
                  bytes = double(sim::memory_needed(p));
     nlohmann::json list;
-    for (const sim::Effect& e : sim::effects(p)) {
-        app.say((e.on ? "on   " : "off  ") + e.name + (e.on && !e.needs.empty() ? ": " + e.needs : ""));
-        list[e.name] = e.on;
+    for (const sim::Effect& e : sim::effects()) {
+        const bool on = e.on(p);
+        app.say((on ? "on   " : "off  ") + e.name + (on && !e.needs.empty() ? ": " + e.needs : ""));
+        list[e.name] = on;
     }
     for (const auto& [name, value] : sim::describe(p, scene.sounding)) {
         if (app.verbose()) app.say(name + " = " + value);

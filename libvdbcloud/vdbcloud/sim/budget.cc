@@ -10,11 +10,11 @@ namespace vdbcloud::sim {
 template<typename T>
 void Model<T>::name_bad_cell() const
 {
-    const auto [nx, ny, nz] = lattice_.n;
+    const auto [nx, ny, nz] = air_.lattice.n;
     const char* names[] = {"u", "v", "w", "theta_l", "q_t", "rain", "dye"};
     for (const Quantity q :
          {Quantity::Theta, Quantity::Water, Quantity::Rain, Quantity::Dye, Quantity::U, Quantity::V, Quantity::W}) {
-        const Variable<T>& v = of(q);
+        const Variable<T>& v = air_.of(q);
         for (const Field<T>& f : v.a)
             if (f)
                 for (int k = 0; k < nz; ++k)
@@ -23,20 +23,20 @@ void Model<T>::name_bad_cell() const
                             if (std::isfinite(f(i, j, k))) continue;
                             std::ostringstream text;
                             text << names[int(q)] << " at cell [" << i << ", " << j << ", " << k << "] = " << f(i, j, k)
-                                 << " after " << time_ << " s: expected a finite number";
+                                 << " after " << air_.time << " s: expected a finite number";
                             throw ConvergenceError(text.str());
                         }
     }
-    throw ConvergenceError("velocity after " + std::to_string(time_) + " s: expected finite numbers");
+    throw ConvergenceError("velocity after " + std::to_string(air_.time) + " s: expected finite numbers");
 }
 
 /// Mean and bounds, less the reference. Throws ConvergenceError naming a cell that is not finite.
 template<typename T>
 Extent Model<T>::extent(const Variable<T>& v) const
 {
-    const auto [nx, ny, nz] = lattice_.n;
+    const auto [nx, ny, nz] = air_.lattice.n;
     double mass = 0;
-    for (int k = 0; k < nz; ++k) mass += rho_.centre[size_t(k)] * nx * ny;
+    for (int k = 0; k < nz; ++k) mass += air_.rho.centre[size_t(k)] * nx * ny;
     const Extent sums = reduce_planes(
         nz, Extent{},
         [&, nx = nx, ny = ny](int k) {
@@ -48,7 +48,7 @@ Extent Model<T>::extent(const Variable<T>& v) const
                     sum += double(row[i]);
                     e.low = std::min(e.low, double(row[i])), e.high = std::max(e.high, double(row[i]));
                 }
-                e.mean += sum * rho_.centre[size_t(k)] / mass;
+                e.mean += sum * air_.rho.centre[size_t(k)] / mass;
             }
             return e;
         },
@@ -63,15 +63,15 @@ Extent Model<T>::extent(const Variable<T>& v) const
 template<typename T>
 void Model<T>::find_weather(Budget& b) const
 {
-    const auto [nx, ny, nz] = lattice_.n;
+    const auto [nx, ny, nz] = air_.lattice.n;
     std::vector<double> speed(static_cast<size_t>(nz), 0.0), rise = speed, energy = speed, most = speed, sum = speed;
-    for_blocks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
+    for_chunks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
         std::vector<T> cloud(size_t(nx), T(0));
         for (int k = k0; k < k1; ++k)
             for (int j = 0; j < ny; ++j) {
                 for (int c = 0; c < 3; ++c) {
-                    if (!wind_[size_t(c)]) continue;
-                    const T* row = wind_[size_t(c)].a[0].row(j, k);
+                    if (!air_.wind[size_t(c)]) continue;
+                    const T* row = air_.wind[size_t(c)].a[0].row(j, k);
                     double fast = 0, squares = 0;
                     for (int i = 0; i < nx; ++i) {
                         fast = std::max(fast, std::abs(double(row[i])));
@@ -82,9 +82,9 @@ void Model<T>::find_weather(Budget& b) const
                         for (int i = 0; i < nx; ++i) rise[size_t(k)] = std::max(rise[size_t(k)], double(row[i]));
                     energy[size_t(k)] += 0.5 * squares;
                 }
-                if (!water_) continue;
-                thermo_.cloud_row(column_.level[size_t(k)], theta_.a[0].row(j, k), water_.a[0].row(j, k), cloud.data(),
-                                  nx);
+                if (!air_.water) continue;
+                thermo_.cloud_row(column_.level[size_t(k)], air_.theta.a[0].row(j, k), air_.water.a[0].row(j, k),
+                                  cloud.data(), nx);
                 for (int i = 0; i < nx; ++i) {
                     most[size_t(k)] = std::max(most[size_t(k)], double(cloud[size_t(i)]));
                     sum[size_t(k)] += double(cloud[size_t(i)]);
@@ -92,12 +92,12 @@ void Model<T>::find_weather(Budget& b) const
             }
     });
     double mass = 0;
-    for (int k = 0; k < nz; ++k) mass += rho_.centre[size_t(k)] * nx * ny;
+    for (int k = 0; k < nz; ++k) mass += air_.rho.centre[size_t(k)] * nx * ny;
     for (int k = 0; k < nz; ++k) {
         b.speed_max = std::max(b.speed_max, speed[size_t(k)]), b.w_max = std::max(b.w_max, rise[size_t(k)]);
-        b.kinetic += energy[size_t(k)] * rho_.centre[size_t(k)] / mass;
+        b.kinetic += energy[size_t(k)] * air_.rho.centre[size_t(k)] / mass;
         b.cloud_max = std::max(b.cloud_max, most[size_t(k)]),
-        b.cloud_mean += sum[size_t(k)] * rho_.centre[size_t(k)] / mass;
+        b.cloud_mean += sum[size_t(k)] * air_.rho.centre[size_t(k)] / mass;
         if (most[size_t(k)] <= 1e-5) continue;
         b.cloud_top = column_.level[size_t(k)].z;
         if (b.cloud_base < 0) b.cloud_base = b.cloud_top;
@@ -116,8 +116,8 @@ std::string Model<T>::fault_in(const Budget& b) const
     // The pressure is as large as the longest side, its difference as small as a spacing: that many ulps are lost.
     double longest = 0, shortest = never;
     for (const size_t d : {0, 1, 2}) {
-        longest = std::max(longest, lattice_.n[d] * lattice_.h[d]);
-        if (!lattice_.flat(int(d))) shortest = std::min(shortest, lattice_.h[d]);
+        longest = std::max(longest, air_.lattice.n[d] * air_.lattice.h[d]);
+        if (!air_.lattice.flat(int(d))) shortest = std::min(shortest, air_.lattice.h[d]);
     }
     const double still = std::max(single ? 1e-5 : 1e-12, (single ? 1.2e-7 : 2.3e-16) * longest / shortest);
     std::ostringstream fault;
@@ -136,15 +136,15 @@ template<typename T>
 Budget Model<T>::budget() const
 {
     Budget b;
-    b.time = time_, b.steps = steps_, b.retries = retries_, b.dt = dt_, b.rain_fallen = rain_fallen_;
+    b.time = air_.time, b.steps = steps_, b.retries = retries_, b.dt = air_.dt, b.rain_fallen = air_.rain_fallen;
     b.water_corrected = water_corrected_;
     double cells = 0, grown = 0;
-    for (const double rho : rho_.centre) cells += rho * lattice_.n[0] * lattice_.n[1];
+    for (const double rho : air_.rho.centre) cells += rho * air_.lattice.n[0] * air_.lattice.n[1];
     bool sourced = false;
     const auto account = [&](const Variable<T>& v, double& mean, double& drift, double& low, double& high,
                              bool of_range) {
         const Extent e = extent(v);
-        const double shift = reference(v.quantity), gained = v.sources / cells;
+        const double shift = air_.reference(v.quantity), gained = v.sources / cells;
         mean = e.mean + shift, low = e.low + shift, high = e.high + shift;
         if (!started_) return;
         const double range = v.start.high - v.start.low;
@@ -158,19 +158,19 @@ Budget Model<T>::budget() const
         grown = std::max(grown, std::max(e.high - v.start.high, v.start.low - e.low) /
                                     std::max(range, of_range ? 1e-3 : 1e-9));
     };
-    if (theta_) account(theta_, b.theta_mean, b.theta_drift, b.theta_min, b.theta_max, true);
-    if (water_) account(water_, b.water_mean, b.water_drift, b.water_min, b.water_max, false);
+    if (air_.theta) account(air_.theta, b.theta_mean, b.theta_drift, b.theta_min, b.theta_max, true);
+    if (air_.water) account(air_.water, b.water_mean, b.water_drift, b.water_min, b.water_max, false);
     b.new_extrema = sourced || parameters_.rain ? -1 : std::max(0.0, grown);
     find_weather(b);
-    b.courant = dt_ * rate_;
+    b.courant = air_.dt * rate_;
     if (pressure_) {
         double h = never;
         for (const int d : {0, 1, 2})
-            if (!lattice_.flat(d)) h = std::min(h, lattice_.h[size_t(d)]);
+            if (!air_.lattice.flat(d)) h = std::min(h, air_.lattice.h[size_t(d)]);
         double windiest = 0;  // what relaxation may push against walls, for the pressure to take away again
         for (size_t k = 0; k < column_.u.size(); ++k)
             windiest = std::max({windiest, std::abs(column_.u[k]), std::abs(column_.v[k])});
-        b.divergence = pressure_->max_divergence(wind_[0].a[0], wind_[1].a[0], wind_[2].a[0]) * h /
+        b.divergence = pressure_->max_divergence(air_.wind[0].a[0], air_.wind[1].a[0], air_.wind[2].a[0]) * h /
                        std::max({b.speed_max, windiest, 0.1});  // air at rest has round-off only
     }
     b.fault = fault_in(b);

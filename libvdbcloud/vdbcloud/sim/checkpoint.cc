@@ -3,6 +3,7 @@
 #include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
+#include "vdbcloud/sim/effect.h"
 
 #include <cmath>
 #include <cstdio>
@@ -14,7 +15,7 @@ namespace vdbcloud::sim {
 
 namespace {
 
-constexpr const char* magic = "VDBCLOUD CHECKPOINT 2\n";
+constexpr const char* magic = "VDBCLOUD CHECKPOINT 3\n";
 
 std::string exact(double x)
 {
@@ -92,6 +93,8 @@ std::vector<std::pair<std::string, std::string>> describe(const Parameters& p, c
         list.emplace_back(name, words.begin()[which]);
     };
     const Lattice& l = p.lattice;
+    Parameters in_force = p;
+    if (p.q_scale_height == 0) in_force.q_scale_height = l.n[2] * l.h[2] / std::log(10.0);
     numbers("cells", {double(l.n[0]), double(l.n[1]), double(l.n[2])});
     numbers("spacing", {l.h[0], l.h[1], l.h[2]});
     word("side_x", {"periodic", "wall", "open"}, int(l.side[0]));
@@ -101,23 +104,17 @@ std::vector<std::pair<std::string, std::string>> describe(const Parameters& p, c
     word("scalar_scheme", {"upwind", "koren", "limited5", "plain5"}, int(p.scalar_scheme));
     word("momentum_scheme", {"upwind", "upwind5"}, int(p.momentum_scheme));
     flag("maccormack", p.maccormack), flag("fix_budget", p.fix_budget);
-    number("cfl", p.cfl), number("dt", p.dt), number("dt_max", p.dt_max);
-    flag("momentum", p.momentum), flag("buoyancy", p.buoyancy), flag("moisture", p.moisture), flag("rain", p.rain);
-    flag("anelastic", p.anelastic), flag("dye", p.dye), flag("subgrid", p.subgrid);
     word("saturation", {"height", "temperature"}, int(p.moist.by));
-    flag("latent_heat_on", p.moist.latent_heat), flag("vapour", p.moist.vapour), flag("loading", p.moist.loading);
-    const Constants& c = p.constants;
-    number("gravity", c.g), number("theta0", c.theta0), number("latent_heat", c.latent_heat), number("cp", c.cp);
-    number("r_dry", c.r_dry), number("r_vapour", c.r_vapour), number("surface_pressure", c.surface_pressure);
-    number("rho0", c.rho0), number("q_surface", p.q_surface);
-    number("q_scale_height", p.q_scale_height > 0 ? p.q_scale_height : l.n[2] * l.h[2] / std::log(10.0));
-    number("friction_time", p.friction_time), number("viscosity", p.viscosity), number("diffusivity", p.diffusivity);
-    number("smagorinsky", p.smagorinsky), number("radiation", p.radiation),
-        number("radiation_kappa", p.radiation_kappa);
-    number("sponge", p.sponge), number("sponge_depth", p.sponge_depth), number("wind_relaxation", p.wind_relaxation);
-    number("side_relaxation", p.side_relaxation), number("side_cells", p.side_cells);
-    number("floor_heat", p.floor.heat), number("floor_moisture", p.floor.moisture),
-        number("floor_until", p.floor.until);
+    const auto settings = [&](const std::vector<Setting>& group) {
+        for (const Setting& setting : group) {
+            if (setting.kind == Setting::Kind::Switch)
+                flag(setting.key(), setting.on(in_force));
+            else
+                number(setting.key(), setting.number(in_force));
+        }
+    };
+    settings(numeric_settings()), settings(constant_settings()), settings(noise_settings());
+    for (const Effect& effect : effects()) settings(effect.settings);
     for (const Patch& f : p.floor.patches)
         numbers("patch", {f.centre[0], f.centre[1], f.radius, f.heat, f.moisture, f.dye});
     uint64_t map = 0;
@@ -129,7 +126,6 @@ std::vector<std::pair<std::string, std::string>> describe(const Parameters& p, c
     if (!p.floor.map.empty()) list.emplace_back("floor_map_hash", std::to_string(map));
     for (const Bubble& b : p.bubbles)
         numbers("bubble", {b.centre[0], b.centre[1], b.centre[2], b.radius, b.height, b.theta, b.water, b.dye});
-    numbers("noise", {p.noise.theta, p.noise.water, p.noise.below});
     list.emplace_back("seed", std::to_string(p.noise.seed));
     list.emplace_back("sounding", s.name);
     numbers("sounding_z", s.z), numbers("sounding_theta", s.theta), numbers("sounding_water", s.water);

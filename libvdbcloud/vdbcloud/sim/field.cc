@@ -63,7 +63,7 @@ void fill_halo(const Lattice& lattice, Place place, Field<T>& field)
     const size_t width = size_t(nx + 2 * left), row_bytes = size_t(field.stride(1)) * sizeof(T);
     const int rows = lattice.faces(1) * (place == Place::FaceY) + ny * (place != Place::FaceY);
 
-    for_blocks(nz, plane_grain(nz), [&, ny = ny](int k0, int k1) {
+    for_chunks(nz, plane_grain(nz), [&, ny = ny](int k0, int k1) {
         for (int k = k0; k < k1; ++k) {
             if (!lattice.flat(0))
                 for (int j = 0; j < rows; ++j) fill_rows_x(lattice, place == Place::FaceX, field.row(j, k));

@@ -11,8 +11,8 @@ namespace vdbcloud::sim {
 template<typename T>
 void Model<T>::set_initial_air()
 {
-    const auto [nx, ny, nz] = lattice_.n;
-    const auto [dx, dy, dz] = lattice_.h;
+    const auto [nx, ny, nz] = air_.lattice.n;
+    const auto [dx, dy, dz] = air_.lattice.h;
     const Parameters& p = parameters_;
     const auto noise = [&](int which, int i, int j, int k) {
         return 2 * uniform(hash_bits(p.noise.seed, uint64_t(which), uint64_t(i), uint64_t(j), uint64_t(k))) - 1;
@@ -26,37 +26,37 @@ void Model<T>::set_initial_air()
                 if (noisy) theta += p.noise.theta * noise(0, i, j, k), water += p.noise.water * noise(1, i, j, k);
                 for (const Bubble& b : p.bubbles) {
                     const double x = ((i + 0.5) * dx - b.centre[0]) / b.radius;
-                    const double y = lattice_.flat(1) ? 0 : ((j + 0.5) * dy - b.centre[1]) / b.radius;
+                    const double y = air_.lattice.flat(1) ? 0 : ((j + 0.5) * dy - b.centre[1]) / b.radius;
                     const double r = std::hypot(x, y, (level.z - b.centre[2]) / b.height);
                     if (r >= 1) continue;
                     const double shape = std::pow(std::cos(M_PI / 2 * r), 2);
                     theta += b.theta * shape, water += b.water * shape, smoke += b.dye * shape;
                 }
-                if (theta_) theta_.a[0](i, j, k) = T(theta);
-                if (water_) water_.a[0](i, j, k) = T(std::max(-column_.reference.water, water));
-                if (dye_) dye_.a[0](i, j, k) = T(smoke);
-                if (wind_[0]) wind_[0].a[0](i, j, k) = T(column_.u[size_t(k)]);
-                if (wind_[1]) wind_[1].a[0](i, j, k) = T(column_.v[size_t(k)]);
+                if (air_.theta) air_.theta.a[0](i, j, k) = T(theta);
+                if (air_.water) air_.water.a[0](i, j, k) = T(std::max(-column_.reference.water, water));
+                if (air_.dye) air_.dye.a[0](i, j, k) = T(smoke);
+                if (air_.wind[0]) air_.wind[0].a[0](i, j, k) = T(column_.u[size_t(k)]);
+                if (air_.wind[1]) air_.wind[1].a[0](i, j, k) = T(column_.v[size_t(k)]);
             }
-        if (wind_[0] && lattice_.side[0] == Side::Open)
-            for (int j = 0; j < ny; ++j) wind_[0].a[0](nx, j, k) = T(column_.u[size_t(k)]);
-        if (wind_[1] && lattice_.side[1] == Side::Open)
-            for (int i = 0; i < nx; ++i) wind_[1].a[0](i, ny, k) = T(column_.v[size_t(k)]);
+        if (air_.wind[0] && air_.lattice.side[0] == Side::Open)
+            for (int j = 0; j < ny; ++j) air_.wind[0].a[0](nx, j, k) = T(column_.u[size_t(k)]);
+        if (air_.wind[1] && air_.lattice.side[1] == Side::Open)
+            for (int i = 0; i < nx; ++i) air_.wind[1].a[0](i, ny, k) = T(column_.v[size_t(k)]);
     }
 }
 
 template<typename T>
 void Model<T>::set(Quantity q, const std::vector<double>& values)
 {
-    Variable<T>& v = of(q);
+    Variable<T>& v = air_.of(q);
     if (!v) throw InputError("initial state: this run has no field for a quantity that is given");
-    if (values.size() != lattice_.cells())
+    if (values.size() != air_.lattice.cells())
         throw InputError("initial state: " + std::to_string(values.size()) + " values, expected one a cell");
-    const double shift = reference(q);
+    const double shift = air_.reference(q);
     size_t c = 0;
-    for (int k = 0; k < lattice_.n[2]; ++k)
-        for (int j = 0; j < lattice_.n[1]; ++j)
-            for (int i = 0; i < lattice_.n[0]; ++i) {
+    for (int k = 0; k < air_.lattice.n[2]; ++k)
+        for (int j = 0; j < air_.lattice.n[1]; ++j)
+            for (int i = 0; i < air_.lattice.n[0]; ++i) {
                 const double value = values[c++];
                 if (!std::isfinite(value)) {
                     std::ostringstream text;
@@ -72,12 +72,11 @@ void Model<T>::set(Quantity q, const std::vector<double>& values)
 template<typename T>
 void Model<T>::start()
 {
-    for (Variable<T>* v : velocities()) fill_halo(lattice_, v->place, v->a[0]);
-    if (parameters_.momentum) pressure_->project(wind_[0].a[0], wind_[1].a[0], wind_[2].a[0]);
+    if (parameters_.momentum) project(0);
     finish_state(0);
     take_courant(0);
     started_ = true;
-    for (Variable<T>* v : scalars()) v->start = extent(*v);
+    for (Variable<T>* v : air_.scalars()) v->start = extent(*v);
 }
 
 #define VDBCLOUD_INITIAL(T)                                                                                            \

@@ -33,71 +33,11 @@ std::unique_ptr<Simulation> Simulation::make(const Parameters& p, const Sounding
 }
 
 template<typename T>
-Model<T>::Model(const Parameters& p, const Sounding& s)
-    : Simulation(p, s), lattice_(p.lattice), rho_{column_.rho_centre, column_.rho_face}
+Model<T>::Model(const Parameters& p, const Sounding& s) : Simulation(p, s), air_(parameters_, column_, thermo_)
 {
-    const int count = state_arrays(p);
-    const auto allocate = [&](Variable<T>& v, Quantity q, Place place, int arrays) {
-        v.quantity = q, v.place = place;
-        for (int i = 0; i < arrays; ++i) v.a[size_t(i)] = Field<T>(lattice_);
-    };
-    const Quantity names[3] = {Quantity::U, Quantity::V, Quantity::W};
-    const Place places[3] = {Place::FaceX, Place::FaceY, Place::FaceZ};
-    for (int axis = 0; axis < 3; ++axis) {
-        wind_[size_t(axis)].quantity = names[axis], wind_[size_t(axis)].place = places[axis];
-        if (axis < 2 && lattice_.flat(axis)) continue;
-        allocate(wind_[size_t(axis)], names[axis], places[axis], p.momentum ? count : 1);
-    }
-    if (p.buoyancy || p.moisture) allocate(theta_, Quantity::Theta, Place::Centre, count);
-    if (p.moisture) allocate(water_, Quantity::Water, Place::Centre, count);
-    if (p.rain) allocate(rain_, Quantity::Rain, Place::Centre, count);
-    if (p.dye) allocate(dye_, Quantity::Dye, Place::Centre, count);
-    drain_ = Field<T>(lattice_);
-    if (p.momentum) pressure_.emplace(lattice_, rho_);
-    add_terms();
-    for (Variable<T>* v : scalars())
-        if (!v->terms.empty() || !v->stiff.empty() || lattice_.side[0] == Side::Open || lattice_.side[1] == Side::Open)
-            v->row_source.assign(size_t(lattice_.n[1]) * size_t(lattice_.n[2]), 0.0);
+    drain_ = Field<T>(air_.lattice);
+    if (p.momentum) pressure_.emplace(air_.lattice, air_.rho);
     set_initial_air();
-}
-
-template<typename T>
-Variable<T>& Model<T>::of(Quantity q)
-{
-    switch (q) {
-    case Quantity::U: return wind_[0];
-    case Quantity::V: return wind_[1];
-    case Quantity::W: return wind_[2];
-    case Quantity::Theta: return theta_;
-    case Quantity::Water: return water_;
-    case Quantity::Rain: return rain_;
-    default: return dye_;
-    }
-}
-
-/// What the field of a quantity is counted from.
-template<typename T>
-double Model<T>::reference(Quantity q) const
-{
-    return q == Quantity::Theta ? column_.reference.theta : q == Quantity::Water ? column_.reference.water : 0;
-}
-
-template<typename T>
-std::vector<Variable<T>*> Model<T>::scalars()
-{
-    std::vector<Variable<T>*> list;
-    for (Variable<T>* v : {&theta_, &water_, &rain_, &dye_})
-        if (*v) list.push_back(v);
-    return list;
-}
-
-template<typename T>
-std::vector<Variable<T>*> Model<T>::velocities()
-{
-    std::vector<Variable<T>*> list;
-    for (Variable<T>& v : wind_)
-        if (v) list.push_back(&v);
-    return list;
 }
 
 /// Halos of the arrays `at` after they were written; scalars beyond open sides are the environment's where air comes
@@ -105,28 +45,28 @@ std::vector<Variable<T>*> Model<T>::velocities()
 template<typename T>
 void Model<T>::finish_state(int at)
 {
-    for (Variable<T>* v : velocities()) fill_halo(lattice_, v->place, v->a[parameters_.momentum ? size_t(at) : 0]);
-    for (Variable<T>* v : scalars()) {
+    for (Variable<T>* v : air_.velocities()) fill_halo(air_.lattice, v->place, v->a[air_.wind_at(at)]);
+    for (Variable<T>* v : air_.scalars()) {
         Field<T>& f = v->a[size_t(at)];
-        fill_halo(lattice_, v->place, f);
-        if (lattice_.side[0] != Side::Open && lattice_.side[1] != Side::Open) continue;
-        const auto [nx, ny, nz] = lattice_.n;
+        fill_halo(air_.lattice, v->place, f);
+        if (air_.lattice.side[0] != Side::Open && air_.lattice.side[1] != Side::Open) continue;
+        const auto [nx, ny, nz] = air_.lattice.n;
         for (int k = 0; k < nz; ++k) {
             const Level& level = column_.level[size_t(k)];
             const T env = T(v->quantity == Quantity::Theta   ? level.theta_env
                             : v->quantity == Quantity::Water ? level.q_env
                                                              : 0);
-            if (lattice_.side[0] == Side::Open && wind_[0])
+            if (air_.lattice.side[0] == Side::Open && air_.wind[0])
                 for (int j = 0; j < ny; ++j) {
-                    const Field<T>& u = wind_[0].a[parameters_.momentum ? size_t(at) : 0];
+                    const Field<T>& u = air_.wind[0].a[air_.wind_at(at)];
                     for (int m = 1; m <= halo; ++m) {
                         if (u(0, j, k) > 0) f(-m, j, k) = env;
                         if (u(nx, j, k) < 0) f(nx - 1 + m, j, k) = env;
                     }
                 }
-            if (lattice_.side[1] == Side::Open && wind_[1])
+            if (air_.lattice.side[1] == Side::Open && air_.wind[1])
                 for (int i = 0; i < nx; ++i) {
-                    const Field<T>& w = wind_[1].a[parameters_.momentum ? size_t(at) : 0];
+                    const Field<T>& w = air_.wind[1].a[air_.wind_at(at)];
                     for (int m = 1; m <= halo; ++m) {
                         if (w(i, 0, k) > 0) f(i, -m, k) = env;
                         if (w(i, ny, k) < 0) f(i, ny - 1 + m, k) = env;
@@ -139,20 +79,20 @@ void Model<T>::finish_state(int at)
 template<typename T>
 void Model<T>::take_courant(int at)
 {
-    const auto [nx, ny, nz] = lattice_.n;
-    const size_t now = parameters_.momentum ? size_t(at) : 0;
-    const Field<T>&u = wind_[0].a[now], &v = wind_[1].a[now], &w = wind_[2].a[now];
+    const auto [nx, ny, nz] = air_.lattice.n;
+    const size_t now = air_.wind_at(at);
+    const Field<T>&u = air_.wind[0].a[now], &v = air_.wind[1].a[now], &w = air_.wind[2].a[now];
     std::vector<double> rate(size_t(nz), 0.0);
-    for_blocks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
+    for_chunks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
         for (int k = k0; k < k1; ++k) {
-            const double z0 = rho_.face[size_t(k)] / rho_.centre[size_t(k)] / lattice_.h[2];
-            const double z1 = rho_.face[size_t(k) + 1] / rho_.centre[size_t(k)] / lattice_.h[2];
+            const double z0 = air_.rho.face[size_t(k)] / air_.rho.centre[size_t(k)] / air_.lattice.h[2];
+            const double z1 = air_.rho.face[size_t(k) + 1] / air_.rho.centre[size_t(k)] / air_.lattice.h[2];
             double top = 0;
             for (int j = 0; j < ny && std::isfinite(top); ++j)
                 courant(CourantRows<T>{u ? u.row(j, k) : nullptr, v ? v.row(j, k) : nullptr,
-                                       v ? v.row(j + 1, k) : nullptr, lattice_.flat(2) ? nullptr : w.row(j, k),
-                                       lattice_.flat(2) ? nullptr : w.row(j, k + 1), T(1 / lattice_.h[0]),
-                                       T(1 / lattice_.h[1]), T(z0), T(z1)},
+                                       v ? v.row(j + 1, k) : nullptr, air_.lattice.flat(2) ? nullptr : w.row(j, k),
+                                       air_.lattice.flat(2) ? nullptr : w.row(j, k + 1), T(1 / air_.lattice.h[0]),
+                                       T(1 / air_.lattice.h[1]), T(z0), T(z1)},
                         drain_.row(j, k), top, nx);
             rate[size_t(k)] = top;
         }
@@ -163,20 +103,21 @@ void Model<T>::take_courant(int at)
     for (const double r : rate)
         if (!std::isfinite(r)) rate_ = r;
     if (!std::isfinite(rate_)) name_bad_cell();
-    fill_halo(lattice_, Place::Centre, drain_);
+    fill_halo(air_.lattice, Place::Centre, drain_);
 }
 
 /// Buoyancy at centres, into the planes that the projection will overwrite.
 template<typename T>
 void Model<T>::find_buoyancy(int at)
 {
-    const auto [nx, ny, nz] = lattice_.n;
-    for_blocks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
+    const auto [nx, ny, nz] = air_.lattice.n;
+    for_chunks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
         for (int k = k0; k < k1; ++k)
             for (int j = 0; j < ny; ++j)
-                thermo_.buoyancy_row(column_.level[size_t(k)], theta_.a[size_t(at)].row(j, k),
-                                     water_ ? water_.a[size_t(at)].row(j, k) : nullptr,
-                                     rain_ && parameters_.moist.loading ? rain_.a[size_t(at)].row(j, k) : nullptr,
+                thermo_.buoyancy_row(column_.level[size_t(k)], air_.theta.a[size_t(at)].row(j, k),
+                                     air_.water ? air_.water.a[size_t(at)].row(j, k) : nullptr,
+                                     air_.rain && parameters_.moist.loading ? air_.rain.a[size_t(at)].row(j, k)
+                                                                            : nullptr,
                                      pressure_->scratch().row(j, k), nx);
     });
 }
@@ -184,26 +125,27 @@ void Model<T>::find_buoyancy(int at)
 template<typename T>
 void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double dt)
 {
-    const size_t in = size_t(stage.in), now = parameters_.momentum ? in : 0;
+    const size_t in = size_t(stage.in), now = air_.wind_at(stage.in);
     const Field<T>& q = variable.a[in];
     // Rounding of what is nearly nothing may fall below 0 by its last bits, and then is nothing.
-    const double least = -reference(variable.quantity), ulps = 4 * double(std::numeric_limits<T>::epsilon()) * -least;
+    const double least = -air_.reference(variable.quantity),
+                 ulps = 4 * double(std::numeric_limits<T>::epsilon()) * -least;
     const double tiny = variable.quantity == Quantity::Theta ? 0 : std::max(sizeof(T) == 4 ? 1e-9 : 1e-17, ulps);
     const ScalarStage s{stage.alpha, stage.beta, stage.tau * dt, least, tiny};
     const T inv_tau = T(1 / s.tau);
-    const auto [nx, ny, nz] = lattice_.n;
-    const bool open_x = lattice_.side[0] == Side::Open && !lattice_.flat(0);
-    const bool open_y = lattice_.side[1] == Side::Open && !lattice_.flat(1);
+    const auto [nx, ny, nz] = air_.lattice.n;
+    const bool open_x = air_.lattice.side[0] == Side::Open && !air_.lattice.flat(0);
+    const bool open_y = air_.lattice.side[1] == Side::Open && !air_.lattice.flat(1);
 
     const auto flux = [&](int axis, int j, int k, T* out, int n) {
-        const ScalarFlux<T> f{wind_[size_t(axis)].a[now].row(j, k), q.row(j, k), drain_.row(j, k), inv_tau,
+        const ScalarFlux<T> f{air_.wind[size_t(axis)].a[now].row(j, k), q.row(j, k), drain_.row(j, k), inv_tau,
                               q.stride(axis)};
         scalar_flux(parameters_.scalar_scheme, f, out, n);
     };
     const auto coefficients = [&](int k, FluxRows<T>& rows) {
-        const double rho = rho_.centre[size_t(k)] * lattice_.h[2];
-        rows.cx = T(1 / lattice_.h[0]), rows.cy = T(1 / lattice_.h[1]);
-        rows.cz0 = T(rho_.face[size_t(k)] / rho), rows.cz1 = T(rho_.face[size_t(k) + 1] / rho);
+        const double rho = air_.rho.centre[size_t(k)] * air_.lattice.h[2];
+        rows.cx = T(1 / air_.lattice.h[0]), rows.cy = T(1 / air_.lattice.h[1]);
+        rows.cz0 = T(air_.rho.face[size_t(k)] / rho), rows.cz1 = T(air_.rho.face[size_t(k) + 1] / rho);
     };
     const auto sink = [&, nx = nx, ny = ny](int j, int k, T* tendency, const FluxRows<T>& rows) {
         if (!variable.row_source.empty()) {
@@ -218,52 +160,53 @@ void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double 
                 for (int i = 0; i < nx; ++i) sum += double(rows.cy) * double(rows.y0[i]);
             if (open_y && j == ny - 1)
                 for (int i = 0; i < nx; ++i) sum -= double(rows.cy) * double(rows.y1[i]);
-            variable.row_source[size_t(k) * size_t(ny) + size_t(j)] = sum * rho_.centre[size_t(k)];
+            variable.row_source[size_t(k) * size_t(ny) + size_t(j)] = sum * air_.rho.centre[size_t(k)];
         }
         scalar_stage({variable.a[size_t(stage.out)].row(j, k), variable.a[0].row(j, k),
                       variable.a[size_t(stage.x1)].row(j, k), q.row(j, k), tendency},
                      s, nx);
     };
-    sweep<T>({nx, ny, 0, nz, !lattice_.flat(0), !lattice_.flat(1), !lattice_.flat(2)}, coefficients, flux, sink);
+    for_flux_rows<T>({nx, ny, 0, nz, !air_.lattice.flat(0), !air_.lattice.flat(1), !air_.lattice.flat(2)}, coefficients,
+                     flux, sink);
     for (const double sum : variable.row_source) variable.sources += stage.weight * dt * sum;
 }
 
 template<typename T>
 void Model<T>::advance_velocity(int axis, const Stage& stage, double dt)
 {
-    Variable<T>& variable = wind_[size_t(axis)];
+    Variable<T>& variable = air_.wind[size_t(axis)];
     const size_t in = size_t(stage.in);
     const Field<T>& q = variable.a[in];
     // The integrating factor of friction, from each array's time to the one that is written.
-    const auto decay = [&](double from) { return std::exp(-(stage.time_out - from) * dt / parameters_.friction_time); };
+    const auto decay = [&](double from) { return std::exp(-(stage.time_out - from) * dt / air_.friction_time); };
     const double f0 = decay(0), f1 = decay(stage.time_x1), fx = decay(stage.time_in);
     const MomentumStage s{(1 - stage.alpha - stage.beta) * f0, stage.alpha * f1, stage.beta * fx,
                           stage.beta * stage.tau * dt * fx};
     const bool vertical = axis == 2;
 
     const auto flux = [&](int d, int j, int k, T* out, int n) {
-        const Field<T>& carrier = wind_[size_t(d)].a[in];
+        const Field<T>& carrier = air_.wind[size_t(d)].a[in];
         const T* b = carrier.row(j, k);
         // Mean of the two mass fluxes beside the edge or centre; weights matter in an anelastic base state only.
         double wa = 0.5, wb = 0.5;
-        if (vertical && d != 2) wa *= rho_.centre[size_t(k)], wb *= rho_.centre[size_t(k) - 1];
-        if (vertical && d == 2) wa *= rho_.face[size_t(k)], wb *= rho_.face[size_t(k) - 1];
+        if (vertical && d != 2) wa *= air_.rho.centre[size_t(k)], wb *= air_.rho.centre[size_t(k) - 1];
+        if (vertical && d == 2) wa *= air_.rho.face[size_t(k)], wb *= air_.rho.face[size_t(k) - 1];
         momentum_flux(parameters_.momentum_scheme,
                       {b, b - carrier.stride(axis), T(wa), T(wb), q.row(j, k), q.stride(d)}, out, n);
     };
     const auto coefficients = [&](int k, FluxRows<T>& rows) {
         if (vertical) {
-            const double rho = rho_.face[size_t(k)];
-            rows.cx = T(1 / lattice_.h[0] / rho), rows.cy = T(1 / lattice_.h[1] / rho);
-            rows.cz0 = rows.cz1 = T(1 / lattice_.h[2] / rho);
+            const double rho = air_.rho.face[size_t(k)];
+            rows.cx = T(1 / air_.lattice.h[0] / rho), rows.cy = T(1 / air_.lattice.h[1] / rho);
+            rows.cz0 = rows.cz1 = T(1 / air_.lattice.h[2] / rho);
             return;
         }
-        const double rho = rho_.centre[size_t(k)] * lattice_.h[2];
-        rows.cx = T(1 / lattice_.h[0]), rows.cy = T(1 / lattice_.h[1]);
-        rows.cz0 = T(rho_.face[size_t(k)] / rho), rows.cz1 = T(rho_.face[size_t(k) + 1] / rho);
+        const double rho = air_.rho.centre[size_t(k)] * air_.lattice.h[2];
+        rows.cx = T(1 / air_.lattice.h[0]), rows.cy = T(1 / air_.lattice.h[1]);
+        rows.cz0 = T(air_.rho.face[size_t(k)] / rho), rows.cz1 = T(air_.rho.face[size_t(k) + 1] / rho);
     };
-    const int width = axis == 0 ? lattice_.faces(0) : lattice_.n[0];
-    const int rows = axis == 1 ? lattice_.faces(1) : lattice_.n[1];
+    const int width = axis == 0 ? air_.lattice.faces(0) : air_.lattice.n[0];
+    const int rows = axis == 1 ? air_.lattice.faces(1) : air_.lattice.n[1];
     const auto sink = [&](int j, int k, T* tendency, const FluxRows<T>&) {
         if (vertical && parameters_.buoyancy)
             add_sum(tendency, pressure_->scratch().row(j, k), pressure_->scratch().row(j, k - 1), T(0.5), width);
@@ -273,21 +216,34 @@ void Model<T>::advance_velocity(int axis, const Stage& stage, double dt)
                         variable.a[size_t(stage.x1)].row(j, k), q.row(j, k), tendency},
                        s, width);
     };
-    sweep<T>({width, rows, vertical ? 1 : 0, lattice_.n[2], !lattice_.flat(0), !lattice_.flat(1), !lattice_.flat(2)},
-             coefficients, flux, sink);
+    for_flux_rows<T>({width, rows, vertical ? 1 : 0, air_.lattice.n[2], !air_.lattice.flat(0), !air_.lattice.flat(1),
+                      !air_.lattice.flat(2)},
+                     coefficients, flux, sink);
 }
 
-/// Makes the air that a stage has written incompressible, with halos.
+/// Makes the air in the arrays `at` incompressible and fills its halos.
 template<typename T>
-void Model<T>::settle(const Stage& stage, double)
+void Model<T>::finish_stage(int at)
 {
-    const size_t out = size_t(stage.out);
-    if (parameters_.momentum) {
-        for (Variable<T>* v : velocities()) fill_halo(lattice_, v->place, v->a[out]);
-        pressure_->project(wind_[0].a[out], wind_[1].a[out], wind_[2].a[out]);
-    }
-    finish_state(stage.out);
-    if (parameters_.momentum) take_courant(stage.out);
+    if (parameters_.momentum) project(at);
+    finish_state(at);
+    if (parameters_.momentum) take_courant(at);
+}
+
+template<typename T>
+void Model<T>::project(int at)
+{
+    const size_t a = size_t(at);
+    for (Variable<T>* v : air_.velocities()) fill_halo(air_.lattice, v->place, v->a[a]);
+    pressure_->project(air_.wind[0].a[a], air_.wind[1].a[a], air_.wind[2].a[a]);
+}
+
+/// What effects do between steps, on the arrays 0.
+template<typename T>
+void Model<T>::apply_after_step(double dt)
+{
+    for (const auto& apply : air_.after_step) apply(dt);
+    if (!air_.after_step.empty()) finish_state(0);
 }
 
 /// Takes one step if the air allows: false, with the state untouched, if it speeds up too much within it.
@@ -296,43 +252,43 @@ bool Model<T>::step(double dt)
 {
     const auto& list = stages(parameters_.time_scheme);
     std::vector<double> sources;
-    for (Variable<T>* v : scalars()) sources.push_back(v->sources);
+    for (Variable<T>* v : air_.scalars()) sources.push_back(v->sources);
     for (const Stage& stage : list) {
         if (stage.tau * dt * rate_ > 1) {  // never in the first stage: dt was chosen for it
             size_t i = 0;
-            for (Variable<T>* v : scalars()) v->sources = sources[i++];
+            for (Variable<T>* v : air_.scalars()) v->sources = sources[i++];
             take_courant(0);
             return false;
         }
-        stage_time_ = time_ + stage.time_in * dt;
-        for (const auto& prepare : before_stage_) prepare(stage.in);
+        air_.stage_time = air_.time + stage.time_in * dt;
+        for (const auto& prepare : air_.before_stage) prepare(stage.in);
         if (parameters_.momentum && parameters_.buoyancy) find_buoyancy(stage.in);
-        for (Variable<T>* v : scalars()) advance_scalar(*v, stage, dt);
+        for (Variable<T>* v : air_.scalars()) advance_scalar(*v, stage, dt);
         if (parameters_.momentum)
             for (int axis = 0; axis < 3; ++axis)
-                if (wind_[size_t(axis)] && !(axis == 2 && lattice_.flat(2))) advance_velocity(axis, stage, dt);
-        settle(stage, dt);
+                if (air_.wind[size_t(axis)] && !(axis == 2 && air_.lattice.flat(2))) advance_velocity(axis, stage, dt);
+        finish_stage(stage.out);
     }
     if (list.back().out != 0) {
-        for (Variable<T>* v : scalars()) v->a[0].swap(v->a[1]);
+        for (Variable<T>* v : air_.scalars()) v->a[0].swap(v->a[1]);
         if (parameters_.momentum)
-            for (Variable<T>* v : velocities()) v->a[0].swap(v->a[1]);
+            for (Variable<T>* v : air_.velocities()) v->a[0].swap(v->a[1]);
     }
-    if (parameters_.rain) rain(dt);
+    apply_after_step(dt);
     return true;
 }
 
 template<typename T>
 double Model<T>::stratification() const
 {
-    if (!theta_ || !parameters_.buoyancy || lattice_.n[2] < 2) return 0;
-    const auto [nx, ny, nz] = lattice_.n;
+    if (!air_.theta || !parameters_.buoyancy || air_.lattice.n[2] < 2) return 0;
+    const auto [nx, ny, nz] = air_.lattice.n;
     const double steepest = reduce_planes(
         nz - 1, 0.0,
         [&, nx = nx, ny = ny](int k) {
             T most[16] = {};
             for (int j = 0; j < ny; ++j) {
-                const T *a = theta_.a[0].row(j, k), *b = theta_.a[0].row(j, k + 1);
+                const T *a = air_.theta.a[0].row(j, k), *b = air_.theta.a[0].row(j, k + 1);
                 for (int i = 0; i < nx; ++i) {
                     const T d = std::abs(b[i] - a[i]);
                     most[i & 15] = d > most[i & 15] ? d : most[i & 15];
@@ -341,14 +297,14 @@ double Model<T>::stratification() const
             return double(*std::max_element(most, most + 16));
         },
         [](double a, double b) { return std::max(a, b); });
-    return std::sqrt(parameters_.constants.g / parameters_.constants.theta0 * steepest / lattice_.h[2]);
+    return std::sqrt(parameters_.constants.g / parameters_.constants.theta0 * steepest / air_.lattice.h[2]);
 }
 
 template<typename T>
 double Model<T>::step_limit() const
 {
     // Advection and mixing share one step: their rates add, for stability and so that sums of a stage stay convex.
-    const double shared = rate_ / parameters_.cfl + fastest_rate_;
+    const double shared = rate_ / parameters_.cfl + air_.fastest_rate;
     double limit = parameters_.dt_max;
     if (shared > 0) limit = std::min(limit, (parameters_.subgrid ? 0.7 : 1) / shared);
     const double n = stratification();
@@ -360,17 +316,17 @@ template<typename T>
 void Model<T>::advance_to(double end, const Progress& progress)
 {
     if (!started_) start();
-    const double begin = time_;
+    const double begin = air_.time;
     double halving = 1;
-    while (time_ < end) {
-        report(progress, (time_ - begin) / (end - begin));
-        const double left = end - time_;
+    while (air_.time < end) {
+        report(progress, (air_.time - begin) / (end - begin));
+        const double left = end - air_.time;
         if (parameters_.time_scheme == TimeScheme::HugeStep) {
             const double asked = parameters_.dt > 0 ? parameters_.dt : left;
             const double count = std::max(1.0, std::ceil(left / asked - 1e-9));
-            dt_ = left / count;
-            huge_step(dt_);
-            time_ = count <= 1 ? end : time_ + dt_;
+            air_.dt = left / count;
+            huge_step(air_.dt);
+            air_.time = count <= 1 ? end : air_.time + air_.dt;
             ++steps_;
             continue;
         }
@@ -378,16 +334,17 @@ void Model<T>::advance_to(double end, const Progress& progress)
         const double asked = parameters_.dt > 0 ? std::min(parameters_.dt, left) : left;
         const double whole = std::max(1.0, std::ceil(left / asked - 1e-9));
         const double parts = std::max(1.0, std::ceil(left / whole / (step_limit() * halving) - 1e-9));
-        dt_ = left / (whole * parts);
-        if (!(dt_ > 1e-9 * std::max(1.0, time_)))
-            throw ConvergenceError("time step after " + std::to_string(time_) + " s: expected above 1e-9 of the time");
-        if (!step(dt_)) {
+        air_.dt = left / (whole * parts);
+        if (!(air_.dt > 1e-9 * std::max(1.0, air_.time)))
+            throw ConvergenceError("time step after " + std::to_string(air_.time) +
+                                   " s: expected above 1e-9 of the time");
+        if (!step(air_.dt)) {
             halving *= 0.5;
             ++retries_;
             continue;
         }
         halving = 1;
-        time_ = whole * parts <= 1 ? end : time_ + dt_;
+        air_.time = whole * parts <= 1 ? end : air_.time + air_.dt;
         ++steps_;
     }
 }

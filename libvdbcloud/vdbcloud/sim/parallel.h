@@ -12,7 +12,7 @@ namespace vdbcloud::sim {
 /// Calls f(begin, end) for consecutive blocks of [0, n) of `grain` (the last may be shorter): the blocks are fixed,
 /// only who computes them varies.
 template<typename F>
-void for_blocks(int n, int grain, const F& f)
+void for_chunks(int n, int grain, const F& f)
 {
     const int blocks = (n + grain - 1) / grain;
     if (blocks <= 1) {
@@ -35,7 +35,7 @@ template<typename V, typename F, typename Join>
 V reduce_planes(int n, V start, const F& f, const Join& join)
 {
     std::vector<V> part(static_cast<size_t>(n), start);
-    for_blocks(n, plane_grain(n), [&](int begin, int end) {
+    for_chunks(n, plane_grain(n), [&](int begin, int end) {
         for (int k = begin; k < end; ++k) part[size_t(k)] = f(k);
     });
     for (const V& p : part) start = join(start, p);

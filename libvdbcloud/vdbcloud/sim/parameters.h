@@ -129,16 +129,39 @@ void check(const Parameters&, const Sounding&);
 /// Hydrostatic base state: d(exner)/dz = -g / (cp theta_v). Throws InputError if the box reaches above the atmosphere.
 Column make_column(const Parameters&, const Sounding&);
 
-/// What a run will need, for people who plan one.
-struct Effect {
-    std::string name;
-    bool on;
-    std::string needs;  ///< fields and work, in words
-};
-std::vector<Effect> effects(const Parameters&);
 /// Arrays that a prognostic field needs: its own, and one or two for stages.
 int state_arrays(const Parameters&);
 /// Bytes of all fields, from the same rules by which they are allocated.
 size_t memory_needed(const Parameters&);
+
+struct Effect;  // effect.h
+using EffectMaker = Effect (*)();
+namespace effect {
+Effect momentum(), buoyancy(), moisture(), latent_heat(), vapour(), loading(), anelastic(), dye(), rain(), friction(),
+    floor_fluxes(), viscosity(), diffusion(), subgrid(), radiation(), sponge(), wind_relaxation(), side_relaxation();
+}
+
+/// The effects, in the order in which their terms are added, which results depend on in their last bits. A new effect
+/// is its members of Parameters, its name here, and effects/NAME.cc with all else.
+inline constexpr EffectMaker effect_table[] = {
+    effect::momentum,
+    effect::buoyancy,
+    effect::moisture,
+    effect::latent_heat,
+    effect::vapour,
+    effect::loading,
+    effect::anelastic,
+    effect::dye,
+    effect::rain,
+    effect::friction,
+    effect::floor_fluxes,
+    effect::viscosity,
+    effect::diffusion,
+    effect::subgrid,
+    effect::radiation,
+    effect::sponge,
+    effect::wind_relaxation,
+    effect::side_relaxation,
+};
 
 }  // namespace vdbcloud::sim

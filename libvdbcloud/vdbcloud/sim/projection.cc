@@ -185,7 +185,7 @@ void Projection<T>::project(Field<T>& u, Field<T>& v, Field<T>& w)
 {
     const auto [nx, ny, nz] = lattice_.n;
     const T scale = T(transform_.scale());
-    for_blocks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
+    for_chunks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
         for (int k = k0; k < k1; ++k) {
             for (int j = 0; j < ny; ++j) {
                 T* row = phi_.row(j, k);
@@ -195,13 +195,13 @@ void Projection<T>::project(Field<T>& u, Field<T>& v, Field<T>& w)
             transform_.forward(phi_.plane(k));
         }
     });
-    for_blocks(transform_.modes_y(), plane_grain(transform_.modes_y()), [&](int j0, int j1) {
+    for_chunks(transform_.modes_y(), plane_grain(transform_.modes_y()), [&](int j0, int j1) {
         for (int j = j0; j < j1; ++j) solve_columns(j);
     });
-    for_blocks(nz, plane_grain(nz), [&](int k0, int k1) {
+    for_chunks(nz, plane_grain(nz), [&](int k0, int k1) {
         for (int k = k0; k < k1; ++k) transform_.backward(phi_.plane(k));
     });
-    for_blocks(nz, plane_grain(nz), [&](int k0, int k1) {
+    for_chunks(nz, plane_grain(nz), [&](int k0, int k1) {
         for (int k = k0; k < k1; ++k) correct_plane(u, v, w, k);
     });
 }

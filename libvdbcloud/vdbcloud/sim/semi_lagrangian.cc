@@ -67,24 +67,23 @@ double sample(const Field<T>& f, const Lattice& l, const std::array<double, 3>& 
 template<typename T>
 void Model<T>::huge_buoyancy(double dt)
 {
-    const auto [nx, ny, nz] = lattice_.n;
+    const auto [nx, ny, nz] = air_.lattice.n;
     find_buoyancy(0);
-    Field<T>& w = wind_[2].a[0];
+    Field<T>& w = air_.wind[2].a[0];
     const double g = parameters_.constants.g / parameters_.constants.theta0;
-    for_blocks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
+    for_chunks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
         for (int k = std::max(1, k0); k < k1; ++k)
             for (int j = 0; j < ny; ++j) {
                 const T *above = pressure_->scratch().row(j, k), *below = pressure_->scratch().row(j, k - 1);
                 for (int i = 0; i < nx; ++i) {
-                    const double n2 =
-                        g * (double(theta_.a[0](i, j, k)) - double(theta_.a[0](i, j, k - 1))) / lattice_.h[2];
+                    const double n2 = g * (double(air_.theta.a[0](i, j, k)) - double(air_.theta.a[0](i, j, k - 1))) /
+                                      air_.lattice.h[2];
                     const double pushed = double(w(i, j, k)) + dt * 0.5 * (double(above[i]) + double(below[i]));
                     w(i, j, k) = T(pushed / (1 + dt * dt * std::max(0.0, n2)));
                 }
             }
     });
-    for (Variable<T>* v : velocities()) fill_halo(lattice_, v->place, v->a[0]);
-    pressure_->project(wind_[0].a[0], wind_[1].a[0], wind_[2].a[0]);
+    project(0);
     finish_state(0);
 }
 
@@ -96,13 +95,12 @@ void Model<T>::huge_transport(Variable<T>& v, double dt)
 {
     const std::array<double, 3> shift{v.place == Place::FaceX ? 0.0 : 0.5, v.place == Place::FaceY ? 0.0 : 0.5,
                                       v.place == Place::FaceZ ? 0.0 : 0.5};
-    const int width = v.place == Place::FaceX ? lattice_.faces(0) : lattice_.n[0];
-    const int rows = v.place == Place::FaceY ? lattice_.faces(1) : lattice_.n[1];
+    const int width = air_.width(v), rows = air_.rows(v);
     const auto velocity_at = [&](const std::array<double, 3>& x, int d) {  // x in cells from the box's corner
-        if (lattice_.flat(d)) return 0.0;
+        if (air_.lattice.flat(d)) return 0.0;
         std::array<double, 3> at{x[0] - 0.5, x[1] - 0.5, x[2] - 0.5};
         at[size_t(d)] += 0.5;
-        return sample(wind_[size_t(d)].a[0], lattice_, at) / lattice_.h[size_t(d)];
+        return sample(air_.wind[size_t(d)].a[0], air_.lattice, at) / air_.lattice.h[size_t(d)];
     };
     /// Where the air at a point is after `time`, less the shift.
     const auto trace = [&](int i, int j, int k, double time) {
@@ -111,26 +109,26 @@ void Model<T>::huge_transport(Variable<T>& v, double dt)
         for (const int d : {0, 1, 2}) middle[size_t(d)] += 0.5 * time * velocity_at(here, d);
         for (const int d : {0, 1, 2}) end[size_t(d)] += time * velocity_at(middle, d);
         for (const size_t d : {0, 1, 2}) {  // nothing comes through rigid walls
-            if (d == 2 || lattice_.side[d] == Side::Wall)
-                end[d] = std::clamp(end[d], std::min(0.5, shift[d]), lattice_.n[d] - std::min(0.5, shift[d]));
+            if (d == 2 || air_.lattice.side[d] == Side::Wall)
+                end[d] = std::clamp(end[d], std::min(0.5, shift[d]), air_.lattice.n[d] - std::min(0.5, shift[d]));
             end[d] -= shift[d];
         }
         return end;
     };
     const auto each = [&](const auto& f) {
-        for_blocks(lattice_.n[2], 1, [&](int k, int) {
+        for_chunks(air_.lattice.n[2], 1, [&](int k, int) {
             for (int j = 0; j < rows; ++j)
                 for (int i = 0; i < width; ++i) f(i, j, k);
         });
     };
-    each([&](int i, int j, int k) { v.a[1](i, j, k) = T(sample(v.a[0], lattice_, trace(i, j, k, -dt))); });
+    each([&](int i, int j, int k) { v.a[1](i, j, k) = T(sample(v.a[0], air_.lattice, trace(i, j, k, -dt))); });
     if (!parameters_.maccormack) return;
-    fill_halo(lattice_, v.place, v.a[1]);
+    fill_halo(air_.lattice, v.place, v.a[1]);
     each([&](int i, int j, int k) {
-        const double back = sample(v.a[1], lattice_, trace(i, j, k, dt));
+        const double back = sample(v.a[1], air_.lattice, trace(i, j, k, dt));
         const double corrected = double(v.a[1](i, j, k)) + 0.5 * (double(v.a[0](i, j, k)) - back);
         double low = never, high = -never;
-        visit(v.a[0], lattice_, trace(i, j, k, -dt),
+        visit(v.a[0], air_.lattice, trace(i, j, k, -dt),
               [&](double, double value) { low = std::min(low, value), high = std::max(high, value); });
         v.a[2](i, j, k) = T(std::clamp(corrected, low, high));
     });
@@ -143,13 +141,12 @@ template<typename T>
 void Model<T>::huge_sources(Variable<T>& v, double dt)
 {
     const bool scalar = v.place == Place::Centre;
-    const double drag = scalar ? 1 : std::exp(-dt / parameters_.friction_time), least = -reference(v.quantity);
+    const double drag = scalar ? 1 : std::exp(-dt / air_.friction_time), least = -air_.reference(v.quantity);
     if (drag == 1 && v.terms.empty() && v.stiff.empty()) return;
-    const T tame = T(std::min(1.0, 1 / std::max(1e-30, dt * fastest_rate_)));
-    const int width = v.place == Place::FaceX ? lattice_.faces(0) : lattice_.n[0];
-    const int rows = v.place == Place::FaceY ? lattice_.faces(1) : lattice_.n[1];
-    std::vector<double> gained(size_t(lattice_.n[2]), 0.0);
-    for_blocks(lattice_.n[2], 1, [&](int k, int) {
+    const T tame = T(std::min(1.0, 1 / std::max(1e-30, dt * air_.fastest_rate)));
+    const int width = air_.width(v), rows = air_.rows(v);
+    std::vector<double> gained(size_t(air_.lattice.n[2]), 0.0);
+    for_chunks(air_.lattice.n[2], 1, [&](int k, int) {
         std::vector<T> source(static_cast<size_t>(width));
         for (int j = 0; j < rows; ++j) {
             std::fill(source.begin(), source.end(), T(0));
@@ -160,7 +157,7 @@ void Model<T>::huge_sources(Variable<T>& v, double dt)
             for (int i = 0; i < width; ++i) {
                 const double value = drag * double(out[i]) + dt * double(source[size_t(i)]);
                 out[i] = T(scalar && v.quantity != Quantity::Theta ? std::max(least, value) : value);
-                gained[size_t(k)] += dt * double(source[size_t(i)]) * rho_.centre[size_t(k)];
+                gained[size_t(k)] += dt * double(source[size_t(i)]) * air_.rho.centre[size_t(k)];
             }
         }
     });
@@ -173,17 +170,17 @@ template<typename T>
 void Model<T>::fix_budget(Variable<T>& v)
 {
     double cells = 0;
-    for (const double rho : rho_.centre) cells += rho * lattice_.n[0] * lattice_.n[1];
-    const double from = reference(v.quantity), mean = extent(v).mean, wanted = v.start.mean + v.sources / cells;
+    for (const double rho : air_.rho.centre) cells += rho * air_.lattice.n[0] * air_.lattice.n[1];
+    const double from = air_.reference(v.quantity), mean = extent(v).mean, wanted = v.start.mean + v.sources / cells;
     const bool heat = v.quantity == Quantity::Theta;
     if (!heat && !(mean + from > 0)) return;
     const double factor = heat ? 1 : std::max(0.0, (wanted + from) / (mean + from));
     const double add = heat ? wanted - mean : (factor - 1) * from;
-    for_blocks(lattice_.n[2], plane_grain(lattice_.n[2]), [&](int k0, int k1) {
+    for_chunks(air_.lattice.n[2], plane_grain(air_.lattice.n[2]), [&](int k0, int k1) {
         for (int k = k0; k < k1; ++k)
-            for (int j = 0; j < lattice_.n[1]; ++j) {
+            for (int j = 0; j < air_.lattice.n[1]; ++j) {
                 T* row = v.a[0].row(j, k);
-                for (int i = 0; i < lattice_.n[0]; ++i) row[i] = T(factor * double(row[i]) + add);
+                for (int i = 0; i < air_.lattice.n[0]; ++i) row[i] = T(factor * double(row[i]) + add);
             }
     });
     if (v.quantity == Quantity::Water) water_corrected_ += std::abs(wanted - mean) / std::max(1e-12, wanted + from);
@@ -195,23 +192,18 @@ void Model<T>::huge_step(double dt)
 {
     const Parameters& p = parameters_;
     if (p.momentum && p.buoyancy) huge_buoyancy(dt);
-    stage_time_ = time_;
-    for (const auto& prepare : before_stage_) prepare(0);
-    std::vector<Variable<T>*> moved = scalars();
+    air_.stage_time = air_.time;
+    for (const auto& prepare : air_.before_stage) prepare(0);
+    std::vector<Variable<T>*> moved = air_.scalars();
     if (p.momentum)
-        for (Variable<T>* v : velocities()) moved.push_back(v);
+        for (Variable<T>* v : air_.velocities()) moved.push_back(v);
     for (Variable<T>* v : moved) huge_transport(*v, dt), huge_sources(*v, dt);
     for (Variable<T>* v : moved) v->a[0].swap(v->a[1]);
     if (p.fix_budget)
-        for (Variable<T>* v : {&theta_, &water_, &dye_})
+        for (Variable<T>* v : {&air_.theta, &air_.water, &air_.dye})
             if (*v) fix_budget(*v);
-    if (p.momentum) {
-        for (Variable<T>* v : velocities()) fill_halo(lattice_, v->place, v->a[0]);
-        pressure_->project(wind_[0].a[0], wind_[1].a[0], wind_[2].a[0]);
-    }
-    finish_state(0);
-    if (p.momentum) take_courant(0);
-    if (p.rain) rain(dt);
+    finish_stage(0);
+    apply_after_step(dt);
 }
 
 template void Model<float>::huge_step(double);

@@ -25,50 +25,62 @@ void take(std::istream& in, V& value)
 template<typename T>
 bool Model<T>::has(Quantity q) const
 {
-    return bool(of(q));
+    return bool(air_.of(q));
 }
 
 template<typename T>
 size_t Model<T>::bytes() const
 {
-    size_t sum = drain_.bytes() + eddy_.bytes() + heating_.bytes() + (pressure_ ? pressure_->bytes() : 0);
-    for (const Variable<T>* v : {&wind_[0], &wind_[1], &wind_[2], &theta_, &water_, &rain_, &dye_})
-        for (const Field<T>& f : v->a) sum += f.bytes();
-    return sum;
+    return air_.bytes() + drain_.bytes() + (pressure_ ? pressure_->bytes() : 0);
 }
 
 template<typename T>
 void Model<T>::get_plane(Quantity q, int k, double* out) const
 {
-    const Field<T>& f = of(q).a[0];
-    const double shift = reference(q);
-    for (int j = 0; j < lattice_.n[1]; ++j)
-        for (int i = 0; i < lattice_.n[0]; ++i) *out++ = f ? double(f(i, j, k)) + shift : shift;
+    const Field<T>& f = air_.of(q).a[0];
+    const double shift = air_.reference(q);
+    for (int j = 0; j < air_.lattice.n[1]; ++j)
+        for (int i = 0; i < air_.lattice.n[0]; ++i) *out++ = f ? double(f(i, j, k)) + shift : shift;
 }
 
 template<typename T>
 void Model<T>::get_cloud_plane(int k, double* out) const
 {
-    const int nx = lattice_.n[0];
+    const int nx = air_.lattice.n[0];
     std::vector<T> row(size_t(nx), T(0));
-    for (int j = 0; j < lattice_.n[1]; ++j) {
-        if (water_)
-            thermo_.cloud_row(column_.level[size_t(k)], theta_.a[0].row(j, k), water_.a[0].row(j, k), row.data(), nx);
+    for (int j = 0; j < air_.lattice.n[1]; ++j) {
+        if (air_.water)
+            thermo_.cloud_row(column_.level[size_t(k)], air_.theta.a[0].row(j, k), air_.water.a[0].row(j, k),
+                              row.data(), nx);
         for (int i = 0; i < nx; ++i) *out++ = double(row[size_t(i)]);
     }
 }
 
 template<typename T>
+void Model<T>::add_source(Quantity q, Source rate)
+{
+    Variable<T>& v = air_.of(q);
+    if (!v) throw InputError("source: this run has no field for its quantity");
+    const auto place = [&](Place face) { return v.place == face ? 0.0 : 0.5; };
+    const double sx = place(Place::FaceX), sy = place(Place::FaceY), sz = place(Place::FaceZ);
+    v.terms.push_back([this, sx, sy, sz, width = air_.width(v), rate = std::move(rate)](int, int j, int k, T* out) {
+        const auto [dx, dy, dz] = air_.lattice.h;
+        for (int i = 0; i < width; ++i) out[i] += T(rate((i + sx) * dx, (j + sy) * dy, (k + sz) * dz, air_.stage_time));
+    });
+    if (v.place == Place::Centre) v.row_source.assign(size_t(air_.lattice.n[1]) * size_t(air_.lattice.n[2]), 0.0);
+}
+
+template<typename T>
 void Model<T>::save(std::ostream& out) const
 {
-    put(out, time_), put(out, dt_), put(out, rate_), put(out, steps_), put(out, retries_), put(out, rain_fallen_),
-        put(out, water_corrected_);
-    for (const Variable<T>* v : {&wind_[0], &wind_[1], &wind_[2], &theta_, &water_, &rain_, &dye_}) {
+    put(out, air_.time), put(out, air_.dt), put(out, rate_), put(out, steps_), put(out, retries_),
+        put(out, air_.rain_fallen), put(out, water_corrected_);
+    for (const Variable<T>* v :
+         {&air_.wind[0], &air_.wind[1], &air_.wind[2], &air_.theta, &air_.water, &air_.rain, &air_.dye}) {
         put(out, v->sources), put(out, v->start);
         if (!*v) continue;
-        const int width = v->place == Place::FaceX ? lattice_.faces(0) : lattice_.n[0];
-        const int rows = v->place == Place::FaceY ? lattice_.faces(1) : lattice_.n[1];
-        for (int k = 0; k < lattice_.n[2]; ++k)
+        const int width = air_.width(*v), rows = air_.rows(*v);
+        for (int k = 0; k < air_.lattice.n[2]; ++k)
             for (int j = 0; j < rows; ++j)
                 out.write(reinterpret_cast<const char*>(v->a[0].row(j, k)), std::streamsize(sizeof(T)) * width);
     }
@@ -77,14 +89,14 @@ void Model<T>::save(std::ostream& out) const
 template<typename T>
 void Model<T>::restore(std::istream& in)
 {
-    take(in, time_), take(in, dt_), take(in, rate_), take(in, steps_), take(in, retries_), take(in, rain_fallen_),
-        take(in, water_corrected_);
-    for (Variable<T>* v : {&wind_[0], &wind_[1], &wind_[2], &theta_, &water_, &rain_, &dye_}) {
+    take(in, air_.time), take(in, air_.dt), take(in, rate_), take(in, steps_), take(in, retries_),
+        take(in, air_.rain_fallen), take(in, water_corrected_);
+    for (Variable<T>* v :
+         {&air_.wind[0], &air_.wind[1], &air_.wind[2], &air_.theta, &air_.water, &air_.rain, &air_.dye}) {
         take(in, v->sources), take(in, v->start);
         if (!*v) continue;
-        const int width = v->place == Place::FaceX ? lattice_.faces(0) : lattice_.n[0];
-        const int rows = v->place == Place::FaceY ? lattice_.faces(1) : lattice_.n[1];
-        for (int k = 0; k < lattice_.n[2]; ++k)
+        const int width = air_.width(*v), rows = air_.rows(*v);
+        for (int k = 0; k < air_.lattice.n[2]; ++k)
             for (int j = 0; j < rows; ++j)
                 in.read(reinterpret_cast<char*>(v->a[0].row(j, k)), std::streamsize(sizeof(T)) * width);
     }
@@ -99,6 +111,7 @@ void Model<T>::restore(std::istream& in)
     template size_t Model<T>::bytes() const;                                                                           \
     template void Model<T>::get_plane(Quantity, int, double*) const;                                                   \
     template void Model<T>::get_cloud_plane(int, double*) const;                                                       \
+    template void Model<T>::add_source(Quantity, Source);                                                              \
     template void Model<T>::save(std::ostream&) const;                                                                 \
     template void Model<T>::restore(std::istream&);
 VDBCLOUD_STATE(float)

@@ -9,7 +9,7 @@ namespace vdbcloud::sim {
 
 /// The control volumes of one transported quantity: rows j in [0, rows), planes k in [first, last), `width` of them a
 /// row; axes that are flat have no fluxes.
-struct SweepBox {
+struct ControlVolumes {
     int width, rows, first, last;
     bool x, y, z;
 };
@@ -19,13 +19,13 @@ struct SweepBox {
 /// coefficients(k, rows) sets the 1 / spacing of `rows`. In blocks of planes and rows that stay in cache; blocks
 /// run in parallel and recompute the fluxes on their lower edges, with the same values.
 template<typename T, typename Coefficients, typename Flux, typename Sink>
-void sweep(const SweepBox& box, const Coefficients& coefficients, const Flux& flux, const Sink& sink)
+void for_flux_rows(const ControlVolumes& box, const Coefficients& coefficients, const Flux& flux, const Sink& sink)
 {
     const int planes = box.last - box.first;
     const int deep = std::max(4, planes / 8), tall = std::max(8, std::min(box.rows, 32));
     const int blocks_k = (planes + deep - 1) / deep, blocks_j = (box.rows + tall - 1) / tall;
     const size_t width = size_t(box.width);
-    for_blocks(blocks_k * blocks_j, 1, [&](int block, int) {
+    for_chunks(blocks_k * blocks_j, 1, [&](int block, int) {
         const int k0 = box.first + block / blocks_j * deep, k1 = std::min(box.last, k0 + deep);
         const int j0 = block % blocks_j * tall, j1 = std::min(box.rows, j0 + tall);
         std::vector<T> below(box.z ? width * size_t(j1 - j0) : 0), above(width), fx(width + 1), south(width),

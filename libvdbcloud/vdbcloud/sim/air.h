@@ -1,0 +1,96 @@
+#pragma once
+// The state of a run in one precision, and the terms that act on it. Internal to this module: effects register here.
+#include "vdbcloud/sim/parallel.h"
+#include "vdbcloud/sim/projection.h"
+#include "vdbcloud/sim/simulation.h"
+
+#include <array>
+#include <deque>
+#include <functional>
+#include <vector>
+
+namespace vdbcloud::sim {
+
+/// Mean over the mass of the air, and bounds, of a quantity less its reference.
+struct Extent {
+    double mean = 0, low = never, high = -never;
+};
+
+/// A transported quantity with room for the stages of a step; a[0] holds the state between steps.
+template<typename T>
+struct Variable {
+    /// Adds a rate [unit/s] to the row (j, k) of `out`, from the arrays `in` of the state.
+    using Term = std::function<void(int in, int j, int k, T* out)>;
+
+    Quantity quantity = Quantity::U;
+    Place place = Place::Centre;
+    std::array<Field<T>, 3> a;
+    /// Sources of a row: whatever is not the divergence of a flux through faces.
+    std::vector<Term> terms;
+    /// Terms that damp or mix and so limit an explicit step: see Air::limit_step().
+    std::vector<Term> stiff;
+    // Accounts: sum of sources over cells and time, in cell values [unit]; what there was at the start.
+    mutable std::vector<double> row_source;
+    double sources = 0;
+    Extent start;
+
+    explicit operator bool() const { return bool(a[0]); }
+};
+
+template<typename T>
+struct Air {
+    Air(const Parameters&, const Column&, const Thermodynamics&);
+    Air(const Air&) = delete;
+    Air& operator=(const Air&) = delete;
+
+    const Parameters& parameters;
+    const Column& column;
+    const Thermodynamics& thermo;
+    const Lattice lattice;
+    const BaseDensity rho;
+
+    std::array<Variable<T>, 3> wind;
+    Variable<T> theta, water, rain, dye;
+    double time = 0;         ///< of the state between steps [s]
+    double stage_time = 0;   ///< of the values that a stage reads [s]
+    double dt = 0;           ///< of the step that is taken, or was last [s]
+    double rain_fallen = 0;  ///< on the floor since the start [kg/m^2]
+
+    // What effects register.
+    std::vector<std::function<void(int in)>> before_stage;   ///< with the arrays that the stage reads
+    std::vector<std::function<void(double dt)>> after_step;  ///< on the arrays 0
+    double friction_time = never;                            ///< of the drag -V/t, taken as an integrating factor [s]
+    double fastest_rate = 0;                                 ///< of explicit damping and diffusion [1/s]
+
+    /// Allocates the arrays of a scalar for all stages.
+    void allocate(Variable<T>&, Quantity);
+    /// One more value a cell for an effect's own use, as long as this lives.
+    Field<T>& add_field() { return own_.emplace_back(lattice); }
+    /// An explicit step times this rate must stay below 1.
+    void limit_step(double rate) { fastest_rate = std::max(fastest_rate, rate); }
+
+    Variable<T>& of(Quantity);
+    const Variable<T>& of(Quantity q) const { return const_cast<Air*>(this)->of(q); }
+    /// Those that this run has.
+    std::vector<Variable<T>*> scalars();
+    std::vector<Variable<T>*> velocities();
+    /// What the field of a quantity is counted from.
+    double reference(Quantity) const;
+    /// The index of the wind's arrays that belong to the scalars' arrays `at`: a given wind has one.
+    size_t wind_at(int at) const { return parameters.momentum ? size_t(at) : 0; }
+    /// Columns and rows that are computed: faces on open sides have one more than cells.
+    int width(const Variable<T>& v) const { return v.place == Place::FaceX ? lattice.faces(0) : lattice.n[0]; }
+    int rows(const Variable<T>& v) const { return v.place == Place::FaceY ? lattice.faces(1) : lattice.n[1]; }
+    /// The same of a component, whether this run has it or not.
+    int wind_width(int axis) const { return axis == 0 ? lattice.faces(0) : lattice.n[0]; }
+    bool open() const { return lattice.side[0] == Side::Open || lattice.side[1] == Side::Open; }
+    size_t bytes() const;
+
+private:
+    std::deque<Field<T>> own_;
+};
+
+extern template struct Air<float>;
+extern template struct Air<double>;
+
+}  // namespace vdbcloud::sim

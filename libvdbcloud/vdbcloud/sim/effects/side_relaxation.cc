@@ -1,0 +1,79 @@
+// Near open sides everything returns to the environment, so that what leaves is not seen again.
+#include "vdbcloud/sim/air.h"
+#include "vdbcloud/sim/effect.h"
+
+#include <cmath>
+#include <functional>
+
+namespace vdbcloud::sim::effect {
+
+namespace {
+
+bool open(const Parameters& p) { return p.lattice.side[0] == Side::Open || p.lattice.side[1] == Side::Open; }
+
+/// cos^2 of the distance from the nearer open end of an axis, 1 there and 0 from `depth` cells on; `position` in cells
+/// from the lower end.
+double weight(const Lattice& lattice, double depth, int axis, double position)
+{
+    const int n = lattice.n[size_t(axis)];
+    if (lattice.side[size_t(axis)] != Side::Open || lattice.flat(axis)) return 0;
+    const double inside = std::min(position, n - position);
+    return inside >= depth ? 0.0 : std::pow(std::cos(M_PI / 2 * inside / depth), 2);
+}
+
+/// dq/dt = -weight / time (q - environment(level)).
+template<typename T>
+void relax(Air<T>& air, Variable<T>& v, const std::function<double(size_t)>& environment)
+{
+    if (!v) return;
+    const Parameters& p = air.parameters;
+    const double shift_x = v.place == Place::FaceX ? 0 : 0.5, shift_y = v.place == Place::FaceY ? 0 : 0.5;
+    const int width = air.width(v), rows = air.rows(v);
+    std::vector<T> rate, target;
+    for (int j = 0; j < rows; ++j)
+        for (int i = 0; i < width; ++i)
+            rate.push_back(T(std::max(weight(air.lattice, p.side_cells, 0, i + shift_x),
+                                      weight(air.lattice, p.side_cells, 1, j + shift_y)) /
+                             p.side_relaxation));
+    for (int k = 0; k < air.lattice.n[2]; ++k) target.push_back(T(environment(size_t(k))));
+    v.stiff.push_back([&v, width, rate, target](int in, int j, int k, T* out) {
+        const T *q = v.a[size_t(in)].row(j, k), *r = &rate[size_t(j) * size_t(width)];
+        for (int i = 0; i < width; ++i) out[i] -= r[i] * (q[i] - target[size_t(k)]);
+    });
+}
+
+template<typename T>
+void add(Air<T>& air)
+{
+    const Column& env = air.column;
+    const auto zero = [](size_t) { return 0.0; };
+    if (air.parameters.side_cells <= 0) return;
+    if (air.parameters.momentum) {
+        relax<T>(air, air.wind[0], [&](size_t k) { return env.u[k]; });
+        relax<T>(air, air.wind[1], [&](size_t k) { return env.v[k]; });
+        relax<T>(air, air.wind[2], zero);
+    }
+    relax<T>(air, air.theta, [&](size_t k) { return env.level[k].theta_env; });
+    relax<T>(air, air.water, [&](size_t k) { return env.level[k].q_env; });
+    relax<T>(air, air.rain, zero);
+    relax<T>(air, air.dye, zero);
+    air.limit_step(1 / air.parameters.side_relaxation);
+}
+
+}  // namespace
+
+Effect side_relaxation()
+{
+    return {"open sides",
+            "",
+            {Setting::time("side-relaxation", "time in which air at open sides returns to the sounding's",
+                           {0, any_finite, true}, [](Parameters& p) -> double& { return p.side_relaxation; }),
+             {"side-depth", "cells from open sides within which air returns to the sounding's; 0 is off", "",
+              from_zero(1000), [](Parameters& p) -> double& { return p.side_cells; }}},
+            open,
+            nullptr,
+            nullptr,
+            {add<float>, add<double>}};
+}
+
+}  // namespace vdbcloud::sim::effect
