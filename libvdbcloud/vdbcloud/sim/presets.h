@@ -1,5 +1,5 @@
 #pragma once
-// Presets and accuracies. Their soundings are the tables in data/soundings, compiled in.
+// Ready-made scenes and accuracies. Their soundings are the tables in data/soundings, compiled in.
 #include "vdbcloud/sim/parameters.h"
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace vdbcloud::sim {
 
-struct Preset {
+struct Scene {
     Parameters parameters;
     Sounding sounding;
     double minutes = 20;  ///< how long it is worth watching
@@ -15,10 +15,10 @@ struct Preset {
 };
 
 /// cumulus, congestus, stratocumulus, fog, smoke, paper: the names of scenes, and of soundings.
-const std::vector<std::string>& preset_names();
+const std::vector<std::string>& scene_names();
 
 /// Throws InputError with the names that there are.
-Preset preset(const std::string& name);
+Scene scene(const std::string& name);
 Sounding sounding_named(const std::string& name);
 
 enum class Accuracy {

@@ -90,8 +90,7 @@ Effect floor_fluxes()
             [](const Parameters& p) { return p.floor.heat != 0 || p.floor.moisture > 0 || !p.floor.patches.empty(); },
             check,
             nullptr,
-            {add<float>, add<double>},
-            2};
+            {add<float>, add<double>}};
 }
 
 }  // namespace vdbcloud::sim::effect

@@ -73,9 +73,7 @@ Effect side_relaxation()
             open,
             nullptr,
             nullptr,
-            {add<float>, add<double>},
-            0,
-            "sides open"};
+            {add<float>, add<double>}};
 }
 
 }  // namespace vdbcloud::sim::effect

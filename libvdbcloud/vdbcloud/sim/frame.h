@@ -7,7 +7,7 @@
 
 namespace vdbcloud::sim {
 
-struct SnapshotOptions {
+struct FrameOptions {
     bool y_up = true;                 ///< else z is up in the files
     bool unpruned = false;            ///< all voxels of all grids active, also where there is no cloud
     std::vector<std::string> grids;   ///< names to write; empty: all there are
@@ -15,7 +15,7 @@ struct SnapshotOptions {
     double smoke_extinction = 0.05;   ///< sigma_t at dye 1 [1/m]
 };
 
-/// The grids of a moment, in metres, the floor at height 0 and the box centred above the origin:
+/// The grids of a frame, in metres, the floor at height 0 and the box centred above the origin:
 ///
 /// | density     | q_l [kg/kg]; without moisture: dye. Active where above 0. Extinction = 3 rho0 q_l / (2 rho_w r_e) |
 /// | temperature | T [K] (theta [K] with saturation by height)                                                     |
@@ -26,7 +26,7 @@ struct SnapshotOptions {
 /// temperature, qt and vel are active within two voxels of the density only, unless `unpruned`. Internally z is up;
 /// here, and only here, axes y and z change places if y is up, velocity components too (there is no rotation in the
 /// equations, so the mirror image of a solution is one).
-GridFile make_snapshot(const Simulation&, const SnapshotOptions&, const Sounding&);
+GridFile make_frame(const Simulation&, const FrameOptions&, const std::string& grids_made_by);
 
 /// What starting from a file changed or found.
 struct StartReport {

@@ -1,11 +1,10 @@
-#include "vdbcloud/sim/snapshot.h"
+#include "vdbcloud/sim/frame.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/grid/select.h"
-#include "vdbcloud/sim/checkpoint.h"
 
 #include <algorithm>
 #include <cmath>
@@ -107,7 +106,7 @@ FloatGridPtr scalar(const Axes& axes, const std::string& name, const std::string
     return grid;
 }
 
-void write_extinction(const Simulation& sim, const SnapshotOptions& o, FloatGrid& density)
+void write_extinction(const Simulation& sim, const FrameOptions& o, FloatGrid& density)
 {
     const Parameters& p = sim.parameters();
     if (!p.moisture) {
@@ -140,7 +139,7 @@ void write_budget(const Budget& b, MetaMap& meta)
 
 }  // namespace
 
-GridFile make_snapshot(const Simulation& sim, const SnapshotOptions& o, const Sounding& sounding)
+GridFile make_frame(const Simulation& sim, const FrameOptions& o, const std::string& made_by)
 {
     const Lattice& l = sim.parameters().lattice;
     const Axes axes{l, o.y_up};
@@ -151,7 +150,7 @@ GridFile make_snapshot(const Simulation& sim, const SnapshotOptions& o, const So
     file.metadata = std::make_shared<MetaMap>();
     set_text(*file.metadata, schema::up_axis, o.y_up ? "Y" : "Z");
     set_number(*file.metadata, schema::meters_per_unit, 1);
-    set_text(*file.metadata, "cloudsim:parameters", text_of(sim.parameters(), sounding));
+    set_text(*file.metadata, "cloudsim:parameters", made_by);
     write_budget(sim.budget(), *file.metadata);
     std::ostringstream pressures;
     pressures.precision(9);

@@ -1,0 +1,16 @@
+#pragma once
+// Completion of `vdbcloud PROGRAM ...`, made from what each program prints for itself.
+#include <string>
+#include <vector>
+
+namespace vdbcloud::command {
+
+struct Program {
+    std::string name, summary;
+    std::string completion;  ///< what `NAME --completion SHELL` prints
+};
+
+/// The completion script of `vdbcloud` for "bash", "zsh" or "fish"; empty for another shell.
+std::string completion(const std::string& shell, const std::vector<Program>& programs);
+
+}  // namespace vdbcloud::command

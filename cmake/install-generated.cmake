@@ -1,0 +1,45 @@
+# Installs what the `programs` in the folder `bin` say of themselves: manual pages below `man`, completions below `data`.
+cmake_policy(VERSION 3.25)
+find_program(help2man help2man)
+
+# output_of(<variable> <command> ...): what the command prints.
+function(output_of variable)
+    execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE text ERROR_VARIABLE error RESULT_VARIABLE status)
+    if(NOT status EQUAL 0)
+        message(FATAL_ERROR "${ARGN}: ${error}")
+    endif()
+    set(${variable} "${text}" PARENT_SCOPE)
+endfunction()
+
+function(install_text file text)
+    message(STATUS "Installing: $ENV{DESTDIR}${file}")
+    file(WRITE "$ENV{DESTDIR}${file}" "${text}")
+endfunction()
+
+if(help2man)
+    foreach(program IN LISTS programs)
+        # The first paragraph of the help is "program: summary".
+        output_of(summary ${bin}/${program} --help)
+        string(REGEX REPLACE "^[a-z0-9]+: (.*)" "\\1" summary "${summary}")
+        string(REGEX REPLACE "[.]?\n\n.*" "" summary "${summary}")
+        string(REGEX REPLACE "[ \n]+" " " summary "${summary}")
+        output_of(page ${help2man} --no-info "--name=${summary}" --help-option=--help-all "'${bin}/vdbcloud' ${program}")
+        # help2man knows the program alone; an installation starts it through `vdbcloud`.
+        string(TOUPPER ${program} upper)
+        string(REPLACE ".TH ${upper} " ".TH VDBCLOUD-${upper} " page "${page}")
+        string(REPLACE "\n${program} \\- " "\nvdbcloud-${program} \\- " page "${page}")
+        string(REPLACE "\n.B ${program}\n" "\n.B vdbcloud ${program}\n" page "${page}")
+        install_text(${man}/vdbcloud-${program}.1 "${page}")
+    endforeach()
+    output_of(page ${help2man} --no-info "--name=clouds, fog, smoke and fire on OpenVDB grids" ${bin}/vdbcloud)
+    install_text(${man}/vdbcloud.1 "${page}")
+else()
+    message(STATUS "help2man is not installed: no manual pages")
+endif()
+
+output_of(script ${bin}/vdbcloud --completion bash)
+install_text(${data}/bash-completion/completions/vdbcloud "${script}")
+output_of(script ${bin}/vdbcloud --completion zsh)
+install_text(${data}/zsh/site-functions/_vdbcloud "${script}")
+output_of(script ${bin}/vdbcloud --completion fish)
+install_text(${data}/fish/vendor_completions.d/vdbcloud.fish "${script}")
