@@ -1,7 +1,12 @@
 # How a Makefile gets the programs: packages, configuration, build. Included by pipelines/ and tests/, which set TOP.
+#
+#   BUILD=folder    build folder (default: build/ of the tree)
+#   JOBS=n          processor cores to use (default: all)
+#   WERROR=ON       compiler warnings are errors, as in .ci/run
 .DEFAULT_GOAL := all
-BUILD ?= $(TOP)/build
-JOBS  ?= $(shell nproc)
+BUILD  ?= $(TOP)/build
+JOBS   ?= $(shell nproc)
+WERROR ?=
 
 # Packages are looked at again only when their list changes.
 $(BUILD)/packages.stamp: $(TOP)/packages.txt $(TOP)/cmake/install-packages.sh
@@ -9,12 +14,19 @@ $(BUILD)/packages.stamp: $(TOP)/packages.txt $(TOP)/cmake/install-packages.sh
 	@$(TOP)/cmake/install-packages.sh $<
 	@touch $@
 
-$(BUILD)/build.ninja: $(BUILD)/packages.stamp
+# A build folder that was configured with other warnings is configured again.
+configured = $(if $(filter-out $(file < $(BUILD)/werror),$(WERROR)),FORCE)
+$(BUILD)/build.ninja: $(BUILD)/packages.stamp $(configured)
 	@echo "configuring $(abspath $(BUILD))"
-	@cmake -G Ninja -S $(TOP) -B $(BUILD) -DCMAKE_BUILD_TYPE=Release > $(BUILD)/configure.log 2>&1 || { cat $(BUILD)/configure.log; exit 1; }
+	@cmake -G Ninja -S $(TOP) -B $(BUILD) -DCMAKE_BUILD_TYPE=Release $(if $(WERROR),-DCMAKE_COMPILE_WARNING_AS_ERROR=$(WERROR)) \
+	    > $(BUILD)/configure.log 2>&1 || { cat $(BUILD)/configure.log; exit 1; }
+	@printf '%s' '$(WERROR)' > $(BUILD)/werror
 	@touch $@
 
-# Ninja knows what is out of date; it says nothing when nothing is. $(call ninja,TARGETS)
+# $(call ninja,TARGETS): builds, and says nothing when nothing is out of date.
 define ninja
-@if ! ninja -C $(BUILD) -n $(1) | grep -q 'no work to do'; then echo "building"; ninja -C $(BUILD) -j $(JOBS) --quiet $(1); fi
+@$(TOP)/cmake/ninja.sh $(BUILD) $(JOBS) $(1)
 endef
+
+.PHONY: FORCE
+FORCE:
