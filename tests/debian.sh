@@ -1,18 +1,45 @@
 #!/usr/bin/env bash
 # The README's two commands in a bare Debian 12: a folder made by debootstrap with git, make and nothing else of ours.
-# Needs root and debootstrap. Usage: debian.sh [FOLDER]; the folder is kept for a second run if it is named.
+# Needs root and debootstrap. Usage: debian.sh [FOLDER]; a FOLDER that is named is kept for a second run. Packages come
+# from where this machine's own apt takes bookworm main, or from DEBIAN_MIRROR.
 set -euo pipefail
 top=$(cd "$(dirname "$0")/.." && pwd)
-root=${1:-$(mktemp -d)}
-mirror=${DEBIAN_MIRROR:-$(sed -n 's/^deb [^h]*\(http[^ ]*\).* bookworm main.*/\1/p; s/^URIs: //p' /etc/apt/sources.list /etc/apt/sources.list.d/* 2>/dev/null | head -n 1 || true)}
-mirror=${mirror:-http://deb.debian.org/debian}
 
+# mirror_of FILE...: the first address of bookworm main in one-line sources (*.list) and in deb822 sources (*.sources).
+mirror_of() {
+    local file
+    for file in "$@"; do
+        [ -f "$file" ] || continue
+        case $file in
+        *.list) sed -n 's/#.*//; s/^ *deb \+\(\[[^]]*\] *\)\?\([^ ]*\) \+bookworm \(.* \)\?main\( .*\)\?$/\2/p' "$file";;
+        *.sources)
+            grep -v '^#' "$file" | awk '
+                BEGIN { RS = ""; FS = "\n" }
+                {
+                    split("", field)
+                    for (i = 1; i <= NF; i++)
+                        if ($i ~ /^[ \t]/) field[key] = field[key] " " $i
+                        else { key = tolower($i); sub(/:.*/, "", key); text = $i; sub(/^[^:]*:/, "", text); field[key] = text }
+                    has_deb = (" " field["types"] " ") ~ / deb /
+                    has_main = (" " field["suites"] " ") ~ / bookworm / && (" " field["components"] " ") ~ / main /
+                    if (has_deb && has_main && tolower(field["enabled"]) !~ /no/) { split(field["uris"], uri, " "); print uri[1] }
+                }';;
+        esac
+    done | head -n 1
+}
+
+mirror=${DEBIAN_MIRROR:-$(mirror_of /etc/apt/sources.list /etc/apt/sources.list.d/*)}
+[ -n "$mirror" ] || {
+    echo "debian.sh: the apt sources of this machine name no bookworm main: set DEBIAN_MIRROR to the address of a Debian mirror" >&2
+    exit 1
+}
+root=${1:-$(mktemp -d)}
 [ -x "$root/bin/bash" ] || debootstrap --variant=minbase --include=git,make,ca-certificates bookworm "$root" "$mirror"
 # The bare system reaches packages as this one does.
 cp /etc/resolv.conf "$root/etc/" 2>/dev/null || true
 cp -r /etc/apt/. "$root/etc/apt/"
 for cert in /usr/local/share/ca-certificates /etc/ssl/certs; do
-    [ -d "$cert" ] && mkdir -p "$root$cert" && cp -rL "$cert/." "$root$cert/" 2>/dev/null || true
+    if [ -d "$cert" ]; then mkdir -p "$root$cert"; cp -rL "$cert/." "$root$cert/" 2>/dev/null || true; fi
 done
 mount -t proc proc "$root/proc" 2>/dev/null || true
 mount -t devpts devpts "$root/dev/pts" 2>/dev/null || true
