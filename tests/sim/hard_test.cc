@@ -42,7 +42,7 @@ Parameters moist(std::array<int, 3> n, std::array<double, 3> size, Precision pre
 
 const Sounding humid{"humid", {0, 800, 4000}, {300, 300, 312}, {0.014, 0.013, 0.001}, {0, 0, 0}, {0, 0, 0}, 0};
 
-TEST(Hard, TwentyKelvinInversionInOneCellStopsABubble)
+TEST(Hard, AnInversionOfTwentyKelvinInOneCellIsALid)
 {
     for (const Precision precision : {Precision::Float, Precision::Double}) {
         Parameters p = moist({32, 1, 32}, {3200, 3200, 3200}, precision);
@@ -77,7 +77,7 @@ TEST(Hard, TwentyKelvinInversionInOneCellStopsABubble)
     }
 }
 
-TEST(Hard, HeatFromOneFloorCellIsConserved)
+TEST(Hard, HeatOfOneCellOfFloorIsAllFoundAgain)
 {
     for (const Precision precision : {Precision::Float, Precision::Double}) {
         Parameters p = moist({15, 13, 18}, {1500, 1300, 1800}, precision);
@@ -96,7 +96,7 @@ TEST(Hard, HeatFromOneFloorCellIsConserved)
     }
 }
 
-TEST(Hard, InvariantsHoldForFlatAndTallCells)
+TEST(Hard, CellsMayBeFlatOrTall)
 {
     for (const double ratio : {0.05, 0.3, 3.0, 20.0})
         for (const Precision precision : {Precision::Float, Precision::Double}) {
@@ -113,7 +113,7 @@ TEST(Hard, InvariantsHoldForFlatAndTallCells)
         }
 }
 
-TEST(Hard, SlicesAlongXAndYAgree)
+TEST(Hard, ASliceIsTheSameAlongEitherAxis)
 {
     std::vector<double> w[2], u[2];
     for (const int flat : {0, 1}) {
@@ -132,7 +132,7 @@ TEST(Hard, SlicesAlongXAndYAgree)
     EXPECT_LT(largest_difference(u[0], u[1]), 1e-9 * largest(w[0]));
 }
 
-TEST(Hard, SingleColumnStaysAtRest)
+TEST(Hard, AColumnHasNowhereToMove)
 {
     Parameters p = moist({1, 1, 20}, {100, 100, 2000}, Precision::Float);
     p.floor.heat = 1;
@@ -145,7 +145,7 @@ TEST(Hard, SingleColumnStaysAtRest)
     EXPECT_NEAR(floor[0], 301, 1e-3);  // 1 K m/s for 100 s in 100 m
 }
 
-TEST(Hard, InvariantsHoldForOddAndPrimeSizes)
+TEST(Hard, OddAndPrimeSizesKeepTheirInvariants)
 {
     for (const auto& n : {std::array<int, 3>{13, 11, 17}, {7, 23, 5}, {31, 2, 29}, {3, 3, 2}})
         for (const Side side : {Side::Periodic, Side::Wall, Side::Open}) {
@@ -158,7 +158,7 @@ TEST(Hard, InvariantsHoldForOddAndPrimeSizes)
         }
 }
 
-TEST(Hard, AirStaysAtRestWithoutGravity)
+TEST(Hard, WithoutGravityNothingMoves)
 {
     Parameters p = moist({12, 12, 12}, {1200, 1200, 1200}, Precision::Double);
     p.constants.g = 0;
@@ -171,7 +171,7 @@ TEST(Hard, AirStaysAtRestWithoutGravity)
     EXPECT_EQ(all(*sim, Quantity::Theta), before);
 }
 
-TEST(Hard, InfiniteFrictionTimeEqualsNoFriction)
+TEST(Hard, EndlessFrictionTimeIsNoFriction)
 {
     std::vector<double> w[2];
     for (const int run : {0, 1}) {
@@ -185,7 +185,7 @@ TEST(Hard, InfiniteFrictionTimeEqualsNoFriction)
     EXPECT_EQ(w[0], w[1]);
 }
 
-TEST(Hard, SupersaturatedStartHoldsCloudAndConservesWater)
+TEST(Hard, AnOverwetStartIsCloudAtOnceAndKeepsItsWater)
 {
     for (const SaturationBy by : {SaturationBy::Height, SaturationBy::Temperature}) {
         Parameters p = moist({16, 16, 16}, {1600, 1600, 1600}, Precision::Double);
@@ -201,7 +201,7 @@ TEST(Hard, SupersaturatedStartHoldsCloudAndConservesWater)
     }
 }
 
-TEST(Hard, StepOfManyCellsOfWindIsSplitAndConservesDye)
+TEST(Hard, AWindOfManyCellsAStepIsSplitAndConserves)
 {
     Parameters p = bare({32, 8, 4}, {320, 80, 40});
     p.momentum = false, p.dye = true, p.dt = 60;  // 80 m/s in cells of 10 m: 480 of them a step
@@ -220,7 +220,7 @@ TEST(Hard, StepOfManyCellsOfWindIsSplitAndConservesDye)
     EXPECT_LE(largest(after), largest(before) * (1 + 1e-12));
 }
 
-TEST(Hard, GivenWindIsZeroTowardsWalls)
+TEST(Hard, AGivenWindDoesNotBlowAgainstWalls)
 {
     Parameters p = moist({8, 12, 8}, {4000, 3000, 9000}, Precision::Double);
     p.lattice.side = {Side::Wall, Side::Periodic};
@@ -235,10 +235,10 @@ TEST(Hard, GivenWindIsZeroTowardsWalls)
 }
 
 /// The air of a scene, and whether it is meant to hold cloud before anything happens.
-TEST(Hard, PresetsBeginWithTheirWeather)
+TEST(Hard, ScenesBeginInTheWeatherTheyAreNamedAfter)
 {
-    for (const std::string& name : preset_names()) {
-        Preset s = preset(name);
+    for (const std::string& name : scene_names()) {
+        Scene s = scene(name);
         const Lattice before = s.parameters.lattice;
         for (const size_t d : {0, 1}) {
             s.parameters.lattice.h[d] *= double(before.n[d]) / 10;
