@@ -1,10 +1,13 @@
-# How each kind of file is made from the others. A pipeline says only where density comes from and which pictures it
-# wants; see pipelines/*/Makefile. Stages meet in files: each takes one input that holds everything so far.
+# How each kind of file is made from the one before it. A pipeline (pipelines/*/Makefile) says where density comes from
+# and which pictures it wants. Each stage reads one file, which holds everything made so far, and writes one file.
 #
 #   density --illuminate--> light [--p1solve--> scatter] --render--> exr, png
 #
-# Parameters live in .toml files beside the Makefile, so changing one makes again what used it and nothing else. A
-# pipeline that has a scatter.toml goes through multiple scattering.
+# Parameters are in .toml files beside the Makefile: a change of one makes again what depends on it and nothing else. A
+# pipeline that has a scatter.toml computes multiple scattering.
+#
+#   PICTURE=small   a small grid and a small picture       THREADS=n   threads of each program (0: all)
+#   OUT=folder      where files go (default: out)          STRICT=1    a program that was rebuilt makes its files again
 PICTURE ?= full
 BIN     ?= ../../build/bin
 OUT     ?= out$(if $(filter small,$(PICTURE)),/small)
@@ -19,14 +22,14 @@ endif
 
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
-# A tool that fails leaves no target; no intermediate grid is thrown away.
+# A program that fails leaves no target. make keeps intermediate grids.
 .DELETE_ON_ERROR:
 .SECONDARY:
 MAKEFLAGS += --no-builtin-rules
 
-# The tools are order-only: a rebuild does not restart a night of rendering (make STRICT=1 when it should).
+# Programs are order-only prerequisites: a rebuilt program does not start a night of rendering again, except with STRICT=1.
 tool = $(if $(STRICT),$(BIN)/$(1),| $(BIN)/$(1))
-# $(call stage,COMMAND): runs it, and leaves the seconds it took beside the target, by which `seconds` tells them.
+# $(call stage,COMMAND): runs a program and writes the seconds that it took to TARGET.seconds.
 stage = mkdir -p $(@D); TIMEFORMAT=%R; { time $(LAUNCH) $(BIN)/$(1) $(FLAGS) 2>&3; } 3>&2 2> $(basename $@)$(suffix $@).seconds
 
 lit := $(if $(wildcard scatter.toml),scatter,light)
@@ -49,5 +52,5 @@ $(BIN)/%:
 .PHONY: all clean why
 clean:
 	rm -rf out
-why:  # what would run, and what made it necessary
+why:  # commands that would run, and the prerequisites that are newer
 	@$(MAKE) --dry-run --debug=basic all | grep -E 'Must remake|$(notdir $(BIN))/' | grep -v "'all'" || echo 'up to date'

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What each effect of cloudsim costs, on and off: processor time of a cell-step and peak memory of the process, at N^3 cells. Times
-# are those of 8 more steps of 1 s than another run, so that starting and writing are in neither: the least of three.
+# Cost of each effect of cloudsim, on and off, at N^3 cells: processor time of a cell-step and peak memory of the process. A
+# time is the difference of runs of 10 and of 2 steps of 1 s, which cancels start and output; the least of three counts.
 # Usage: effects.sh BIN [N]
 set -euo pipefail
 bin=$1 n=${2:-96}

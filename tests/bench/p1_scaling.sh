@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# How multiple scattering grows with the grid: p1solve on the same cumulus at 64^3 to 256^3, with SIZE=full to 512^3.
+# Time of p1solve against grid size: one cumulus at 64^3 to 256^3, with SIZE=full up to 512^3.
 # Usage: p1_scaling.sh BIN
 set -euo pipefail
 bin=$1
@@ -14,7 +14,7 @@ echo "|--:|--:|--:|--:|--:|--:|"
 for size in $sizes; do
     "$bin/fractalgen" --seed 7 --size "$size" -q -o d.vdb
     "$bin/p1solve" d.vdb --extinction 14.3 --sun 0.3,1,0.2 --albedo 0.9999 --g 0 --reentry-rays 0 -q --json j.json -o o.vdb 2> said
-    # A key at the depth of the report itself or of its sections: two or four blanks before it.
+    # number BLANKS KEY: a number of the report; keys of the report have two blanks before them, of its sections four.
     number() { sed -n "s/^ \{$1\}\"$2\": \([0-9.e+-]*\),\{0,1\}\$/\1/p" j.json | head -n 1; }
     awk -v n="$size" -v voxels="$(number 4 active_voxels)" -v its="$(number 6 iterations)" -v bytes="$(number 4 bytes_per_active_voxel)" \
         -v cpu="$(number 2 cpu_seconds)" \

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# How time grows with the grid: processor seconds of each stage for the same cumulus at 64^3 to 512^3, medians of three.
+# Time against grid size: processor seconds of each stage for one cumulus at 64^3 to 512^3, medians of three runs.
 # Usage: scaling.sh BIN [RESOLUTION]
 set -euo pipefail
 bin=$1 resolution=${2:-512}

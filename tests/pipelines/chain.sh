@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# A pipe of three tools is three files, on any number of threads; what each stage leaves is listed and opened by others'
-# programs; the light lattice is as close to exact rays as its default promises.
+# A pipe of three programs and a chain of files give equal pictures on any number of threads. Programs of OpenVDB list and
+# open the files. With default options the light lattice differs from exact rays by less than 1e-3.
 # Usage: chain.sh BIN. VDBCLOUD_REAL=folder adds the Disney cloud.
 set -euo pipefail
 PATH=$1:$PATH
@@ -17,9 +17,9 @@ render light.vdb --resolution 96 --aov all -q --threads 1 -o files.exr --png fil
 cmp pipe.exr files.exr || fail "a pipe and files give different pictures"
 illuminate density.vdb --sun 0.3,1,0.2 --g 0.3 --albedo 0.99 -q --threads 2 -o again.vdb
 vdbdiff light.vdb again.vdb -q || fail "two runs of illuminate differ"
-! vdbdiff density.vdb light.vdb -q >/dev/null 2>&1 || fail "vdbdiff does not see a grid that is missing"
+! vdbdiff density.vdb light.vdb -q >/dev/null 2>&1 || fail "vdbdiff accepts a file that lacks a grid"
 
-# The picture is a cloud: something opaque, something clear, light in between.
+# Alpha of a cloud: 0 somewhere, above 0.99 somewhere, in between on the mean.
 read -r low mean high < <(oiiotool files.exr --ch A --printstats |
     sed -n 's/.*Stats Min: *\([0-9.]*\).*/\1/p; s/.*Stats Avg: *\([0-9.]*\).*/\1/p; s/.*Stats Max: *\([0-9.]*\).*/\1/p' | tr '\n' ' ' |
     awk '{print $1, ($2 < $3 ? $2 : $3), ($2 < $3 ? $3 : $2)}')
@@ -34,11 +34,11 @@ for file in density light; do
     grep -q '"density"' <<<"$text" || fail "vdb_tool does not open $file.vdb"
 done
 text=$(vdb_print -m light.vdb)
-grep -q 'fractalgen.*seed=7' <<<"$text" || fail "the history is lost on the way"
+grep -q 'fractalgen.*seed=7' <<<"$text" || fail "light.vdb: the history lacks the line of fractalgen"
 
 clouds=(density.vdb)
 if [ -e "${VDBCLOUD_REAL:-}/wdas_cloud_sixteenth.vdb" ]; then clouds+=("$VDBCLOUD_REAL/wdas_cloud_sixteenth.vdb")
-else echo "skipped: the Disney cloud (VDBCLOUD_REAL names no folder that has it)"; fi
+else echo "skipped: the Disney cloud (no wdas_cloud_sixteenth.vdb in VDBCLOUD_REAL)"; fi
 for cloud in "${clouds[@]}"; do
     illuminate "$cloud" --sun 0.3,1,0.2 -q --json report.json -o lit.vdb
     error=$(sed -n 's/.*"mean_transmittance_error": *\([0-9.e-]*\).*/\1/p' report.json)
