@@ -182,33 +182,6 @@ TEST(Integrator, HasTheClosedFormOfACubeSeenFromItsSide)
     EXPECT_GT(counted, 30);
 }
 
-TEST(Integrator, EmissionOfAUniformBodyIsItsSourceTimesItsOpacity)
-{
-    // Pure emission, j = sigma S: L = S (1 - exp(-tau)) along any ray, as both ramp to 0 together.
-    const double sigma = 0.3, S = 2;
-    const auto density = box({20, 20, 20}, 1, [](Coord) { return 1.0; });
-    Scene scene;
-    Volume volume;
-    volume.density = density;
-    volume.medium = medium(sigma, 0);
-    volume.emission = openvdb::Vec3SGrid::create(Vec3f(0));
-    for (auto v = density->cbeginValueOn(); v; ++v)
-        volume.emission->tree().setValueOn(v.getCoord(), Vec3f(float(sigma * S), 0, float(2 * sigma * S)));
-    scene.volumes.push_back(volume);
-    const auto film = render(scene, view_along(*density, {1, 2, 3}, 32));
-    const int t = film.offset(film.find("transmittance")), e = film.offset(film.find("emission"));
-    double seen = 0;
-    for (int j = 0; j < 32; ++j)
-        for (int i = 0; i < 32; ++i) {
-            const float* p = film.pixel(i, j);
-            EXPECT_NEAR(p[e], S * (1 - p[t]), 1e-3);  // (sigma h)^4 / 10 of S
-            EXPECT_NEAR(p[e + 2], 2 * p[e], 1e-6);
-            EXPECT_EQ(p[e + 1], 0);
-            seen = std::max(seen, double(p[e]));
-        }
-    EXPECT_GT(seen, 1.9);
-}
-
 TEST(Integrator, HasTheEmissionOfAFlameWithoutSmoke)
 {
     Scene scene;
@@ -400,20 +373,6 @@ TEST(Integrator, HasEqualBitsForOneAndTwoThreads)
         return render(scene, view);
     };
     EXPECT_EQ(difference(run(1), run(2)), 0);
-}
-
-TEST(Integrator, DepthIsWhereHalfOfTheLightIsLeft)
-{
-    const auto density = box({40, 40, 40}, 1, [](Coord) { return 1.0; });
-    const auto scene = sunlit(density, medium(0.1), {0, 1, 0});
-    Camera camera;
-    camera.projection = Projection::Orthographic;
-    camera.position = Vec3d(20.2, 20.3, -100);
-    camera.look_at = Vec3d(20.2, 20.3, 0);
-    ImageSize size;
-    size.width = size.height = 1;
-    const auto film = render(scene, {camera, size});
-    EXPECT_NEAR(film.pixel(0, 0)[film.offset(film.find("Z"))], 99.5 + std::log(2) / 0.1, 1e-3);
 }
 
 TEST(Integrator, RefusesUnknownLayersAndRules)

@@ -1,13 +1,7 @@
 // Every layer of a picture against a closed form, with each of the three integrators and on grids of any transform.
-#include "vdbcloud/render/integrator.h"
-
-#include "vdbcloud/core/error.h"
+#include "pictures.h"
 #include "vdbcloud/light/transmittance_grid.h"
 #include "vdbcloud/optics/phase_function.h"
-
-#include "support/fields.h"
-
-#include <gtest/gtest.h>
 
 #include <cmath>
 
@@ -16,83 +10,14 @@ namespace {
 
 using openvdb::Coord;
 using test::box;
-
-const Integrator kinds[] = {Integrator::Cells, Integrator::Romberg, Integrator::Steps};
-
-/// Fine enough for 1e-4 of a pixel: steps of 1/16 voxel of voxels of a tenth of a mean free path err by 1e-6 of the
-/// source function, kinks included; Romberg as it is asked.
-IntegratorOptions fine(Integrator kind)
-{
-    IntegratorOptions o;
-    o.kind = kind;
-    o.step = 1.0 / 16;
-    o.tolerance = 1e-6;
-    return o;
-}
-
-Medium medium(const Vec3d& sigma_t, const Vec3d& albedo, double g)
-{
-    Medium m;
-    m.sigma_t_per_density = sigma_t;
-    m.albedo = albedo;
-    m.g = g;
-    return m;
-}
-
-Volume volume_of(const FloatGridPtr& density, const Medium& m)
-{
-    Volume volume;
-    volume.density = density;
-    volume.medium = m;
-    return volume;
-}
-
-/// One value wherever `like` is active.
-template<typename Grid>
-typename Grid::Ptr constant_like(const FloatGrid& like, const typename Grid::ValueType& value)
-{
-    auto grid = Grid::create(typename Grid::ValueType(0));
-    grid->setTransform(like.transform().copy());
-    for (auto v = like.cbeginValueOn(); v; ++v) grid->tree().setValueOn(v.getCoord(), value);
-    return grid;
-}
-
-/// A view of one pixel along `direction` through `target`, from a distance of 100.
-CameraView one_pixel(const Vec3d& target, const Vec3d& direction)
-{
-    Camera camera;
-    camera.projection = Projection::Orthographic;
-    camera.position = target - 100 * direction.unit();
-    camera.look_at = target;
-    camera.up = Vec3d(0.1, 1, 0.3);
-    ImageSize size;
-    size.width = size.height = 1;
-    return {camera, size};
-}
-
-class Picture {
-public:
-    Picture(const Scene& scene, const CameraView& view, const IntegratorOptions& options)
-        : film_(view.size(), render_layers(scene, {"all"}))
-    {
-        cost = render_image(film_, scene, view, {}, options);
-    }
-    double at(const std::string& layer, int channel) const
-    {
-        EXPECT_GE(film_.find(layer), 0) << layer;
-        return film_.pixel(0, 0)[film_.offset(film_.find(layer)) + channel];
-    }
-    RenderCost cost;
-
-private:
-    Film film_;
-};
-
-/// A cube of 16 voxels of edge h, density 1: a ray along an axis through it has the density depth 16 h exactly.
-FloatGridPtr cube(double h = 1)
-{
-    return box({16, 16, 16}, h, [](Coord) { return 1.0; });
-}
+using test::constant_like;
+using test::cube;
+using test::fine;
+using test::integrators;
+using test::medium;
+using test::one_pixel;
+using test::Picture;
+using test::volume_of;
 
 // ---- light scattered more than once ----
 
@@ -126,7 +51,7 @@ TEST(Layers, MultiscatterIsTheScaledSourceTimesTheScaledOpacity)
     const Gathered gathered;
     Scene scene;
     scene.volumes.push_back(gathered.volume(cube()));
-    for (const Integrator kind : kinds)
+    for (const Integrator kind : integrators)
         for (const Vec3d& s : {Vec3d(0, 0, 1), Vec3d(-1, 0, 0), Vec3d(0.36, 0.48, 0.8)}) {
             const Picture picture(scene, one_pixel(Vec3d(7.6, 7.3, 7.9), -s), fine(kind));
             for (int c = 0; c < 3; ++c) {
@@ -165,7 +90,7 @@ TEST(Layers, MultiscatterDoesNotDependOnTheGridsTransform)
         Scene scene;
         scene.volumes.push_back(gathered.volume(density));
         const Vec3d s(0.48, -0.6, 0.64), middle = transform->indexToWorld(Vec3d(7.6, 7.3, 7.9));
-        for (const Integrator kind : kinds) {
+        for (const Integrator kind : integrators) {
             const Picture picture(scene, one_pixel(middle, -s), fine(kind));
             for (int c = 0; c < 3; ++c) {
                 const double T = picture.at("transmittance", c);
@@ -202,7 +127,7 @@ TEST(Layers, DirectLightOfAScaledMediumIsAttenuatedBothWays)
     scene.volumes.push_back(volume);
     const double T = std::exp(-16 * (1 - f * w0) * sigma_t);
     const double p = (1 - g * g) / std::pow(1 + g, 3) / (4 * M_PI);  // Henyey-Greenstein, light turned back
-    for (const Integrator kind : kinds)
+    for (const Integrator kind : integrators)
         for (const bool plain : {true, false}) {
             IntegratorOptions options = fine(kind);
             options.plain_path = plain;
@@ -236,7 +161,7 @@ TEST(Layers, DirectLightIsTintedByColour)
     plain.volumes[0].colour = nullptr;
     scene.volumes.push_back(volume);
     const auto view = one_pixel(Vec3d(7.6, 7.3, 7.9), Vec3d(1, -0.3, 0.5));
-    for (const Integrator kind : kinds) {
+    for (const Integrator kind : integrators) {
         const Picture tinted(scene, view, fine(kind)), grey(plain, view, fine(kind));
         EXPECT_GT(grey.at("direct_sun", 0), 0.01);
         const double factor[3] = {0.5, 0.25, 1 / 0.8};  // the albedo is at most 1
@@ -251,7 +176,7 @@ TEST(Layers, DirectLightOfAPointLightFallsWithTheSquareOfItsDistance)
     // from 0 to 1 over the voxel about each face. Summed here point by point.
     const auto density = cube();
     const double sigma_t = 1e-6, w0 = 0.8, g = 0.5;
-    for (const Integrator kind : kinds)
+    for (const Integrator kind : integrators)
         for (double distance : {4.0, 12.0, 36.0}) {
             Scene scene;
             Light lamp;
@@ -289,7 +214,7 @@ TEST(Layers, EmissionIsItsSourceTimesTheOpacity)
     Scene scene;
     scene.volumes.push_back(volume_of(density, medium(sigma_t, Vec3d(0), 0)));
     scene.volumes[0].emission = constant_like<Vec3SGrid>(*density, Vec3f(sigma_t * source));
-    for (const Integrator kind : kinds)
+    for (const Integrator kind : integrators)
         for (const Vec3d& direction : {Vec3d(0, 1, 0), Vec3d(0.36, 0.48, -0.8)}) {
             const Picture picture(scene, one_pixel(Vec3d(7.6, 7.3, 7.9), direction), fine(kind));
             for (int c = 0; c < 3; ++c) {
@@ -315,7 +240,7 @@ TEST(Layers, BeautyIsTheSumOfItsParts)
     volume.emission = constant_like<Vec3SGrid>(*density, Vec3f(0.01f, 0.02f, 0.04f));
     volume.transmittance.push_back(transmittance_grid(*density, volume.medium, sun, {}));
     scene.volumes.push_back(volume);
-    for (const Integrator kind : kinds) {
+    for (const Integrator kind : integrators) {
         const Picture picture(scene, one_pixel(Vec3d(7.6, 7.3, 7.9), Vec3d(1, -0.3, 0.5)), fine(kind));
         for (int c = 0; c < 3; ++c) {
             for (const char* layer : {"direct_sun", "multiscatter", "emission"})
@@ -340,7 +265,7 @@ TEST(Layers, DepthIsWhereTheMeanTransmittanceOfTheChannelsIsOneHalf)
     Scene scene;
     scene.volumes.push_back(volume_of(density, medium(sigma_t, Vec3d(w0), 0.6)));
     scene.volumes[0].forward = f;
-    for (const Integrator kind : kinds) {
+    for (const Integrator kind : integrators) {
         const Picture picture(scene, one_pixel(Vec3d(7.6, 7.3, 7.9), Vec3d(0, 0, -1)), fine(kind));
         // From the camera's plane 100 above 7.9 to half a voxel above the last centre, then x. Between two points
         // -log T is taken as linear: its second derivative, 0.04, times h^2 / 8 over its slope of 0.15; h is a cell, at
@@ -349,7 +274,7 @@ TEST(Layers, DepthIsWhereTheMeanTransmittanceOfTheChannelsIsOneHalf)
         EXPECT_NEAR(picture.at("Z", 0), 107.9 - 15.5 + low, most) << name(kind);
     }
     scene.volumes[0].medium.sigma_t_per_density = Vec3d(1e-3);
-    for (const Integrator kind : kinds)
+    for (const Integrator kind : integrators)
         EXPECT_EQ(Picture(scene, one_pixel(Vec3d(7.6, 7.3, 7.9), Vec3d(0, 0, -1)), fine(kind)).at("Z", 0), 1e30f);
 }
 
