@@ -1,11 +1,13 @@
 #pragma once
-// What can be asked of cloudsim. Every option overrides what the preset says.
+// The options of cloudsim. Every one overrides what the preset says.
 #include "app.h"
 
-#include "vdbcloud/sim/frame.h"
 #include "vdbcloud/sim/presets.h"
+#include "vdbcloud/sim/snapshot.h"
 
 #include <functional>
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,20 +27,33 @@ struct Options {
     std::string seed;
     /// Set by options that were given: applied to the preset's parameters, in order of declaration.
     std::vector<std::function<void(sim::Parameters&)>> overrides;
-    struct {
-        Option accuracy, rain, radiation;
-    } option;
+    /// By name without dashes; at() throws for a name that was not declared.
+    std::map<std::string, Option> option;
 };
 
 void declare(App&, Options&);
 
-/// The preset with everything that was given. Throws UsageError.
-sim::Scene resolve(const Options&);
+/// What a run is: the preset with everything that was given.
+struct Run {
+    sim::Preset preset;
+    int frames = 0;         ///< after the one of the start
+    bool sequence = false;  ///< a file a frame, not the last alone
+
+    double seconds() const { return 60 * preset.minutes; }
+    /// Simulated time of a frame [s].
+    double time_of(int frame) const { return std::min(seconds(), frame * preset.every); }
+};
+
+/// Throws UsageError for values that cannot be, and for an option that has no effect with the others.
+Run resolve(App&, const Options&);
 
 /// "10s", "2.5 min", "1h" or a number of seconds. Throws UsageError naming the option.
 double seconds_of(const std::string& option, const std::string& text);
 
-/// Names of grids between commas, each one that a frame may have. Throws UsageError.
+/// The path of frame `number`: `pattern` with its %04d replaced; one without % is one path for all. Throws UsageError.
+std::string frame_path(const std::string& pattern, int number);
+
+/// Names of grids between commas, each one that a snapshot may have. Throws UsageError.
 std::vector<std::string> grid_names(const std::string& text);
 
 /// Factors of the floor's fluxes from an image (mean of its channels) or the lowest voxels of the first float grid of a

@@ -41,7 +41,7 @@ Current density_current(double h)
     return c;
 }
 
-TEST(Cases, TheDensityCurrentConverges)
+TEST(Cases, DensityCurrentConverges)
 {
     const double h = vdbcloud::test::sized(200.0, 100.0);
     const Current coarse = density_current(2 * h), middle = density_current(h), fine = density_current(h / 2);
@@ -77,7 +77,7 @@ Budget warm_bubble(double h, double& centre)
     return b;
 }
 
-TEST(Cases, TheWarmBubbleRisesToNearlyTheSameHeightOnEveryGrid)
+TEST(Cases, WarmBubbleHeightChangesByLessThanFourPercentBetweenGrids)
 {
     const double h = vdbcloud::test::sized(250.0, 125.0);
     double coarse, middle, fine;
@@ -127,7 +127,7 @@ void thermal(int n, double& alpha, double& c)
                 c, r[0], r[1], z[0], z[1]);
 }
 
-TEST(Cases, AnIsolatedThermalEntrainsAsLaboratoryOnesDo)
+TEST(Cases, IsolatedThermalEntrainsWithinLaboratoryRange)
 {
     for (const int n : vdbcloud::test::full_size() ? std::vector<int>{48, 64, 96} : std::vector<int>{48}) {
         double alpha, c;

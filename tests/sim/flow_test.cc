@@ -26,7 +26,7 @@ double taylor_green_error(int n)
     return rms(all(*sim, Quantity::W), exact);
 }
 
-TEST(Flow, TaylorGreenCellsDecayAtSecondOrderInSpace)
+TEST(Flow, TaylorGreenCellsConvergeAtSecondOrder)
 {
     const double coarse = taylor_green_error(16), middle = taylor_green_error(32), fine = taylor_green_error(64);
     EXPECT_LT(fine, 3e-4);
@@ -72,7 +72,7 @@ double wave_error(int n, ScalarScheme scheme)
     return rms(all(*sim, Quantity::W), exact) / wave.amplitude;
 }
 
-TEST(Flow, AStandingInternalWaveConvergesAtSecondOrder)
+TEST(Flow, StandingInternalWaveConvergesAtSecondOrder)
 {
     for (const ScalarScheme scheme : {ScalarScheme::Plain5, ScalarScheme::Limited5}) {
         const double coarse = wave_error(16, scheme), middle = wave_error(32, scheme), fine = wave_error(64, scheme);
@@ -82,7 +82,7 @@ TEST(Flow, AStandingInternalWaveConvergesAtSecondOrder)
     }
 }
 
-TEST(Flow, TheFrequencyOfAnInternalWaveIsTheAnalyticOne)
+TEST(Flow, InternalWaveFrequencyMatchesDispersionRelation)
 {
     // Where the projection of w on the mode passes zero for the first time, at a quarter of the period.
     const Wave wave;
@@ -131,7 +131,7 @@ std::vector<double> convect(TimeScheme scheme, int steps)
     return all(*sim, Quantity::W);
 }
 
-TEST(Flow, TimeStepsHaveTheirOrderWithFrictionAndPressure)
+TEST(Flow, TimeSchemesKeepTheirOrderWithFrictionAndPressure)
 {
     const auto exact = convect(TimeScheme::Rk3, 512);
     const struct {
@@ -161,7 +161,7 @@ TEST(Flow, FrictionAloneDecaysExactlyForAnyStep)
         }
 }
 
-TEST(Flow, TinyFrictionTimeStopsTheAirAndStaysFinite)
+TEST(Flow, TinyFrictionTimeStopsTheAir)
 {
     Parameters p = bare({8, 8, 8}, {800, 800, 800});
     p.friction_time = 1e-9;
@@ -184,7 +184,7 @@ TEST(Flow, StratifiedAirAtRestStaysAtRest)
     }
 }
 
-TEST(Flow, EnergyOfAnInviscidFlowDoesNotGrow)
+TEST(Flow, InviscidKineticEnergyDoesNotGrow)
 {
     // Fifth-order upwind fluxes dissipate, never feed: without buoyancy kinetic energy can only fall.
     Parameters p = bare({24, 24, 24}, {1, 1, 1});
@@ -221,7 +221,7 @@ double energy(const Simulation& sim, double& kinetic)
     return kinetic + potential;
 }
 
-TEST(Flow, KineticAndPotentialEnergyTogetherDoNotGrow)
+TEST(Flow, SumOfKineticAndPotentialEnergyDoesNotGrow)
 {
     // A thermal in neutral air turns potential energy into motion; a wave in stable air turns it back and forth.
     for (const bool stable : {false, true}) {
@@ -244,7 +244,7 @@ TEST(Flow, KineticAndPotentialEnergyTogetherDoNotGrow)
     }
 }
 
-TEST(Flow, AnAnelasticFlowConservesWeightedTheta)
+TEST(Flow, AnelasticFlowConservesWeightedTheta)
 {
     Parameters p = bare({24, 1, 40}, {6000, 6000, 10000});
     p.buoyancy = p.anelastic = true;

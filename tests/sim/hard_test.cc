@@ -42,7 +42,7 @@ Parameters moist(std::array<int, 3> n, std::array<double, 3> size, Precision pre
 
 const Sounding humid{"humid", {0, 800, 4000}, {300, 300, 312}, {0.014, 0.013, 0.001}, {0, 0, 0}, {0, 0, 0}, 0};
 
-TEST(Hard, AnInversionOfTwentyKelvinInOneCellIsALid)
+TEST(Hard, TwentyKelvinInversionInOneCellStopsABubble)
 {
     for (const Precision precision : {Precision::Float, Precision::Double}) {
         Parameters p = moist({32, 1, 32}, {3200, 3200, 3200}, precision);
@@ -77,7 +77,7 @@ TEST(Hard, AnInversionOfTwentyKelvinInOneCellIsALid)
     }
 }
 
-TEST(Hard, HeatOfOneCellOfFloorIsAllFoundAgain)
+TEST(Hard, HeatFromOneFloorCellIsConserved)
 {
     for (const Precision precision : {Precision::Float, Precision::Double}) {
         Parameters p = moist({15, 13, 18}, {1500, 1300, 1800}, precision);
@@ -96,7 +96,7 @@ TEST(Hard, HeatOfOneCellOfFloorIsAllFoundAgain)
     }
 }
 
-TEST(Hard, CellsMayBeFlatOrTall)
+TEST(Hard, InvariantsHoldForFlatAndTallCells)
 {
     for (const double ratio : {0.05, 0.3, 3.0, 20.0})
         for (const Precision precision : {Precision::Float, Precision::Double}) {
@@ -113,7 +113,7 @@ TEST(Hard, CellsMayBeFlatOrTall)
         }
 }
 
-TEST(Hard, ASliceIsTheSameAlongEitherAxis)
+TEST(Hard, SlicesAlongXAndYAgree)
 {
     std::vector<double> w[2], u[2];
     for (const int flat : {0, 1}) {
@@ -132,7 +132,7 @@ TEST(Hard, ASliceIsTheSameAlongEitherAxis)
     EXPECT_LT(largest_difference(u[0], u[1]), 1e-9 * largest(w[0]));
 }
 
-TEST(Hard, AColumnHasNowhereToMove)
+TEST(Hard, SingleColumnStaysAtRest)
 {
     Parameters p = moist({1, 1, 20}, {100, 100, 2000}, Precision::Float);
     p.floor.heat = 1;
@@ -145,7 +145,7 @@ TEST(Hard, AColumnHasNowhereToMove)
     EXPECT_NEAR(floor[0], 301, 1e-3);  // 1 K m/s for 100 s in 100 m
 }
 
-TEST(Hard, OddAndPrimeSizesKeepTheirInvariants)
+TEST(Hard, InvariantsHoldForOddAndPrimeSizes)
 {
     for (const auto& n : {std::array<int, 3>{13, 11, 17}, {7, 23, 5}, {31, 2, 29}, {3, 3, 2}})
         for (const Side side : {Side::Periodic, Side::Wall, Side::Open}) {
@@ -158,7 +158,7 @@ TEST(Hard, OddAndPrimeSizesKeepTheirInvariants)
         }
 }
 
-TEST(Hard, WithoutGravityNothingMoves)
+TEST(Hard, AirStaysAtRestWithoutGravity)
 {
     Parameters p = moist({12, 12, 12}, {1200, 1200, 1200}, Precision::Double);
     p.constants.g = 0;
@@ -171,7 +171,7 @@ TEST(Hard, WithoutGravityNothingMoves)
     EXPECT_EQ(all(*sim, Quantity::Theta), before);
 }
 
-TEST(Hard, EndlessFrictionTimeIsNoFriction)
+TEST(Hard, InfiniteFrictionTimeEqualsNoFriction)
 {
     std::vector<double> w[2];
     for (const int run : {0, 1}) {
@@ -185,7 +185,7 @@ TEST(Hard, EndlessFrictionTimeIsNoFriction)
     EXPECT_EQ(w[0], w[1]);
 }
 
-TEST(Hard, AnOverwetStartIsCloudAtOnceAndKeepsItsWater)
+TEST(Hard, SupersaturatedStartHoldsCloudAndConservesWater)
 {
     for (const SaturationBy by : {SaturationBy::Height, SaturationBy::Temperature}) {
         Parameters p = moist({16, 16, 16}, {1600, 1600, 1600}, Precision::Double);
@@ -201,7 +201,7 @@ TEST(Hard, AnOverwetStartIsCloudAtOnceAndKeepsItsWater)
     }
 }
 
-TEST(Hard, AWindOfManyCellsAStepIsSplitAndConserves)
+TEST(Hard, StepOfManyCellsOfWindIsSplitAndConservesDye)
 {
     Parameters p = bare({32, 8, 4}, {320, 80, 40});
     p.momentum = false, p.dye = true, p.dt = 60;  // 80 m/s in cells of 10 m: 480 of them a step
@@ -220,7 +220,7 @@ TEST(Hard, AWindOfManyCellsAStepIsSplitAndConserves)
     EXPECT_LE(largest(after), largest(before) * (1 + 1e-12));
 }
 
-TEST(Hard, AGivenWindDoesNotBlowAgainstWalls)
+TEST(Hard, GivenWindIsZeroTowardsWalls)
 {
     Parameters p = moist({8, 12, 8}, {4000, 3000, 9000}, Precision::Double);
     p.lattice.side = {Side::Wall, Side::Periodic};
@@ -235,10 +235,10 @@ TEST(Hard, AGivenWindDoesNotBlowAgainstWalls)
 }
 
 /// The air of a scene, and whether it is meant to hold cloud before anything happens.
-TEST(Hard, ScenesBeginInTheWeatherTheyAreNamedAfter)
+TEST(Hard, PresetsBeginWithTheirWeather)
 {
-    for (const std::string& name : scene_names()) {
-        Scene s = scene(name);
+    for (const std::string& name : preset_names()) {
+        Preset s = preset(name);
         const Lattice before = s.parameters.lattice;
         for (const size_t d : {0, 1}) {
             s.parameters.lattice.h[d] *= double(before.n[d]) / 10;

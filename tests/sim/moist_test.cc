@@ -14,7 +14,7 @@ using namespace test;
 
 Thermodynamics moist_air() { return {Constants{}, MoistTerms{}, true}; }
 
-TEST(Saturation, IsBoltonsFormula)
+TEST(Saturation, MatchesBolton)
 {
     const Thermodynamics thermo = moist_air();
     for (double t = 200; t <= 320; t += 7.3)
@@ -29,7 +29,7 @@ TEST(Saturation, IsBoltonsFormula)
         }
 }
 
-TEST(Saturation, CloudWaterSolvesItsOwnEquation)
+TEST(Saturation, CloudWaterSatisfiesSaturationAdjustment)
 {
     // q_l = q_t - q_s(T) with T = exner theta_l + (L/cp) q_l: what is found must satisfy it to round-off.
     const Thermodynamics thermo = moist_air();
@@ -55,7 +55,7 @@ TEST(Saturation, CloudWaterSolvesItsOwnEquation)
     }
 }
 
-TEST(Saturation, RowsGiveEachCellTheSameValueWhereverItLies)
+TEST(Saturation, CloudWaterDoesNotDependOnPositionInRow)
 {
     const Thermodynamics thermo = moist_air();
     std::vector<float> theta(37, 1.5f), water(37, 0.03f), cloud(37);
@@ -106,7 +106,7 @@ double twin_difference(Precision precision, double end, double sounding_water)
            largest(w);
 }
 
-TEST(MoistFlow, SaturatedEverywhereMovesLikeItsDryTwin)
+TEST(MoistFlow, SaturatedFlowEqualsItsDryTwin)
 {
     EXPECT_LT(twin_difference(Precision::Double, 1000, 0.05), 1e-6);
     EXPECT_LT(twin_difference(Precision::Float, 1000, 0.05), 1e-6);
@@ -166,7 +166,7 @@ double growth_error(bool saturated, double friction)
     return std::log(sim->budget().kinetic / before) / (2 * t) / rate - 1;
 }
 
-TEST(MoistFlow, GrowthRatesAreTheAnalyticOnes)
+TEST(MoistFlow, ConvectiveGrowthRatesMatchLinearTheory)
 {
     EXPECT_NEAR(growth_error(false, never), 0, 0.01);
     EXPECT_NEAR(growth_error(false, 200), 0, 0.01);
@@ -183,7 +183,7 @@ std::unique_ptr<Simulation> bubble(SaturationBy by, Precision precision, int n =
     return Simulation::make(p, {"layer", {0, 4000}, {300, 304}, {0.012, 0.012}, {0, 0}, {0, 0}, 0});
 }
 
-TEST(MoistFlow, CloudBaseIsTheLiftingLevel)
+TEST(MoistFlow, CloudBaseLiesAtTheLiftingLevel)
 {
     // q_t is 12 g/kg around the bubble and up to 13 within: base lies between the two lifting levels, to a cell.
     auto sim = bubble(SaturationBy::Height, Precision::Double);
@@ -239,7 +239,7 @@ TEST(MoistFlow, CondensateStaysBelowItsAdiabaticCeiling)
     }
 }
 
-TEST(MoistFlow, BudgetsCloseAndNothingLeavesItsBounds)
+TEST(MoistFlow, BudgetsCloseAndScalarsKeepTheirBounds)
 {
     for (const Precision precision : {Precision::Float, Precision::Double}) {
         Parameters p = bare({24, 24, 24}, {2400, 2400, 2400});
@@ -278,7 +278,7 @@ TEST(MoistFlow, SaturatedAirAtRestStaysAtRest)
     }
 }
 
-TEST(MoistFlow, ASymmetricStartStaysSymmetric)
+TEST(MoistFlow, SymmetricStartStaysSymmetric)
 {
     for (const Precision precision : {Precision::Float, Precision::Double}) {
         auto sim = bubble(SaturationBy::Temperature, precision);
@@ -324,7 +324,7 @@ double moving_cloud_error(int n, double mean)
     return error / sum;
 }
 
-TEST(MoistFlow, ACloudThatIsCarriedAndMixedConvergesAtSecondOrder)
+TEST(MoistFlow, AdvectedDiffusingCloudConvergesAtSecondOrder)
 {
     for (const double mean : {0.03, 0.0195}) {  // everywhere saturated; saturated on the crests only
         const double coarse = moving_cloud_error(16, mean), middle = moving_cloud_error(32, mean),
@@ -359,7 +359,7 @@ std::vector<double> lifted(double end, double dt, double& cloud)
     return all(*sim, Quantity::W);
 }
 
-TEST(MoistFlow, OrderInTimeIsThreeUntilCloudFormsAndLowerAfter)
+TEST(MoistFlow, OrderInTimeIsThreeBeforeCloudFormsAndLowerAfter)
 {
     // Condensation has a kink: cells cross it within steps, which no third-order formula sees.
     double cloud;

@@ -10,6 +10,8 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
+#include <set>
 #include <sstream>
 
 namespace vdbcloud::sim {
@@ -18,9 +20,9 @@ namespace {
 using namespace test;
 
 /// A busy scene with every effect on, on a small box.
-Scene everything(Precision precision = Precision::Float)
+Preset everything(Precision precision = Precision::Float)
 {
-    Scene s = scene("cumulus");
+    Preset s = preset("cumulus");
     Parameters& p = s.parameters;
     const Lattice before = p.lattice;
     p.lattice = {{20, 18, 24}, {200, 220, 150}, {Side::Open, Side::Periodic}};
@@ -39,13 +41,13 @@ std::string state_of(const Simulation& sim)
     return out.str();
 }
 
-TEST(Robust, ThreadsAndRepetitionGiveTheSameBits)
+TEST(Robust, ThreadsAndRepetitionGiveEqualBits)
 {
     for (const TimeScheme scheme : {TimeScheme::Rk3, TimeScheme::Rk2, TimeScheme::Euler, TimeScheme::HugeStep}) {
         std::string states[3];
         for (int run = 0; run < 3; ++run) {
             const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, run == 1 ? 1 : 2);
-            Scene s = everything();
+            Preset s = everything();
             s.parameters.time_scheme = scheme;
             auto sim = Simulation::make(s.parameters, s.sounding);
             sim->advance_to(120);
@@ -57,11 +59,11 @@ TEST(Robust, ThreadsAndRepetitionGiveTheSameBits)
     }
 }
 
-TEST(Robust, ARestartGoesOnWithTheSameBits)
+TEST(Robust, RestartContinuesWithEqualBits)
 {
     for (const Precision precision : {Precision::Float, Precision::Double})
         for (const TimeScheme scheme : {TimeScheme::Rk3, TimeScheme::Euler, TimeScheme::HugeStep}) {
-            Scene s = everything(precision);
+            Preset s = everything(precision);
             s.parameters.time_scheme = scheme;
             auto whole = Simulation::make(s.parameters, s.sounding), first = Simulation::make(s.parameters, s.sounding);
             whole->advance_to(60), whole->advance_to(120);
@@ -75,7 +77,7 @@ TEST(Robust, ARestartGoesOnWithTheSameBits)
         }
 }
 
-TEST(Robust, MemoryIsWhatWasPlannedAndOffEffectsHaveNone)
+TEST(Robust, MemoryMatchesThePlanAndOffEffectsHaveNone)
 {
     const auto measured = [](const Parameters& p) {
         auto sim = Simulation::make(p, Sounding::uniform(300));
@@ -99,7 +101,7 @@ TEST(Robust, MemoryIsWhatWasPlannedAndOffEffectsHaveNone)
         EXPECT_TRUE(!e.on(still) || (e.name != "momentum and pressure" && e.name != "moisture")) << e.name;
 }
 
-TEST(Robust, APrescribedWindCarriesDyeWithoutAPressure)
+TEST(Robust, GivenWindCarriesDyeWithoutPressure)
 {
     Parameters p = bare({64, 1, 4}, {6400, 6400, 400});
     p.momentum = false, p.dye = true;
@@ -119,7 +121,7 @@ TEST(Robust, APrescribedWindCarriesDyeWithoutAPressure)
     for (const double v : after) EXPECT_GE(v, 0);
 }
 
-TEST(Robust, AStepOverTheLimitIsSplitAndLandsOnTheFrame)
+TEST(Robust, StepOverTheLimitIsSplitAndEndsOnTheFrame)
 {
     Parameters p = bare({16, 1, 16}, {1600, 1600, 1600});
     p.buoyancy = true;
@@ -135,7 +137,7 @@ TEST(Robust, AStepOverTheLimitIsSplitAndLandsOnTheFrame)
 
 TEST(Robust, HugeStepsStayBounded)
 {
-    Scene s = scene("cumulus");
+    Preset s = preset("cumulus");
     s.parameters.lattice = {{24, 24, 24}, {170, 170, 170}, {Side::Periodic, Side::Periodic}};
     s.parameters.time_scheme = TimeScheme::HugeStep;
     s.parameters.dt = 600;
@@ -175,7 +177,7 @@ double carried_error(int n, bool maccormack)
     return error / sum;
 }
 
-TEST(Robust, HugeStepsAreOfFirstOrderAndOfSecondWithMacCormack)
+TEST(Robust, HugeStepsConvergeAtFirstOrderAndAtSecondWithMacCormack)
 {
     const double linear[2] = {carried_error(48, false), carried_error(96, false)};
     const double corrected[2] = {carried_error(48, true), carried_error(96, true)};
@@ -187,12 +189,12 @@ TEST(Robust, HugeStepsAreOfFirstOrderAndOfSecondWithMacCormack)
                 corrected[0], corrected[1]);
 }
 
-TEST(Robust, HugeStepsMayKeepTheirBudgets)
+TEST(Robust, BudgetFixRemovesTheDriftOfHugeSteps)
 {
     for (const Precision precision : {Precision::Float, Precision::Double}) {
         double drift[2], cloud[2];
         for (const bool fixed : {false, true}) {
-            Scene s = scene("cumulus");
+            Preset s = preset("cumulus");
             s.parameters.lattice = {{16, 16, 16}, {240, 240, 240}, {Side::Periodic, Side::Periodic}};
             s.parameters.time_scheme = TimeScheme::HugeStep, s.parameters.precision = precision;
             s.parameters.dt = 60, s.parameters.maccormack = true, s.parameters.fix_budget = fixed;
@@ -209,7 +211,7 @@ TEST(Robust, HugeStepsMayKeepTheirBudgets)
     }
 }
 
-TEST(Robust, ValuesThatCannotBeAreRefusedByName)
+TEST(Robust, RefusesImpossibleValuesByName)
 {
     const auto refused = [](const std::function<void(Parameters&)>& change) -> std::string {
         Parameters p;
@@ -234,7 +236,46 @@ TEST(Robust, ValuesThatCannotBeAreRefusedByName)
     EXPECT_NE(refused([](Parameters& p) { p.lattice.h[2] = 5000; }).find("height of the box"), std::string::npos);
 }
 
-TEST(Robust, AStrayValueInTheInitialStateIsNamedWithItsCell)
+TEST(Effects, SettingsHaveNamesOfTheirOwnAndDefaultsInRange)
+{
+    std::set<std::string> names;
+    const Parameters defaults;
+    const auto inspect = [&](const std::vector<Setting>& settings) {
+        for (const Setting& setting : settings) {
+            EXPECT_TRUE(names.insert(setting.name).second) << setting.name;
+            EXPECT_NO_THROW(setting.check(defaults)) << setting.name;
+            EXPECT_FALSE(setting.help.empty()) << setting.name;
+        }
+    };
+    for (const auto* group : {&constant_settings(), &noise_settings(), &numeric_settings()}) inspect(*group);
+    for (const Effect& effect : effects()) {
+        inspect(effect.settings);
+        EXPECT_LE(effect.switches, effect.settings.size());
+        EXPECT_EQ(effect.switches == 0, !effect.turned_on_by.empty()) << effect.name;
+    }
+}
+
+TEST(Effects, EachNumberOutOfItsRangeIsRefusedByName)
+{
+    for (const Effect& effect : effects())
+        for (const Setting& setting : effect.settings) {
+            if (setting.kind == Setting::Kind::Switch) continue;
+            for (const double bad : {std::nextafter(setting.range.low, -never), double(NAN)}) {
+                Parameters p;
+                setting.value(p) = bad;
+                try {
+                    check(p, Sounding::uniform(300));
+                    ADD_FAILURE() << setting.name << " = " << bad;
+                } catch (const InputError& error) {
+                    std::string words = setting.name;
+                    std::replace(words.begin(), words.end(), '-', ' ');
+                    EXPECT_EQ(std::string(error.what()).rfind(words + " = ", 0), 0u) << error.what();
+                }
+            }
+        }
+}
+
+TEST(Robust, NamesTheCellOfANonFiniteInitialValue)
 {
     Parameters p = bare({8, 8, 8}, {800, 800, 800});
     p.buoyancy = true;

@@ -71,7 +71,7 @@ public:
     void backward(RealField<Real>&) const;
 
     /// Writes F(a, b, c0 + w) to out[a * stride + w] for one b, `width` values of c from c0 on, and every a.
-    /// Returns false, having written anything or nothing, if all of them are 0. Called from several threads
+    /// Returns false if all of them are 0; `out` is then ignored. Called from several threads
     /// at once.
     using Modes = std::function<bool(int b, int c0, int width, std::complex<Real>* out, int stride)>;
 

@@ -114,7 +114,7 @@ __attribute__((always_inline)) inline void evaluate(const Shaper& s, const Envel
     }
 }
 
-/// What is known of a block before its voxels are looked at.
+/// What bounds say of a block without evaluating its voxels.
 enum class Kind { Empty, Full, Mixed };
 
 /// Lists that a thread works with.
@@ -157,7 +157,7 @@ Kind classify(const Shaper& s, const NoiseBounds& bounds, const Vec3i& o, Thread
 }
 
 /// Calls visit(origin, lists) for the blocks of the group at `corner`, with the parts that matter in
-/// lists.group; passes over a group whose depth is nowhere above `least`.
+/// lists.group; skips a group whose depth is nowhere above `least`.
 template<typename Visit>
 void over_group(const Shaper& s, const Vec3i& corner, float least, ThreadLists& lists, const Visit& visit)
 {

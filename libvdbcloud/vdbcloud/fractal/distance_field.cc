@@ -52,7 +52,7 @@ private:
     std::vector<double> from;
 };
 
-/// Both distances at once in one array of squares: those of the set positive, those of the rest negative.
+/// Both distances at once in one array of squares: positive inside the set, negative outside.
 void along(std::vector<float>& squares, const Vec3i& size, int axis, double h)
 {
     const size_t stride[3] = {size_t(size[1]) * size_t(size[2]), size_t(size[2]), 1};

@@ -42,7 +42,7 @@ public:
 
     /// Bounds of the depth over the ball; `near`, another list than `from`, becomes those of `from` that
     /// matter in it. A part whose depth is nowhere above `least` does not matter: where no other is deeper,
-    /// the depth is only known to be at most that.
+    /// the depth is at most `least` and no closer bound is given.
     virtual Range select(const Parts& from, const Ball&, float least, Parts& near) const = 0;
 
     /// out[p] = depth at (x[p], y[p], z[p]), for `count` points inside the ball that `near` was selected for.

@@ -14,7 +14,7 @@ namespace vdbcloud {
 /// domain is inside.
 EnvelopePtr mask_envelope(const FloatGrid& mask, const Box& domain, const Vec3i& size, double level = 0.02);
 
-/// A box around what is active of the mask [world]. Throws InputError if nothing is.
+/// A box around the active voxels of the mask [world]. Throws InputError if nothing is.
 Box mask_bounds(const FloatGrid& mask);
 
 }  // namespace vdbcloud

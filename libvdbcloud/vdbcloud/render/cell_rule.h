@@ -9,7 +9,7 @@
 namespace vdbcloud {
 
 inline constexpr double log_2 = 0.69314718055994531;
-/// Optical depth beyond which nothing that shines on the ray can show: exp(-45) = 3e-20 of it.
+/// Optical depth beyond which sources on the ray are not visible: exp(-45) = 3e-20.
 inline constexpr double opaque = 45;
 
 /// The mean of exp(-x s) over s in [0, 1] times `at_0`, given at_1 = at_0 exp(-x) computed apart.

@@ -101,7 +101,7 @@ private:
         }
     }
 
-    /// What is known at a point of the ray.
+    /// Values at a point of the ray.
     struct Node {
         struct Beam {
             Vec3d depth{0, 0, 0};          // optical depth from here to the light

@@ -13,7 +13,7 @@ namespace vdbcloud {
 /// How a pixel combines its samples.
 enum class Combine {
     Mean,     ///< weighted by the reconstruction filter
-    Nearest,  ///< the smallest: a depth, of which a mean with "infinite" would mean nothing
+    Nearest,  ///< the smallest: for depth, whose mean with "infinite" is undefined
 };
 
 /// One output variable (AOV).
@@ -56,8 +56,7 @@ private:
 /// many threads.
 using SampleFunction = std::function<void(double x, double y, double* out)>;
 
-/// Called once in each thread that helps; what it returns is called by that thread alone, so it may keep
-/// caches.
+/// Called once in each thread; that thread alone calls the function that is returned, which may keep caches.
 using SamplerFactory = std::function<SampleFunction()>;
 
 /// Fills the film, in tiles over all threads. A layer "variance" with one channel is not the sampler's: it

@@ -135,7 +135,7 @@ std::vector<float> exr_pixels(const Film& film, const Channels& channels, bool d
     return out;
 }
 
-/// Encodes in memory, so that what reaches the disk is ours to check.
+/// Encodes in memory, so that every write to the disk is checked here.
 Bytes encoded(const std::string& path, const char* format, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
               const void* pixels)
 {
@@ -230,7 +230,7 @@ void write_image(const std::string& path, const Film& film, const CameraView& vi
                    : encoded_png(path, film, metadata, options);
     };
     if (path == "-") return write_bytes(STDOUT_FILENO, make(), "standard output");
-    AtomicFile file(path, options.no_clobber);  // before encoding: a folder that is not there is told at once
+    AtomicFile file(path, options.no_clobber);  // before encoding, so that a missing folder is reported at once
     write_bytes(file.descriptor(), make(), path);
     file.commit();
 }

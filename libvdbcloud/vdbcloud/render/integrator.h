@@ -71,8 +71,9 @@ struct IntegratorOptions {
 ///     "emission"       R G B
 ///     "variance"       Y        made by expose()
 ///
-/// RGB = sum of direct_* + multiscatter + emission. "" and "background" always; of the rest those in `wanted`
-/// ("direct" asks for every light's; "all" for everything). Throws UsageError naming what is not in this list.
+/// RGB = sum of direct_* + multiscatter + emission. "" and "background" always; the others if they are in `wanted`
+/// ("direct" stands for the layers of all lights, "all" for every layer). Throws UsageError naming what is not in this
+/// list.
 std::vector<LayerSpec> render_layers(const Scene&, const std::vector<std::string>& wanted);
 
 /// Work of a rendering.

@@ -4,8 +4,8 @@
 
 namespace vdbcloud {
 
-/// Whether a scene is one grey volume under distant lights, whose depths lie on the volume's own lattice, and nothing
-/// else: no colour, emission, light scattered more than once, scaling or shadow rays.
+/// Whether a scene is one grey volume under distant lights, whose depths lie on the volume's own lattice,
+/// without colour, emission, multiple scattering, scaling or shadow rays.
 bool is_plain(const PreparedScene&);
 
 /// The rule of cells.cc for such a scene. Both depths are cubics of one cell there, and all colours share one sum.

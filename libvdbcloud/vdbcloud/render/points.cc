@@ -1,5 +1,5 @@
 // The integrators that see the medium as a function of distance: a midpoint rule with a fixed step, and the paper's
-// Romberg rule over the whole ray. Both evaluate extinction and source at points and know nothing of cells.
+// Romberg rule over the whole ray. Both evaluate extinction and source at points, independent of cells.
 #include "vdbcloud/optics/optical_depth.h"
 #include "vdbcloud/render/cell_rule.h"
 

@@ -70,13 +70,6 @@ private:
     int filled_ = 0;
 };
 
-std::string text_of(const Parameters& p, const Sounding& s)
-{
-    std::string text;
-    for (const auto& [name, value] : describe(p, s)) text += name + " = " + value + "\n";
-    return text;
-}
-
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> describe(const Parameters& p, const Sounding& s)
@@ -131,6 +124,13 @@ std::vector<std::pair<std::string, std::string>> describe(const Parameters& p, c
     numbers("sounding_z", s.z), numbers("sounding_theta", s.theta), numbers("sounding_water", s.water);
     numbers("sounding_u", s.u), numbers("sounding_v", s.v), number("sounding_pressure", s.pressure);
     return list;
+}
+
+std::string text_of(const Parameters& p, const Sounding& s)
+{
+    std::string text;
+    for (const auto& [name, value] : describe(p, s)) text += name + " = " + value + "\n";
+    return text;
 }
 
 void write_checkpoint(const std::string& path, const Simulation& sim, const Sounding& sounding, int frame)

@@ -9,6 +9,8 @@ namespace vdbcloud::sim {
 /// Every parameter in words, one "name = value" a line, numbers exactly: what a checkpoint must agree with, and what
 /// frames tell of how they were made.
 std::vector<std::pair<std::string, std::string>> describe(const Parameters&, const Sounding&);
+/// The same as one text.
+std::string text_of(const Parameters&, const Sounding&);
 
 /// Writes to a temporary and renames it, so that a killed run leaves the previous checkpoint whole. `frame` is the
 /// number of the last frame that is on disk. Throws IoError.

@@ -90,7 +90,7 @@ struct Terms {
 struct Effect {
     std::string name;
     std::string needs;  ///< fields and work where it is on, in words; may be empty
-    /// The first one turns the effect on and off. The others have no effect where it is off.
+    /// The first `switches` turn the effect on. The others change nothing where it is off.
     std::vector<Setting> settings;
     bool (*on)(const Parameters&);
     /// What no range of a single setting says. Throws InputError. May be null.
@@ -98,6 +98,9 @@ struct Effect {
     /// Arrays of one value a cell that the effect allocates where it is on. May be null: none.
     int (*fields)(const Parameters&) = nullptr;
     Terms terms{};
+    size_t switches = 1;
+    /// Where no setting turns the effect on: what does, "sides open".
+    std::string turned_on_by{};
 };
 
 /// All effects, in the order in which their terms are added.

@@ -12,10 +12,10 @@ const std::vector<std::pair<std::string, std::string>>& sounding_tables();  // d
 namespace {
 
 /// A box with periodic sides, its noise, a sponge under the lid, and how long it is worth watching.
-Scene begin(std::array<int, 3> cells, double h, double dz, const Noise& noise, double sponge, double depth,
-            double minutes, double every)
+Preset begin(std::array<int, 3> cells, double h, double dz, const Noise& noise, double sponge, double depth,
+             double minutes, double every)
 {
-    Scene s;
+    Preset s;
     s.parameters.lattice = {cells, {h, h, dz}, {Side::Periodic, Side::Periodic}};
     s.parameters.noise = noise;
     s.parameters.sponge = sponge, s.parameters.sponge_depth = depth;
@@ -24,9 +24,9 @@ Scene begin(std::array<int, 3> cells, double h, double dz, const Noise& noise, d
 }
 
 /// A warm field among cooler ones feeds one cloud; moist bubbles start it within minutes and give it turrets.
-Scene cumulus()
+Preset cumulus()
 {
-    Scene s = begin({128, 128, 128}, 32, 30, {0.2, 1e-4, 800, 1}, 0.02, 0.15, 20, 10);
+    Preset s = begin({128, 128, 128}, 32, 30, {0.2, 1e-4, 800, 1}, 0.02, 0.15, 20, 10);
     Parameters& p = s.parameters;
     p.floor.heat = 0.03, p.floor.moisture = 3e-5;
     p.floor.patches = {{{2050, 1950}, 1250, 0.14, 1.2e-4, 0}};
@@ -38,9 +38,9 @@ Scene cumulus()
     return s;
 }
 
-Scene congestus()
+Preset congestus()
 {
-    Scene s = begin({128, 128, 160}, 64, 60, {0.2, 1e-4, 1000, 1}, 0.02, 0.15, 30, 10);
+    Preset s = begin({128, 128, 160}, 64, 60, {0.2, 1e-4, 1000, 1}, 0.02, 0.15, 30, 10);
     Parameters& p = s.parameters;
     p.anelastic = p.rain = true;
     p.floor.heat = 0.04, p.floor.moisture = 5e-5;
@@ -51,27 +51,27 @@ Scene congestus()
     return s;
 }
 
-Scene stratocumulus()
+Preset stratocumulus()
 {
-    Scene s = begin({128, 128, 96}, 25, 12.5, {0.1, 2.5e-5, 840, 1}, 0.02, 0.2, 60, 30);
+    Preset s = begin({128, 128, 96}, 25, 12.5, {0.1, 2.5e-5, 840, 1}, 0.02, 0.2, 60, 30);
     Parameters& p = s.parameters;
     p.radiation = 70;
     p.floor.heat = 0.012, p.floor.moisture = 4e-5;
     return s;
 }
 
-Scene fog()
+Preset fog()
 {
-    Scene s = begin({128, 128, 64}, 8, 4, {0.1, 5e-5, 90, 1}, 0.02, 0.3, 30, 15);
+    Preset s = begin({128, 128, 64}, 8, 4, {0.1, 5e-5, 90, 1}, 0.02, 0.3, 30, 15);
     Parameters& p = s.parameters;
     p.radiation = 40, p.radiation_kappa = 130;
     p.floor.heat = -0.003;
     return s;
 }
 
-Scene smoke()
+Preset smoke()
 {
-    Scene s = begin({128, 64, 128}, 5, 5, {0.05, 0, 300, 1}, 0.05, 0.15, 5, 2);
+    Preset s = begin({128, 64, 128}, 5, 5, {0.05, 0, 300, 1}, 0.05, 0.15, 5, 2);
     Parameters& p = s.parameters;
     p.moisture = false, p.dye = true;
     p.floor.patches = {{{120, 160}, 18, 25, 0, 8}};
@@ -80,9 +80,9 @@ Scene smoke()
 
 /// Section 5.1 as printed: 10 x 10 x 20 points, forward differences, saturation by height, L/cp = 2500 K, no weight of
 /// vapour and water. Upwind in space, as centred differences with forward steps are unstable.
-Scene paper()
+Preset paper()
 {
-    Scene s = begin({10, 10, 20}, 200, 200, {0.2, 6e-4, 1000, 1}, 0, 0.2, 20, 10);
+    Preset s = begin({10, 10, 20}, 200, 200, {0.2, 6e-4, 1000, 1}, 0, 0.2, 20, 10);
     Parameters& p = s.parameters;
     p.lattice.side = {Side::Wall, Side::Wall};
     p.moist = {SaturationBy::Height, true, false, false};
@@ -99,7 +99,7 @@ Scene paper()
 
 }  // namespace
 
-const std::vector<std::string>& scene_names()
+const std::vector<std::string>& preset_names()
 {
     static const std::vector<std::string> names{"cumulus", "congestus", "stratocumulus", "fog", "smoke", "paper"};
     return names;
@@ -115,19 +115,19 @@ Sounding sounding_named(const std::string& name)
     throw InputError("sounding '" + printable(name) + "': expected a file, or one of " + names);
 }
 
-Scene scene(const std::string& name)
+Preset preset(const std::string& name)
 {
-    const std::vector<std::pair<std::string, Scene (*)()>> scenes{
+    const std::vector<std::pair<std::string, Preset (*)()>> presets{
         {"cumulus", cumulus}, {"congestus", congestus}, {"stratocumulus", stratocumulus},
         {"fog", fog},         {"smoke", smoke},         {"paper", paper}};
-    for (const auto& [known, make] : scenes)
+    for (const auto& [known, make] : presets)
         if (known == name) {
-            Scene s = make();
+            Preset s = make();
             s.sounding = sounding_named(name);
             return s;
         }
     std::string names;
-    for (const std::string& known : scene_names()) names += (names.empty() ? "" : ", ") + known;
+    for (const std::string& known : preset_names()) names += (names.empty() ? "" : ", ") + known;
     throw InputError("preset '" + printable(name) + "': expected one of " + names);
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// Ready-made scenes and accuracies. Their soundings are the tables in data/soundings, compiled in.
+// Presets and accuracies. Their soundings are the tables in data/soundings, compiled in.
 #include "vdbcloud/sim/parameters.h"
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace vdbcloud::sim {
 
-struct Scene {
+struct Preset {
     Parameters parameters;
     Sounding sounding;
     double minutes = 20;  ///< how long it is worth watching
@@ -15,10 +15,10 @@ struct Scene {
 };
 
 /// cumulus, congestus, stratocumulus, fog, smoke, paper: the names of scenes, and of soundings.
-const std::vector<std::string>& scene_names();
+const std::vector<std::string>& preset_names();
 
 /// Throws InputError with the names that there are.
-Scene scene(const std::string& name);
+Preset preset(const std::string& name);
 Sounding sounding_named(const std::string& name);
 
 enum class Accuracy {

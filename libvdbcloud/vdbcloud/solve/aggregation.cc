@@ -12,7 +12,7 @@ constexpr float strong = 0.4f;    // of the strongest link of either end: joins 
 constexpr double worst_pair = 9;  // condition number of a pair of sets that is still joined
 constexpr double held = 1.0 / 3;  // extra of at least this part of the links needs no coarser level
 
-/// What is known of a set of unknowns.
+/// A set of unknowns: sums of the diagonal and of extra.
 struct Set {
     double mass, extra;
 };

@@ -88,8 +88,8 @@ SolveResult conjugate_gradient(const Stencil& a, Multigrid& multigrid, std::vect
         result.converged = result.residual <= options.tolerance && result.error <= options.tolerance;
         if (result.converged || result.iterations >= options.max_iterations || !(rz > 0)) break;
 
-        // beta by Polak and Ribiere, z . (r - r_before) / rz_before: the cycle is not quite the same
-        // operator each time, which this quotient forgives.
+        // beta by Polak and Ribiere, z . (r - r_before) / rz_before, which allows for a cycle that is a slightly
+        // different operator in each iteration.
         const double beta = rz_before > 0 ? -alpha * apz / rz_before : 0.0;
         add_direction(blocks, multigrid.z(), float(beta), p);
         if (singular) remove_mean(blocks, p);

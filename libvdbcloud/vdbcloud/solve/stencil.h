@@ -11,7 +11,7 @@ namespace vdbcloud {
 ///     (A x)_i = extra_i x_i + sum over the six neighbours j of c_ij (x_i - x_j),   c_ij >= 0, extra_i >= 0
 ///
 /// c_ij between a voxel and the next one up an axis is kept at the lower voxel: face[axis][slot]. Slots that are not
-/// active have no coefficients at all, and what a field holds there means nothing. Constants meet no rounding:
+/// active have no coefficients, and fields are undefined there. Constants meet no rounding:
 /// A 1 = extra exactly.
 struct Stencil {
     explicit Stencil(const Blocks& blocks);

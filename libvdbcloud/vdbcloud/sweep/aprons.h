@@ -1,5 +1,5 @@
 #pragma once
-// The light that reaches a block: from the blocks beside it, through the void, or from the sky. Private to sweep/.
+// Radiance that enters a block: from neighbouring blocks, through the void, or from the sky. Private to sweep/.
 #include "vdbcloud/sweep/void_beams.h"
 #include "vdbcloud/sweep/void_rays.h"
 

@@ -80,7 +80,7 @@ void prepare(const Traversal&, int d, Scratch&);
 /// Finds s.lit from sigma and its aprons.
 void find_lit(const Traversal&, Scratch&);
 
-/// Writes a region of the apron, and the same of one value.
+/// Writes a region of the apron: from values, or from one value.
 void set_apron(const Traversal&, int region, const float* values, float* padded);
 void fill_apron(const Traversal&, int region, float value, float* padded);
 /// The region of the apron, from the faces of the block that it lies in.

@@ -53,7 +53,7 @@ Order order_of(const Blocks& blocks, const Sign& sign)
 struct Batch {
     std::vector<SweepPath> paths;  ///< 1 to `batch`
     std::vector<float> basis;      ///< of the source: term by term, `batch` each, 0 where there is no direction
-    std::vector<float> weight;     ///< of the moments, times the direction's weight: the same
+    std::vector<float> weight;     ///< of the moments, times the direction's weight: laid out as basis
 };
 
 std::vector<Batch> batches_of(const std::vector<Vec3d>& directions, const Vec3d& spacing, const Sign& sign)
@@ -117,7 +117,7 @@ void TransportSweep::Impl::start(const SweepSet& with, const SweepFields& of, Sw
     for (auto& moment : result.moments) {
         moment.resize(blocks.slots());
         std::fill(with.count() ? moment.end() - 512 : moment.begin(), moment.end(),
-                  0.0f);  // the rest is written by the first batch
+                  0.0f);  // the first batch writes the other blocks
     }
     tallies.clear();
 }

@@ -7,7 +7,7 @@
 namespace vdbcloud {
 
 /// The rays of one region of the apron, followed upstream from block to block. The blocks that they cross lie at the
-/// same offsets about every block, so they are found once, and each block only asks which of them are there.
+/// same offsets about every block, so they are found once, and each block looks up which of them exist.
 struct VoidBeam {
     /// What a ray gets from where it enters a block: four weighted values of that block's face.
     struct Entry {

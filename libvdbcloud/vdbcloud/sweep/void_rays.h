@@ -42,7 +42,7 @@ private:
     Vec3i first_{0, 0, 0}, last_{-1, -1, -1};  // blocks
     std::unordered_map<uint64_t, Tile> tiles_;
     std::unordered_map<uint64_t, bool> supers_;  // 16^3 tiles
-    // Dense table of tiles where their box is small: the hash costs more than the rest of a step.
+    // Dense table of tiles where their box is small: a hash look-up would be most of the cost of a step.
     std::vector<const Tile*> dense_;
     Vec3i dense_first_{0, 0, 0}, dense_size_{0, 0, 0};
     const Tile* tile(const Vec3i& at) const;

@@ -90,7 +90,8 @@ Effect floor_fluxes()
             [](const Parameters& p) { return p.floor.heat != 0 || p.floor.moisture > 0 || !p.floor.patches.empty(); },
             check,
             nullptr,
-            {add<float>, add<double>}};
+            {add<float>, add<double>},
+            2};
 }
 
 }  // namespace vdbcloud::sim::effect

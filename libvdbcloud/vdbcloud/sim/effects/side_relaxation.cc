@@ -73,7 +73,9 @@ Effect side_relaxation()
             open,
             nullptr,
             nullptr,
-            {add<float>, add<double>}};
+            {add<float>, add<double>},
+            0,
+            "sides open"};
 }
 
 }  // namespace vdbcloud::sim::effect

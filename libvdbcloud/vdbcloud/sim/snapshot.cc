@@ -1,0 +1,283 @@
+#include "vdbcloud/sim/snapshot.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/metadata.h"
+#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/select.h"
+#include "vdbcloud/sim/checkpoint.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+namespace vdbcloud::sim {
+
+namespace {
+
+constexpr double water_density = 1000;  // [kg/m^3]
+
+/// Between the simulation's cells (i, j, k), k up, and voxels: the one place where axes change.
+struct Axes {
+    const Lattice& l;
+    bool y_up;
+
+    openvdb::Coord voxel(int i, int j, int k) const { return y_up ? openvdb::Coord(i, k, j) : openvdb::Coord(i, j, k); }
+    Vec3f vector(float u, float v, float w) const { return y_up ? Vec3f(u, w, v) : Vec3f(u, v, w); }
+    Vec3d position(double x, double y, double z) const { return y_up ? Vec3d(x, z, y) : Vec3d(x, y, z); }
+    /// World position of a cell's centre: the box stands on the origin.
+    Vec3d centre(int i, int j, int k) const
+    {
+        return position((i + 0.5 - 0.5 * l.n[0]) * l.h[0], (j + 0.5 - 0.5 * l.n[1]) * l.h[1], (k + 0.5) * l.h[2]);
+    }
+    openvdb::math::Transform::Ptr transform() const
+    {
+        const Vec3d h = position(l.h[0], l.h[1], l.h[2]), c = centre(0, 0, 0);
+        openvdb::Mat4R m = openvdb::Mat4R::identity();
+        for (const int d : {0, 1, 2}) m(d, d) = h[d], m(3, d) = c[d];
+        return openvdb::math::Transform::createLinearTransform(m);
+    }
+};
+
+/// One value a cell, i fastest.
+using Values = std::vector<double>;
+
+Values gather(const Lattice& l, const std::function<void(int k, double* out)>& plane)
+{
+    Values values(l.cells());
+    for (int k = 0; k < l.n[2]; ++k) plane(k, &values[size_t(k) * size_t(l.n[0]) * size_t(l.n[1])]);
+    return values;
+}
+
+/// The same in single precision, as grids hold it: half the memory of a large box.
+using Cells = std::vector<float>;
+
+Cells gather_cells(const Lattice& l, const std::function<void(int k, double* out)>& plane)
+{
+    const size_t size = size_t(l.n[0]) * size_t(l.n[1]);
+    Cells cells(l.cells());
+    std::vector<double> row(size);
+    for (int k = 0; k < l.n[2]; ++k) {
+        plane(k, row.data());
+        for (size_t c = 0; c < size; ++c) cells[size_t(k) * size + c] = float(row[c]);
+    }
+    return cells;
+}
+
+/// Cells within two of one where `values` is above 0.
+std::vector<char> near_positive(const Lattice& l, const Cells& values)
+{
+    std::vector<char> near(values.size());
+    for (size_t c = 0; c < values.size(); ++c) near[c] = values[c] > 0;
+    const std::array<size_t, 3> stride{1, size_t(l.n[0]), size_t(l.n[0]) * size_t(l.n[1])};
+    for (const size_t d : {0, 1, 2}) {
+        const std::vector<char> was = near;
+        for (size_t c = 0; c < was.size(); ++c) {
+            if (!was[c]) continue;
+            const int at = int(c / stride[d] % size_t(l.n[d]));
+            for (int m = -2; m <= 2; ++m)
+                if (at + m >= 0 && at + m < l.n[d]) near[c + size_t(m) * stride[d]] = 1;
+        }
+    }
+    return near;
+}
+
+template<typename GridT, typename Value, typename Active>
+typename GridT::Ptr fill(const Axes& axes, const std::string& name, const Value& value, const Active& active)
+{
+    auto grid = GridT::create();
+    grid->setName(name);
+    grid->setTransform(axes.transform());
+    auto accessor = grid->getAccessor();
+    size_t c = 0;
+    for (int k = 0; k < axes.l.n[2]; ++k)
+        for (int j = 0; j < axes.l.n[1]; ++j)
+            for (int i = 0; i < axes.l.n[0]; ++i, ++c)
+                if (active(c)) accessor.setValueOn(axes.voxel(i, j, k), value(c));
+    return grid;
+}
+
+FloatGridPtr scalar(const Axes& axes, const std::string& name, const std::string& unit, const Cells& values,
+                    const std::function<bool(size_t)>& active)
+{
+    auto grid = fill<FloatGrid>(
+        axes, name, [&](size_t c) { return values[c]; }, active);
+    grid->setGridClass(openvdb::GRID_FOG_VOLUME);
+    set_text(*grid, "vdbcloud:unit", unit);
+    return grid;
+}
+
+void write_extinction(const Simulation& sim, const SnapshotOptions& o, FloatGrid& density)
+{
+    const Parameters& p = sim.parameters();
+    if (!p.moisture) {
+        set_vector(density, schema::sigma_t_per_density, Vec3d(o.smoke_extinction));
+        set_vector(density, schema::albedo, Vec3d(0.85));
+        set_number(density, schema::g, 0.5);
+    } else {
+        const double sigma = 1.5 * p.constants.rho0 / (water_density * o.effective_radius);
+        set_vector(density, schema::sigma_t_per_density, Vec3d(sigma));
+        set_vector(density, schema::albedo, Vec3d(1.0));
+        set_number(density, schema::g, 0.85);
+        set_number(density, "vdbcloud:air_density", p.constants.rho0);
+        set_number(density, "vdbcloud:effective_radius", o.effective_radius);
+        set_text(density, "vdbcloud:extinction",
+                 "sigma_t = 3 air_density density / (2 x 1000 kg/m^3 x effective_radius)");
+    }
+    set_text(density, schema::sigma_t_origin, "given");
+    set_text(density, schema::phase, "henyey-greenstein");
+}
+
+void write_budget(const Budget& b, MetaMap& meta)
+{
+    const auto number = [&](const char* name, double value) {
+        set_number(meta, std::string("cloudsim:") + name, value);
+    };
+    number("time", b.time), number("steps", double(b.steps)), number("w_max", b.w_max), number("courant", b.courant);
+    number("water_drift", b.water_drift), number("theta_drift", b.theta_drift), number("divergence", b.divergence);
+    number("cloud_base", b.cloud_base), number("cloud_top", b.cloud_top), number("cloud_max", b.cloud_max);
+}
+
+}  // namespace
+
+GridFile make_snapshot(const Simulation& sim, const SnapshotOptions& o, const Sounding& sounding)
+{
+    const Lattice& l = sim.parameters().lattice;
+    const Axes axes{l, o.y_up};
+    const auto wanted = [&](const std::string& name) {
+        return o.grids.empty() || std::find(o.grids.begin(), o.grids.end(), name) != o.grids.end();
+    };
+    GridFile file;
+    file.metadata = std::make_shared<MetaMap>();
+    set_text(*file.metadata, schema::up_axis, o.y_up ? "Y" : "Z");
+    set_number(*file.metadata, schema::meters_per_unit, 1);
+    set_text(*file.metadata, "cloudsim:parameters", text_of(sim.parameters(), sounding));
+    write_budget(sim.budget(), *file.metadata);
+    std::ostringstream pressures;
+    pressures.precision(9);
+    for (const Level& level : sim.column().level) pressures << level.pressure << ' ';
+    set_text(*file.metadata, "cloudsim:pressure", pressures.str());  // of the base state [Pa], a value a level
+
+    const bool moist = sim.has(Quantity::Water);
+    const auto plane_of = [&](Quantity q) {
+        return gather_cells(l, [&, q](int k, double* out) { sim.get_plane(q, k, out); });
+    };
+    Cells density(l.cells(), 0.0f);
+    if (moist)
+        density = gather_cells(l, [&](int k, double* out) { sim.get_cloud_plane(k, out); });
+    else if (sim.has(Quantity::Dye))
+        density = plane_of(Quantity::Dye);
+    const std::vector<char> near = o.unpruned ? std::vector<char>() : near_positive(l, density);
+    const auto nearby = [&](size_t c) { return o.unpruned || near[c]; };
+    const auto positive = [&](const Cells& v) { return [&](size_t c) { return o.unpruned || v[c] > 0; }; };
+
+    if (wanted(schema::density)) {
+        auto grid = scalar(axes, schema::density, moist ? "kg/kg" : "1", density, positive(density));
+        write_extinction(sim, o, *grid);
+        file.grids.push_back(grid);
+    }
+    if (sim.has(Quantity::Theta) && wanted(schema::temperature)) {
+        const bool real = sim.thermodynamics().terms().by == SaturationBy::Temperature;
+        const bool heated = moist && sim.thermodynamics().terms().latent_heat;
+        std::vector<double> cloud(size_t(l.n[0]) * size_t(l.n[1]), 0.0);
+        const Cells temperature = gather_cells(l, [&](int k, double* out) {
+            const Level& level = sim.column().level[size_t(k)];
+            sim.get_plane(Quantity::Theta, k, out);
+            if (heated) sim.get_cloud_plane(k, cloud.data());
+            for (size_t c = 0; c < cloud.size(); ++c)
+                out[c] = (out[c] + level.heat * cloud[c]) * (real ? level.exner : 1);
+        });
+        file.grids.push_back(scalar(axes, schema::temperature, "K", temperature, nearby));
+    }
+    if (moist && wanted("qt")) file.grids.push_back(scalar(axes, "qt", "kg/kg", plane_of(Quantity::Water), nearby));
+    if (sim.has(Quantity::Rain) && wanted("rain")) {
+        const Cells rain = plane_of(Quantity::Rain);
+        file.grids.push_back(scalar(axes, "rain", "kg/kg", rain, positive(rain)));
+    }
+    if (sim.has(Quantity::Dye) && wanted("dye")) {
+        const Cells dye = plane_of(Quantity::Dye);
+        file.grids.push_back(scalar(axes, "dye", "1", dye, positive(dye)));
+    }
+    if (wanted(schema::velocity)) {
+        const auto component = [&](Quantity q) { return sim.has(q) ? plane_of(q) : Cells(l.cells(), 0.0f); };
+        const Cells u = component(Quantity::U), v = component(Quantity::V), w = component(Quantity::W);
+        auto grid = fill<Vec3SGrid>(
+            axes, schema::velocity, [&](size_t c) { return axes.vector(u[c], v[c], w[c]); }, nearby);
+        grid->setGridClass(openvdb::GRID_STAGGERED);
+        set_text(*grid, "vdbcloud:unit", "m/s");
+        file.grids.push_back(grid);
+    }
+    return file;
+}
+
+StartReport start_from(Simulation& sim, const GridFile& file, bool y_up)
+{
+    const Lattice& l = sim.parameters().lattice;
+    const Axes axes{l, y_up};
+    StartReport report;
+    const auto temperature = openvdb::gridPtrCast<FloatGrid>(grid_of(file, schema::temperature));
+    const auto water = openvdb::gridPtrCast<FloatGrid>(find_grid(file, "qt"));
+    const auto velocity = openvdb::gridPtrCast<Vec3SGrid>(grid_of(file, schema::velocity));
+    if (!temperature && !water && !velocity)
+        throw IoError(printable(file.path) + ": expected a grid temperature, qt (float) or vel (vec3s)");
+
+    /// Calls found(c, value) for each cell whose nearest voxel is active.
+    const auto read = [&](const auto& grid, const auto& found) {
+        if (!grid) return;
+        auto accessor = grid->getConstAccessor();
+        size_t c = 0;
+        for (int k = 0; k < l.n[2]; ++k)
+            for (int j = 0; j < l.n[1]; ++j)
+                for (int i = 0; i < l.n[0]; ++i, ++c) {
+                    const auto at = openvdb::Coord::round(grid->transform().worldToIndex(axes.centre(i, j, k)));
+                    if (accessor.isValueOn(at)) found(c, accessor.getValue(at)), ++report.cells_set;
+                }
+    };
+    const auto all = [&](Quantity q) { return gather(l, [&, q](int k, double* out) { sim.get_plane(q, k, out); }); };
+    if (velocity) {
+        Values u = all(Quantity::U), v = all(Quantity::V), w = all(Quantity::W);
+        read(velocity, [&](size_t c, const Vec3f& value) {
+            u[c] = double(value[0]), v[c] = double(value[y_up ? 2 : 1]), w[c] = double(value[y_up ? 1 : 2]);
+        });
+        if (sim.has(Quantity::U)) sim.set(Quantity::U, u);
+        if (sim.has(Quantity::V)) sim.set(Quantity::V, v);
+        sim.set(Quantity::W, w);
+    }
+    Values q_t(l.cells(), 0.0);
+    if (sim.has(Quantity::Water)) {
+        q_t = all(Quantity::Water);
+        read(water, [&](size_t c, float value) {
+            report.negative_water += value < 0;
+            q_t[c] = value < 0 ? 0 : double(value);  // not a number goes on, to be refused with its cell
+        });
+        sim.set(Quantity::Water, q_t);
+    }
+    if (sim.has(Quantity::Theta) && temperature) {
+        Values theta = all(Quantity::Theta);
+        const Thermodynamics& thermo = sim.thermodynamics();
+        const bool real = thermo.terms().by == SaturationBy::Temperature;
+        const size_t plane = size_t(l.n[0]) * size_t(l.n[1]);
+        read(temperature, [&](size_t c, float value) {
+            const Level& level = sim.column().level[c / plane];
+            const double t = double(value);
+            const double q_s = real ? thermo.saturation(t, level.pressure) : level.q_height;
+            const double q_l = sim.has(Quantity::Water) ? std::max(0.0, q_t[c] - q_s) : 0;
+            const double warm = thermo.terms().latent_heat ? level.heat * q_l : 0;
+            theta[c] = t / (real ? level.exner : 1) - warm;
+            report.saturated += q_l > 0, report.latent_heat += warm / double(l.cells());
+        });
+        for (size_t c = 0; c < theta.size(); ++c)
+            if (!(std::abs(theta[c]) < 1e4)) {
+                std::ostringstream text;
+                text << printable(file.path) << ": temperature gives theta_l " << theta[c] << " K in cell ["
+                     << c % size_t(l.n[0]) << ", " << c / size_t(l.n[0]) % size_t(l.n[1]) << ", " << c / plane
+                     << "]: expected a finite number up to 1e4";
+                throw InputError(text.str());
+            }
+        sim.set(Quantity::Theta, theta);
+    }
+    sim.start();
+    return report;
+}
+
+}  // namespace vdbcloud::sim

@@ -1,0 +1,44 @@
+#pragma once
+// A moment of a simulation as grids, and grids as a moment to start from: the only part of this module that knows
+// OpenVDB.
+#include "vdbcloud/core/fwd.h"
+#include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/sim/simulation.h"
+
+namespace vdbcloud::sim {
+
+struct SnapshotOptions {
+    bool y_up = true;                 ///< else z is up in the files
+    bool unpruned = false;            ///< all voxels of all grids active, also where there is no cloud
+    std::vector<std::string> grids;   ///< names to write; empty: all there are
+    double effective_radius = 10e-6;  ///< of the droplets [m]
+    double smoke_extinction = 0.05;   ///< sigma_t at dye 1 [1/m]
+};
+
+/// The grids of a moment, in metres, the floor at height 0 and the box centred above the origin:
+///
+/// | density     | q_l [kg/kg]; without moisture: dye. Active where above 0. Extinction = 3 rho0 q_l / (2 rho_w r_e) |
+/// | temperature | T [K] (theta [K] with saturation by height)                                                     |
+/// | qt          | total water [kg/kg]                                                                             |
+/// | vel         | velocity [m/s], staggered: each component on the lower face of the voxel                         |
+/// | rain, dye   | where the run has them                                                                          |
+///
+/// temperature, qt and vel are active within two voxels of the density only, unless `unpruned`. Internally z is up;
+/// here, and only here, axes y and z change places if y is up, velocity components too (there is no rotation in the
+/// equations, so the mirror image of a solution is one).
+GridFile make_snapshot(const Simulation&, const SnapshotOptions&, const Sounding&);
+
+/// What starting from a file changed or found.
+struct StartReport {
+    uint64_t cells_set = 0;
+    uint64_t negative_water = 0;  ///< cells whose water was raised to 0
+    uint64_t saturated = 0;       ///< cells that hold cloud from the start
+    double latent_heat = 0;       ///< mean of (L/cp) q_l over the box [K]: heat already in the temperature
+};
+
+/// Replaces the initial air by the grids temperature, qt and vel of a file, each where its nearest voxel is active.
+/// Temperature is the actual one: cloud that is there at the start has given its heat already.
+/// Throws InputError for a value that is not finite (with its cell), IoError if there is none of these grids.
+StartReport start_from(Simulation&, const GridFile&, bool y_up);
+
+}  // namespace vdbcloud::sim
