@@ -31,7 +31,7 @@ set(public_headers
     light/transmittance_grid.h
     scatter/multiple_scattering.h scatter/series_grids.h
     render/image_out.h render/integrator.h
-    sim/checkpoint.h sim/frame.h sim/presets.h sim/simulation.h sim/sounding.h
+    sim/checkpoint.h sim/effect.h sim/presets.h sim/simulation.h sim/snapshot.h sim/sounding.h
     fractal/cloud_grid.h fractal/cloud_shape.h fractal/cumulus.h fractal/mask_envelope.h fractal/mountain.h)
 install(CODE "set(headers \"${public_headers}\")
     set(from \"${CMAKE_CURRENT_SOURCE_DIR}/libvdbcloud/vdbcloud\")

@@ -9,7 +9,7 @@
 
 namespace vdbcloud::sim::test {
 
-/// A dry Boussinesq box without any effect, in double, with unlimited scalars: to be adorned.
+/// A dry Boussinesq box without any effect, in double, with unlimited scalars: to be extended by a test.
 inline Parameters bare(std::array<int, 3> n, std::array<double, 3> size, Side x = Side::Periodic,
                        Side y = Side::Periodic)
 {

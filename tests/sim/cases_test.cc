@@ -1,6 +1,6 @@
-// Published cases, at two or (SIZE=full) three resolutions. Their published values come from compressible equations;
-// ours are the Boussinesq set's own, so that what is asserted is convergence, ranges that theory gives, and what must
-// be conserved. Each prints a line of the table in docs/cloudsim.md.
+// Published cases, at two or (SIZE=full) three resolutions. Published values come from compressible equations,
+// these from the Boussinesq ones: the tests assert convergence, ranges from theory, and conservation. Each prints a
+// line of the table in docs/cloudsim.md.
 #include "air.h"
 #include "support/size.h"
 
@@ -83,7 +83,7 @@ TEST(Cases, WarmBubbleHeightChangesByLessThanFourPercentBetweenGrids)
     double coarse, middle, fine;
     warm_bubble(2 * h, coarse), warm_bubble(h, middle);
     const Budget b = warm_bubble(h / 2, fine);
-    // Without viscosity the rim of the bubble sharpens for ever: extremes do not converge, the height of the heat
+    // Without viscosity the rim of the bubble sharpens on every grid: extremes do not converge; the height of the heat
     // nearly does.
     EXPECT_NEAR(fine / middle, 1, 0.04);
     EXPECT_NEAR(middle / coarse, 1, 0.04);

@@ -51,7 +51,7 @@ std::unique_ptr<Simulation> wave_box(const Wave& wave, int n, ScalarScheme schem
     Parameters p = bare({2 * n, 1, n}, {3000, 3000, 1500});
     p.buoyancy = true;
     p.scalar_scheme = scheme;
-    p.dt = 1;  // N dt = 0.02: what is left of the error is the grid's
+    p.dt = 1;  // N dt = 0.02: the error is the grid's
     auto sim = Simulation::make(p, wave.sounding());
     sim->set(Quantity::U, values_at(p.lattice, Quantity::U, [&](double x, double, double z) {
                  return -wave.amplitude * wave.m / wave.k * std::sin(wave.k * x) * std::cos(wave.m * z);
@@ -127,7 +127,7 @@ std::vector<double> convect(TimeScheme scheme, int steps)
              }));
     sim->start();
     sim->advance_to(end);
-    EXPECT_EQ(sim->budget().steps, uint64_t(steps)) << "the step was split: the test needs a smaller one";
+    EXPECT_EQ(sim->budget().steps, uint64_t(steps)) << "the step was split: the test needs a smaller step";
     return all(*sim, Quantity::W);
 }
 
@@ -186,7 +186,7 @@ TEST(Flow, StratifiedAirAtRestStaysAtRest)
 
 TEST(Flow, InviscidKineticEnergyDoesNotGrow)
 {
-    // Fifth-order upwind fluxes dissipate, never feed: without buoyancy kinetic energy can only fall.
+    // Fifth-order upwind fluxes dissipate: without buoyancy kinetic energy does not grow.
     Parameters p = bare({24, 24, 24}, {1, 1, 1});
     auto sim = Simulation::make(p, Sounding::uniform(300));
     sim->set(Quantity::U, values_at(p.lattice, Quantity::U, [](double x, double y, double z) {

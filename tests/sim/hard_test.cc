@@ -1,4 +1,4 @@
-// Cases that break convection codes, each by itself: what must survive, and what must still hold.
+// Cases that break convection codes: each must stay finite and keep its invariants.
 #include "air.h"
 
 #include "vdbcloud/sim/presets.h"
@@ -12,7 +12,7 @@ namespace {
 
 using namespace test;
 
-/// What every run must keep: budgets, bounds, finite air.
+/// Budgets, bounds and finite values, which every run must keep.
 void expect_kept(const Simulation& sim)
 {
     const Budget b = sim.budget();  // throws if a cell is not finite
@@ -22,7 +22,7 @@ void expect_kept(const Simulation& sim)
     EXPECT_LT(std::abs(b.water_drift), single ? 2e-6 : 1e-12);
     EXPECT_GE(b.water_min, 0);
     if (b.new_extrema >= 0) {
-        // Rounding, and what the divergence that is left compresses: felt where cells are far from cubes.
+        // Rounding, and compression by the remaining divergence, which matters where cells are far from cubes.
         const auto& h = sim.parameters().lattice.h;
         const double left = b.divergence * std::max(b.speed_max, 0.1) / std::min({h[0], h[1], h[2]});
         EXPECT_LE(b.new_extrema, (single ? 4 * 1.2e-7 : 1e-14) + left * b.time);
@@ -67,7 +67,7 @@ TEST(Hard, TwentyKelvinInversionInOneCellStopsABubble)
             above += dye[c];
             EXPECT_GT(theta[c], 315);
         }
-        // 2 K rise against 20: nothing breaks through. What seeps is what waves on the interface mix.
+        // A bubble of 2 K does not pass an inversion of 20 K. Waves on the interface mix a little dye upwards.
         EXPECT_LT(above, 0.01 * whole);
         // Without the bubble it rests.
         p.bubbles.clear();
@@ -234,7 +234,6 @@ TEST(Hard, GivenWindIsZeroTowardsWalls)
     EXPECT_NEAR(sim->budget().speed_max, 5, 1e-12);
 }
 
-/// The air of a scene, and whether it is meant to hold cloud before anything happens.
 TEST(Hard, PresetsBeginWithTheirWeather)
 {
     for (const std::string& name : preset_names()) {

@@ -361,7 +361,7 @@ std::vector<double> lifted(double end, double dt, double& cloud)
 
 TEST(MoistFlow, OrderInTimeIsThreeBeforeCloudFormsAndLowerAfter)
 {
-    // Condensation has a kink: cells cross it within steps, which no third-order formula sees.
+    // Saturation has a kink, which cells cross within steps: a third-order formula needs smooth tendencies.
     double cloud;
     const auto order = [&](double end) {
         const auto exact = lifted(end, 0.125, cloud);

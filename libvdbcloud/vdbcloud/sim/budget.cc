@@ -1,4 +1,4 @@
-// The accounts of a model, and which of its invariants are broken.
+// Budgets of a model, and the first invariant out of its tolerance.
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/sim/model.h"
 
@@ -104,8 +104,7 @@ void Model<T>::find_weather(Budget& b) const
     }
 }
 
-/// The first invariant out of its tolerance. Of single precision tolerances grow with the steps taken, of double they
-/// are round-off.
+/// The first invariant out of its tolerance, or nothing. Tolerances are round-off, in float growing with the steps.
 template<typename T>
 std::string Model<T>::fault_in(const Budget& b) const
 {
@@ -113,7 +112,7 @@ std::string Model<T>::fault_in(const Budget& b) const
     const bool single = sizeof(T) == 4;
     const double thousands = std::max(1.0, double(steps_) / 1000);
     const double drift = single ? std::max(2e-5, 2e-6 * thousands) : 1e-12 * std::max(1.0, thousands);
-    // The pressure is as large as the longest side, its difference as small as a spacing: that many ulps are lost.
+    // The pressure scales with the longest side, its differences with a spacing: their ratio is lost, in ulps.
     double longest = 0, shortest = never;
     for (const size_t d : {0, 1, 2}) {
         longest = std::max(longest, air_.lattice.n[d] * air_.lattice.h[d]);
@@ -148,8 +147,7 @@ Budget Model<T>::budget() const
         mean = e.mean + shift, low = e.low + shift, high = e.high + shift;
         if (!started_) return;
         const double range = v.start.high - v.start.low;
-        // Relative to what is there or came in; a range that is small beside the values cannot be resolved better than
-        // these.
+        // Relative to the range, or to what sources brought; rounding of the values bounds what a small range resolves.
         const double size = std::max(std::abs(e.low), std::abs(e.high));
         const double unit = of_range ? std::max({range, e.high - e.low, std::abs(gained), 0.05 * size, 1e-3})
                                      : std::max({v.start.mean + shift, std::abs(gained), 1e-12});
@@ -167,7 +165,7 @@ Budget Model<T>::budget() const
         double h = never;
         for (const int d : {0, 1, 2})
             if (!air_.lattice.flat(d)) h = std::min(h, air_.lattice.h[size_t(d)]);
-        double windiest = 0;  // what relaxation may push against walls, for the pressure to take away again
+        double windiest = 0;  // relaxation may push it against walls, where the pressure stops it
         for (size_t k = 0; k < column_.u.size(); ++k)
             windiest = std::max({windiest, std::abs(column_.u[k]), std::abs(column_.v[k])});
         b.divergence = pressure_->max_divergence(air_.wind[0].a[0], air_.wind[1].a[0], air_.wind[2].a[0]) * h /

@@ -27,7 +27,7 @@ std::string exact(double x)
     return text;
 }
 
-/// A hash of what passes through to another buffer.
+/// Passes bytes on to another buffer and hashes them.
 class Hashing : public std::streambuf {
 public:
     explicit Hashing(std::streambuf* next) : next_(next) {}
@@ -52,7 +52,7 @@ protected:
     }
 
 private:
-    // Independent of how the bytes are divided among calls: words of eight, the rest kept for the next call.
+    // The hash does not depend on how calls divide the bytes: it takes words of eight and keeps the remainder.
     void add(const char* bytes, std::streamsize n)
     {
         for (std::streamsize i = 0; i < n;) {

@@ -1,18 +1,18 @@
 #pragma once
-// The whole state of a run in one file, so that it can go on later with the same bits.
+// The whole state of a run in one file, from which the run continues with equal bits.
 #include "vdbcloud/sim/simulation.h"
 
 #include <string>
 
 namespace vdbcloud::sim {
 
-/// Every parameter in words, one "name = value" a line, numbers exactly: what a checkpoint must agree with, and what
-/// frames tell of how they were made.
+/// Every parameter as name and exact value. A checkpoint can be read by a run with equal ones; the metadata of frames
+/// hold them.
 std::vector<std::pair<std::string, std::string>> describe(const Parameters&, const Sounding&);
-/// The same as one text.
+/// The same as text, "name = value" a line.
 std::string text_of(const Parameters&, const Sounding&);
 
-/// Writes to a temporary and renames it, so that a killed run leaves the previous checkpoint whole. `frame` is the
+/// Writes to a temporary and renames it, so that a killed run does not damage the previous checkpoint. `frame` is the
 /// number of the last frame that is on disk. Throws IoError.
 void write_checkpoint(const std::string& path, const Simulation&, const Sounding&, int frame);
 

@@ -20,8 +20,8 @@ double interpolate(const std::vector<double>& z, const std::vector<double>& f, d
     return f[i - 1] + s * (f[i] - f[i - 1]);
 }
 
-/// The middle of the environment's theta_l, and water that is everywhere at the start: exact in single precision, so
-/// that none is none.
+/// The middle of the environment's theta_l, and the least q_t of the start, rounded to single precision so that a
+/// deviation of 0 is exact.
 Reference reference_of(const std::vector<Level>& levels, const Parameters& p)
 {
     double low = never, high = -never, water = never;
@@ -29,7 +29,7 @@ Reference reference_of(const std::vector<Level>& levels, const Parameters& p)
         low = std::min(low, level.theta_env), high = std::max(high, level.theta_env);
         water = std::min(water, level.q_env);
     }
-    if (!p.momentum) water = 0;  // a given wind may converge: what is counted from 0 stays above it even there
+    if (!p.momentum) water = 0;  // a given wind may be divergent: there only q_t relative to 0 stays above 0
     water -= p.noise.water;
     for (const Bubble& b : p.bubbles) water += std::min(0.0, b.water);
     return {0.5 * (low + high), std::max(0.0, double(float(water)))};
@@ -47,7 +47,7 @@ Column make_column(const Parameters& p, const Sounding& sounding)
     const auto at = [&](const std::vector<double>& f, double z) { return interpolate(sounding.z, f, z); };
     const auto theta_v = [&](double z) { return at(sounding.theta, z) * (1 + 0.608 * at(sounding.water, z)); };
 
-    // Without momentum there is no pressure that could stop a wind at walls.
+    // A given wind is 0 towards walls: without momentum there is no pressure that could stop it.
     const auto windless = [&](int axis) {
         return p.lattice.flat(axis) || (!p.momentum && p.lattice.side[size_t(axis)] == Side::Wall);
     };

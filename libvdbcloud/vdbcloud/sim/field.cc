@@ -13,7 +13,7 @@ struct Image {
     int sign;  // -1: mirrored with the sign changed
 };
 
-/// Where the value at `i`, beyond [0, n), comes from, along an axis; `normal`: the field is the velocity along it.
+/// The index within [0, n) whose value continues the field at `i`; `normal`: the field is the velocity along the axis.
 Image image(int i, int n, Side side, bool normal)
 {
     const auto wrapped = [](int a, int period) { return ((a % period) + period) % period; };

@@ -1,5 +1,5 @@
 #pragma once
-// The box of the simulation and the padded arrays that live on it.
+// The box of the simulation and padded arrays of its cells.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace vdbcloud::sim {
 
-/// What lies beyond the four sides. Floor and lid are rigid and free of stress.
+/// Boundary condition of the four sides. Floor and lid are rigid and free of stress.
 enum class Side {
     Periodic,  ///< the opposite side
     Wall,      ///< rigid, free of stress, no flux
@@ -83,7 +83,7 @@ private:
     ptrdiff_t sy_ = 0, sz_ = 0;
 };
 
-/// What a field is, hence how it continues beyond its box.
+/// Where the values of a field lie in their cells, and so how the field continues beyond the box.
 enum class Place { Centre, FaceX, FaceY, FaceZ };
 
 /// Fills the halo: periodic copies; at walls, floor and lid mirror images, with the sign changed for the velocity

@@ -1,5 +1,5 @@
 #pragma once
-// The order in which a conservation law visits its rows: every flux is computed once and used on both of its sides.
+// Tendencies of a conservation law, row by row: each flux is computed once and used on both of its sides.
 #include "vdbcloud/sim/parallel.h"
 #include "vdbcloud/sim/rows.h"
 
@@ -16,18 +16,18 @@ struct ControlVolumes {
 
 /// Calls sink(j, k, tendency, rows) for each row, where tendency is minus the divergence of the fluxes that
 /// flux(axis, j, k, out, n) fills: those through the lower faces of row (j, k), n = width + 1 for axis 0.
-/// coefficients(k, rows) sets the 1 / spacing of `rows`. In blocks of planes and rows that stay in cache; blocks
-/// run in parallel and recompute the fluxes on their lower edges, with the same values.
+/// coefficients(k, rows) sets the 1 / spacing of `rows`. Tiles of planes and rows that fit in cache run in parallel.
+/// Each recomputes the fluxes on its lower edges, with equal values.
 template<typename T, typename Coefficients, typename Flux, typename Sink>
 void for_flux_rows(const ControlVolumes& box, const Coefficients& coefficients, const Flux& flux, const Sink& sink)
 {
     const int planes = box.last - box.first;
     const int deep = std::max(4, planes / 8), tall = std::max(8, std::min(box.rows, 32));
-    const int blocks_k = (planes + deep - 1) / deep, blocks_j = (box.rows + tall - 1) / tall;
+    const int tiles_k = (planes + deep - 1) / deep, tiles_j = (box.rows + tall - 1) / tall;
     const size_t width = size_t(box.width);
-    for_chunks(blocks_k * blocks_j, 1, [&](int block, int) {
-        const int k0 = box.first + block / blocks_j * deep, k1 = std::min(box.last, k0 + deep);
-        const int j0 = block % blocks_j * tall, j1 = std::min(box.rows, j0 + tall);
+    for_chunks(tiles_k * tiles_j, 1, [&](int tile, int) {
+        const int k0 = box.first + tile / tiles_j * deep, k1 = std::min(box.last, k0 + deep);
+        const int j0 = tile % tiles_j * tall, j1 = std::min(box.rows, j0 + tall);
         std::vector<T> below(box.z ? width * size_t(j1 - j0) : 0), above(width), fx(width + 1), south(width),
             north(width);
         std::vector<T> tendency(width);

@@ -1,4 +1,4 @@
-// The air before anything happens.
+// The air at the start.
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
 #include "vdbcloud/sim/model.h"

@@ -40,8 +40,7 @@ Model<T>::Model(const Parameters& p, const Sounding& s) : Simulation(p, s), air_
     set_initial_air();
 }
 
-/// Halos of the arrays `at` after they were written; scalars beyond open sides are the environment's where air comes
-/// in.
+/// Fills the halos of the arrays `at`. Beyond open sides, scalars are the environment's where the wind blows inwards.
 template<typename T>
 void Model<T>::finish_state(int at)
 {
@@ -127,7 +126,7 @@ void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double 
 {
     const size_t in = size_t(stage.in), now = air_.wind_at(stage.in);
     const Field<T>& q = variable.a[in];
-    // Rounding of what is nearly nothing may fall below 0 by its last bits, and then is nothing.
+    // Rounding takes values near 0 below it by their last bits: the stage raises these to 0.
     const double least = -air_.reference(variable.quantity),
                  ulps = 4 * double(std::numeric_limits<T>::epsilon()) * -least;
     const double tiny = variable.quantity == Quantity::Theta ? 0 : std::max(sizeof(T) == 4 ? 1e-9 : 1e-17, ulps);
@@ -238,7 +237,7 @@ void Model<T>::project(int at)
     pressure_->project(air_.wind[0].a[a], air_.wind[1].a[a], air_.wind[2].a[a]);
 }
 
-/// What effects do between steps, on the arrays 0.
+/// Applies the effects that act between steps to the arrays 0.
 template<typename T>
 void Model<T>::apply_after_step(double dt)
 {
@@ -246,7 +245,7 @@ void Model<T>::apply_after_step(double dt)
     if (!air_.after_step.empty()) finish_state(0);
 }
 
-/// Takes one step if the air allows: false, with the state untouched, if it speeds up too much within it.
+/// Takes one step. Returns false and leaves the state as it was if the air becomes too fast for dt within the step.
 template<typename T>
 bool Model<T>::step(double dt)
 {
@@ -330,7 +329,7 @@ void Model<T>::advance_to(double end, const Progress& progress)
             ++steps_;
             continue;
         }
-        // The step asked for is split into equal parts within the limits, and the last lands on the end.
+        // The wanted step is split into equal parts within the limits; the last part ends at `end`.
         const double asked = parameters_.dt > 0 ? std::min(parameters_.dt, left) : left;
         const double whole = std::max(1.0, std::ceil(left / asked - 1e-9));
         const double parts = std::max(1.0, std::ceil(left / whole / (step_limit() * halving) - 1e-9));

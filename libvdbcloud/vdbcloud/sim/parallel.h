@@ -1,5 +1,5 @@
 #pragma once
-// Loops over planes on all threads, with results that do not depend on how many there are.
+// Loops over planes on all threads, whose results do not depend on the number of threads.
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/partitioner.h>
@@ -9,25 +9,25 @@
 
 namespace vdbcloud::sim {
 
-/// Calls f(begin, end) for consecutive blocks of [0, n) of `grain` (the last may be shorter): the blocks are fixed,
-/// only who computes them varies.
+/// Calls f(begin, end) for consecutive chunks of [0, n) of length `grain` (the last may be shorter), in parallel. The
+/// chunks do not depend on the number of threads.
 template<typename F>
 void for_chunks(int n, int grain, const F& f)
 {
-    const int blocks = (n + grain - 1) / grain;
-    if (blocks <= 1) {
+    const int chunks = (n + grain - 1) / grain;
+    if (chunks <= 1) {
         if (n > 0) f(0, n);
         return;
     }
     tbb::parallel_for(
-        tbb::blocked_range<int>(0, blocks),
+        tbb::blocked_range<int>(0, chunks),
         [&](const tbb::blocked_range<int>& r) {
-            for (int b = r.begin(); b < r.end(); ++b) f(b * grain, std::min(n, (b + 1) * grain));
+            for (int c = r.begin(); c < r.end(); ++c) f(c * grain, std::min(n, (c + 1) * grain));
         },
         tbb::simple_partitioner());
 }
 
-/// A block of planes worth a task: small enough to share among threads, large enough to pay for its start.
+/// Planes a task: few enough that all threads have work, many enough that starting a task costs little.
 inline int plane_grain(int planes) { return std::max(2, planes / 16); }
 
 /// Combines f(k), one value a plane, in order of k.

@@ -1,5 +1,5 @@
 #pragma once
-// Everything that can be asked of a simulation: SI units, z up, x and y along the floor, the origin at a lower corner.
+// The parameters of a simulation: SI units, z up, x and y along the floor, the origin at a lower corner.
 #include "vdbcloud/sim/field.h"
 #include "vdbcloud/sim/rows.h"
 #include "vdbcloud/sim/thermodynamics.h"
@@ -22,7 +22,8 @@ enum class TimeScheme {
     HugeStep,  ///< semi-Lagrangian, stable at any step, first order, conserves nothing (Stam 1999)
 };
 
-/// A round warm or moist place in the initial air: amplitude cos^2 of the normalised distance from its centre.
+/// A warm or moist ellipsoid in the initial air: amplitude times cos^2(pi/2 r), r the normalised distance from its
+/// centre.
 struct Bubble {
     std::array<double, 3> centre{0, 0, 0};  ///< [m]
     double radius = 500;                    ///< horizontal [m], > 0
@@ -32,7 +33,7 @@ struct Bubble {
     double dye = 0;
 };
 
-/// A round patch of floor that heats, moistens or smokes, with a Gaussian profile.
+/// A round patch of floor with Gaussian fluxes of heat, water and dye.
 struct Patch {
     std::array<double, 2> centre{0, 0};  ///< [m]
     double radius = 500;                 ///< where the flux has fallen to 1/e [m], > 0
@@ -60,7 +61,7 @@ struct Parameters {
     Lattice lattice{{128, 128, 128}, {32, 32, 32}, {Side::Periodic, Side::Periodic}};
     Precision precision = Precision::Float;
 
-    // Which effects act. What is off allocates no field and runs no kernel.
+    // Effects: see effects/. An effect that is off allocates no field and runs no kernel.
     bool momentum = true;  ///< off: the environment's wind blows for ever, but not at walls (no momentum, no pressure)
     bool buoyancy = true;
     bool moisture = true;
@@ -93,17 +94,17 @@ struct Parameters {
     TimeScheme time_scheme = TimeScheme::Rk3;
     ScalarScheme scalar_scheme = ScalarScheme::Limited5;
     MomentumScheme momentum_scheme = MomentumScheme::Upwind5;
-    /// Steps so that dt (|u|/dx + |v|/dy + |w|/dz) stays below this. All up to 0.75 is stable and bounded; limited
-    /// scalars pay for long steps with diffusion where the air is fastest, as a stage of 4/3 dt leaves them (1 / (4/3
-    /// cfl) - 1) of the slope behind: all of it at 0.375, half at 0.5, a fifteenth at 0.7.
+    /// Bound of dt (|u|/dx + |v|/dy + |w|/dz), which sets the step. Steps are stable and bounded up to 0.75. Limited
+    /// scalars diffuse more in long steps where the air is fastest: a stage of 4/3 dt keeps min(1, 1 / (4/3 cfl) - 1)
+    /// of the slope behind the donor, all of it at 0.375, half at 0.5, a fourteenth at 0.7.
     double cfl = 0.5;
     bool maccormack = false;  ///< huge steps: second order in space, for twice the time
-    bool fix_budget = false;  ///< huge steps: what transport loses of heat, water and dye is given back to all cells
-    double dt = 0;            ///< asked for [s]; split where it is over a limit; 0: as long as the limits allow
-    double dt_max = 60;       ///< never longer [s] (adaptive)
+    bool fix_budget = false;  ///< huge steps: all cells share the heat, water and dye that transport lost
+    double dt = 0;            ///< wanted step [s]; split where it exceeds a limit; 0: the longest that the limits allow
+    double dt_max = 60;       ///< longest step [s]
 };
 
-/// The air before anything happens, at given heights; between them linear, beyond them constant.
+/// The air at the start by height: linear between the given heights, constant beyond them.
 struct Sounding {
     std::string name;
     std::vector<double> z;      ///< [m], increasing
@@ -117,13 +118,13 @@ struct Sounding {
 
 /// The environment and the base state on the levels of a lattice.
 struct Column {
-    Reference reference;                       ///< what theta_l and q_t of fields and levels are counted from
+    Reference reference;                       ///< what theta_l and q_t of fields and levels are relative to
     std::vector<Level> level;                  ///< nz, at cell centres
     std::vector<double> u, v;                  ///< nz [m/s]
     std::vector<double> rho_centre, rho_face;  ///< relative to the floor; 1 unless anelastic
 };
 
-/// Throws InputError in one sentence that names the first value that cannot be used.
+/// Throws InputError that names the first value out of its range.
 void check(const Parameters&, const Sounding&);
 
 /// Hydrostatic base state: d(exner)/dz = -g / (cp theta_v). Throws InputError if the box reaches above the atmosphere.
@@ -131,7 +132,7 @@ Column make_column(const Parameters&, const Sounding&);
 
 /// Arrays that a prognostic field needs: its own, and one or two for stages.
 int state_arrays(const Parameters&);
-/// Bytes of all fields, from the same rules by which they are allocated.
+/// Bytes of all fields of a run.
 size_t memory_needed(const Parameters&);
 
 struct Effect;  // effect.h

@@ -11,7 +11,7 @@ const std::vector<std::pair<std::string, std::string>>& sounding_tables();  // d
 
 namespace {
 
-/// A box with periodic sides, its noise, a sponge under the lid, and how long it is worth watching.
+/// A box with periodic sides, noise, a sponge below the lid, and the simulated time.
 Preset begin(std::array<int, 3> cells, double h, double dz, const Noise& noise, double sponge, double depth,
              double minutes, double every)
 {

@@ -10,14 +10,14 @@ namespace vdbcloud::sim {
 struct Preset {
     Parameters parameters;
     Sounding sounding;
-    double minutes = 20;  ///< how long it is worth watching
+    double minutes = 20;  ///< simulated time
     double every = 10;    ///< seconds between frames
 };
 
-/// cumulus, congestus, stratocumulus, fog, smoke, paper: the names of scenes, and of soundings.
+/// cumulus, congestus, stratocumulus, fog, smoke, paper: the names of presets and of soundings.
 const std::vector<std::string>& preset_names();
 
-/// Throws InputError with the names that there are.
+/// Throws InputError that lists the names.
 Preset preset(const std::string& name);
 Sounding sounding_named(const std::string& name);
 
@@ -28,7 +28,7 @@ enum class Accuracy {
 };
 void apply(Accuracy, Parameters&);
 
-/// Heating of a box of another size: moves and scales bubbles and patches so that they keep their place in the box.
+/// Moves and scales bubbles and patches in proportion when the box changes its size from that of `before`.
 void rescale_forcing(Parameters&, const Lattice& before);
 
 }  // namespace vdbcloud::sim

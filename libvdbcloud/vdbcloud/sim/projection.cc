@@ -38,7 +38,7 @@ VDBCLOUD_CLONES void divergence_clones(const DivergenceTerms<float>& d, float* o
 VDBCLOUD_CLONES void divergence_clones(const DivergenceTerms<double>& d, double* out, int n) { divergence(d, out, n); }
 
 /// One level of the elimination upwards, for a row of modes. With s >= 0 the part of the pivot that is not the coupling
-/// `a` to the level above: y <- y - d, m = a / (s + a), and both s and y carry on multiplied by m.
+/// `a` to the level above: y <- y - d, m = a / (s + a), and both s and y are multiplied by m for the next level.
 template<typename T>
 VDBCLOUD_INLINE void eliminate(T* s, T* carry, T* m, T* f, T a, T inv_a, int n)
 {

@@ -37,9 +37,9 @@ private:
 ///
 ///     V <- V - grad phi,   div(rho V) = 0,   so   div(rho grad phi) = div(rho V)
 ///
-/// with the discrete operators of the grid itself, so that what remains is round-off. In x and y the discrete cosines
-/// diagonalise the differences, with eigenvalue -4 sin^2(half phase)/h^2; each mode leaves a tridiagonal system in z,
-/// which is eliminated without a subtraction (pivots are sums of positive terms), so single precision keeps its
+/// with the discrete operators of the grid, so that the remaining divergence is round-off. In x and y the discrete
+/// cosines diagonalise the differences, with eigenvalue -4 sin^2(half phase)/h^2; each mode leaves a tridiagonal system
+/// in z, which is eliminated without a subtraction (pivots are sums of positive terms), so single precision keeps its
 /// relative accuracy for the longest waves. The mean mode is fixed by phi = 0 at the lid, unless a side is open:
 /// there phi = 0 on the faces. Schumann and Sweet 1988 is the classical description.
 ///
@@ -49,7 +49,7 @@ class Projection {
 public:
     Projection(const Lattice&, const BaseDensity&);
 
-    /// One value a cell between calls: free for others to use, as projecting overwrites it.
+    /// One value a cell that callers may use between calls; project() overwrites it.
     Planes<T>& scratch() { return phi_; }
 
     /// Needs u at face nx, v at ny and w at 0 and nz (as fill_halo leaves them); leaves halos stale.

@@ -1,6 +1,6 @@
 #pragma once
-// The arithmetic of the model, one row of cells at a time: every function is a plain loop over contiguous values that
-// the compiler vectorises. Nothing here allocates or knows of neighbours but through strides.
+// The arithmetic of the model, one row of cells at a time: each function is a loop over contiguous values that the
+// compiler vectorises. No function allocates; neighbours are reached through strides.
 #include "vdbcloud/sim/clones.h"
 
 #include <cstddef>

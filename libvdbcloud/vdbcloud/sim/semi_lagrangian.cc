@@ -1,5 +1,5 @@
-// The step of any length: Stam 1999. Each value is fetched from where the air came from; nothing is conserved, unless
-// what is lost is given back to all cells.
+// Steps of any length after Stam 1999: each value comes from the start of its trajectory. Transport does not conserve;
+// fix_budget() distributes the loss over all cells.
 #include "vdbcloud/sim/model.h"
 
 #include <algorithm>
@@ -29,7 +29,7 @@ Support support(const Lattice& l, const ptrdiff_t (&stride)[3], const std::array
         }
         double at = x[d];
         if (d < 2 && l.side[d] == Side::Periodic) at -= n * std::floor(at / n);
-        at = std::clamp(at, -1.0, double(n));  // after wrapping, too: of 1e20 cells no fraction is left
+        at = std::clamp(at, -1.0, double(n));  // also after wrapping: at 1e20 cells a double has no fraction
         const double floor_at = std::min(std::floor(at), double(n - 1));
         s.weight[d][1] = at - floor_at, s.weight[d][0] = 1 - s.weight[d][1];
         s.offset += ptrdiff_t(floor_at) * s.step[d];
@@ -63,7 +63,7 @@ double sample(const Field<T>& f, const Lattice& l, const std::array<double, 3>& 
 }  // namespace
 
 /// Forces act implicitly where stratification is stable, w <- (w + dt B) / (1 + dt^2 N^2), so that no wave can grow;
-/// instability still grows, but the air fetched always lies between values that were there.
+/// unstable air still accelerates, and transport keeps all values within the bounds of the old ones.
 template<typename T>
 void Model<T>::huge_buoyancy(double dt)
 {
@@ -88,8 +88,8 @@ void Model<T>::huge_buoyancy(double dt)
 }
 
 /// Transport of one quantity along trajectories of the midpoint rule, from a[0] to a[1]. MacCormack's correction (Selle
-/// et al. 2008): what is brought there and back again differs from what was there by twice the error; clamped to the
-/// values it came from.
+/// et al. 2008): transport forwards and back differs from the old value by twice the error. The result is clamped to
+/// the values that were interpolated.
 template<typename T>
 void Model<T>::huge_transport(Variable<T>& v, double dt)
 {
@@ -135,8 +135,8 @@ void Model<T>::huge_transport(Variable<T>& v, double dt)
     v.a[1].swap(v.a[2]);
 }
 
-/// Friction and sources, onto a[1]. Relaxation and diffusion that would overshoot in so long a step act as far as one
-/// step can take them.
+/// Adds friction and sources to a[1]. Relaxation and diffusion faster than 1 / dt act at the rate 1 / dt, so that they
+/// reach their target and do not overshoot.
 template<typename T>
 void Model<T>::huge_sources(Variable<T>& v, double dt)
 {
@@ -164,8 +164,8 @@ void Model<T>::huge_sources(Variable<T>& v, double dt)
     for (const double sum : gained) v.sources += sum;
 }
 
-/// Gives back what transport lost or made: heat by a shift of all cells, water and dye by a factor, which leaves none
-/// negative.
+/// Restores the budget of transport: a shift of theta_l in all cells; a factor for water and dye, which keeps them from
+/// becoming negative.
 template<typename T>
 void Model<T>::fix_budget(Variable<T>& v)
 {

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double water_density = 1000;  // [kg/m^3]
 
-/// Between the simulation's cells (i, j, k), k up, and voxels: the one place where axes change.
+/// From cells (i, j, k), k up, to voxels: no other code exchanges axes.
 struct Axes {
     const Lattice& l;
     bool y_up;
@@ -248,7 +248,7 @@ StartReport start_from(Simulation& sim, const GridFile& file, bool y_up)
         q_t = all(Quantity::Water);
         read(water, [&](size_t c, float value) {
             report.negative_water += value < 0;
-            q_t[c] = value < 0 ? 0 : double(value);  // not a number goes on, to be refused with its cell
+            q_t[c] = value < 0 ? 0 : double(value);  // NaN stays: set() refuses it with its cell
         });
         sim.set(Quantity::Water, q_t);
     }

@@ -1,6 +1,5 @@
 #pragma once
-// A moment of a simulation as grids, and grids as a moment to start from: the only part of this module that knows
-// OpenVDB.
+// The state of a simulation as grids, and grids as the state to start from. No other part of this module uses OpenVDB.
 #include "vdbcloud/core/fwd.h"
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/sim/simulation.h"
@@ -15,7 +14,7 @@ struct SnapshotOptions {
     double smoke_extinction = 0.05;   ///< sigma_t at dye 1 [1/m]
 };
 
-/// The grids of a moment, in metres, the floor at height 0 and the box centred above the origin:
+/// The present state as grids, in metres, with the floor at height 0 and the box centred above the origin:
 ///
 /// | density     | q_l [kg/kg]; without moisture: dye. Active where above 0. Extinction = 3 rho0 q_l / (2 rho_w r_e) |
 /// | temperature | T [K] (theta [K] with saturation by height)                                                     |
@@ -23,12 +22,12 @@ struct SnapshotOptions {
 /// | vel         | velocity [m/s], staggered: each component on the lower face of the voxel                         |
 /// | rain, dye   | where the run has them                                                                          |
 ///
-/// temperature, qt and vel are active within two voxels of the density only, unless `unpruned`. Internally z is up;
-/// here, and only here, axes y and z change places if y is up, velocity components too (there is no rotation in the
-/// equations, so the mirror image of a solution is one).
+/// temperature, qt and vel are active within two voxels of the density only, unless `unpruned`. In memory z is up. If y
+/// is up in the files, this function exchanges axes y and z and the components of the velocity: the equations have no
+/// rotation, so the mirror image of a solution is a solution. The metadata hold the parameters and the sounding.
 GridFile make_snapshot(const Simulation&, const SnapshotOptions&, const Sounding&);
 
-/// What starting from a file changed or found.
+/// What start_from() found in a file.
 struct StartReport {
     uint64_t cells_set = 0;
     uint64_t negative_water = 0;  ///< cells whose water was raised to 0
@@ -37,7 +36,7 @@ struct StartReport {
 };
 
 /// Replaces the initial air by the grids temperature, qt and vel of a file, each where its nearest voxel is active.
-/// Temperature is the actual one: cloud that is there at the start has given its heat already.
+/// The temperature is the actual one: it includes the latent heat of cloud that is there at the start.
 /// Throws InputError for a value that is not finite (with its cell), IoError if there is none of these grids.
 StartReport start_from(Simulation&, const GridFile&, bool y_up);
 

@@ -1,4 +1,4 @@
-// What comes out of a model, and checkpoints.
+// Access to the state of a model, prescribed sources, and checkpoints.
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/sim/model.h"
 

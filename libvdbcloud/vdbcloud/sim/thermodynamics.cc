@@ -10,7 +10,7 @@ namespace {
 
 // Vapour pressure over water, Bolton 1980 eq. 10: 611.2 Pa exp(17.67 (T - 273.15) / (T - 29.65)).
 constexpr double e0 = 611.2, slope_a = 17.67, freezing = 273.15, shift_b = 29.65;
-// Outside this range the formula has no meaning; there its ends are used.
+// Beyond this range of T [K] the formula has no meaning: T is clamped to it.
 constexpr double coldest = 150, hottest = 370;
 
 template<typename T>
@@ -24,7 +24,7 @@ VDBCLOUD_INLINE T most(T a, T b)
     return a > b ? a : b;
 }
 
-/// exp without a call, so that loops vectorise and every machine gives the same bits; |x| < 80, relative error 2 ulp.
+/// exp without a call, so that loops vectorise and all machines give equal bits; |x| < 80, relative error 2 ulp.
 /// x = k ln 2 + r with |r| <= 0.35, then a Taylor polynomial in r.
 VDBCLOUD_INLINE float exponential(float x)
 {
@@ -94,8 +94,8 @@ struct RowLevel {
 };
 
 /// Solves T = T_l + (L/cp) (q_t - q_s(T)) by Newton's method: q_l = q_t - q_s(T), 0 if there is no cloud. The function
-/// is convex and increasing in T, so from the first step on iterates fall towards the root. A few steps do in air as it
-/// is found; what remains, T - T_l - (L/cp) q_l [K], tells where they did not.
+/// is convex and increasing in T, so from the first step on iterates fall towards the root. A few steps
+/// suffice for usual air; `remains`, T - T_l - (L/cp) q_l [K], shows where they did not.
 template<int steps, typename T>
 VDBCLOUD_INLINE T condensate(const RowLevel<T>& c, T theta_l, T q_t, T& remains)
 {
@@ -111,8 +111,8 @@ VDBCLOUD_INLINE T condensate(const RowLevel<T>& c, T theta_l, T q_t, T& remains)
     return q_l;
 }
 
-/// Cloud water of up to `chunk` cells: none, if the wettest is below saturation at the coldest; else all with few
-/// steps, then those that need it, each for itself, with many. No cell's value depends on its neighbours.
+/// Cloud water of up to `chunk` cells: 0 if the wettest q_t is below saturation at the coldest theta_l. Else all cells
+/// take few steps, and those that have not converged many. No cell's value depends on its neighbours.
 constexpr int chunk = 32;
 template<typename T>
 VDBCLOUD_INLINE void cloud_of_chunk(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* q_l, int n)
@@ -133,7 +133,7 @@ VDBCLOUD_INLINE void cloud_of_chunk(const RowLevel<T>& c, const T* theta_l, cons
     } else {
         for (int i = 1; i < n; ++i) cold = least(cold, theta_l[i]), wet = most(wet, q_t[i]);
     }
-    // The margin keeps rounding of the temperature from calling saturated air dry: the cells decide for themselves.
+    // The margin covers rounding of the temperature, so that no saturated cell is skipped.
     if (wet + c.q_ref < T(0.9999) * saturated((cold + c.theta_ref) * c.exner, c.pressure, c.epsilon, slope)) {
         for (int i = 0; i < n; ++i) q_l[i] = T(0);
         return;
@@ -249,7 +249,7 @@ void Thermodynamics::buoyancy_row(const Level& level, const T* theta_l, const T*
                                   int n) const
 {
     RowLevel<T> c = row_level<T>(constants_, terms_, moisture_, reference_, level);
-    // The environment's cloud by the arithmetic of the cells, so that like air has no weight to the last bit.
+    // The environment's cloud by the arithmetic of the cells: air like the environment's has a buoyancy of exactly 0.
     if (moisture_) cloud_of_row(c, &c.theta_env, &c.q_env, &c.cloud_env, 1);
     buoyancy_clones(c, theta_l, q_t, out, n);
     if (!carried) return;

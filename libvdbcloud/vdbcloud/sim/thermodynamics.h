@@ -1,9 +1,9 @@
 #pragma once
-// Water: how much of it the air can hold, how much is cloud, and what that does to buoyancy.
+// Saturation, cloud water and buoyancy of moist air.
 //
-// Transported are theta_l = theta - (L / cp Pi) q_l and the total water q_t, which condensation does not change; cloud
-// water q_l is a diagnostic of the two, so no latent heat term appears anywhere. Fields hold deviations of theta_l and
-// q_t from a Reference, so that single precision is spent on differences.
+// The model transports theta_l = theta - (L / cp Pi) q_l and total water q_t, which condensation does not change. Cloud
+// water q_l follows from both, so the equations have no latent heat term. Fields hold deviations of theta_l and q_t
+// from a Reference, so that single precision resolves differences.
 #include "vdbcloud/sim/clones.h"
 
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace vdbcloud::sim {
 
-/// Physical constants; every one can be set, and travels in the metadata of the frames.
+/// Physical constants. All can be set; the metadata of frames hold them.
 struct Constants {
     double g = 9.81;                ///< [m/s^2]
     double theta0 = 300;            ///< potential temperature of the base state [K]
@@ -37,7 +37,7 @@ struct MoistTerms {
     bool loading = true;      ///< cloud water is carried: - q_l
 };
 
-/// What fields of heat and water are counted from: one value each for the whole box.
+/// The values that fields of theta_l and q_t are relative to, one for the whole box.
 struct Reference {
     double theta = 300;  ///< theta_l [K]
     double water = 0;    ///< q_t [kg/kg], not more than there is anywhere at the start

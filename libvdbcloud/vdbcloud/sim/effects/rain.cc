@@ -74,23 +74,29 @@ void exchange_row(Air<T>& air, int j, int k, double dt, std::vector<T>& cloud, E
     }
 }
 
-/// Rain of one column falls for dt, upwind, in sub-steps of its own Courant number.
+/// Rain of one column falls for dt, upwind, in sub-steps of its own Courant number. `q` and `speed` are scratch, a
+/// value a level.
 template<typename T>
 void fall(Air<T>& air, int i, int j, double dt, std::vector<double>& q, std::vector<double>& speed, Exchange& sum)
 {
     const int nz = air.lattice.n[2];
     const double dz = air.lattice.h[2], rho0 = air.parameters.constants.rho0;
     Field<T>& rain = air.rain.a[0];
-    double fastest = 0;
-    for (int k = 0; k < nz; ++k) {
-        const double rho = air.rho.centre[size_t(k)];
-        q[size_t(k)] = std::max(0.0, double(rain(i, j, k)));
-        speed[size_t(k)] = 36.34 * std::pow(1e-3 * rho0 * rho * q[size_t(k)], 0.1346) / std::sqrt(rho);
-        fastest = std::max(fastest, speed[size_t(k)]);
-    }
+    const auto find_speed = [&] {
+        double fastest = 0;
+        for (int k = 0; k < nz; ++k) {
+            const double rho = air.rho.centre[size_t(k)];
+            speed[size_t(k)] = 36.34 * std::pow(1e-3 * rho0 * rho * q[size_t(k)], 0.1346) / std::sqrt(rho);
+            fastest = std::max(fastest, speed[size_t(k)]);
+        }
+        return fastest;
+    };
+    for (int k = 0; k < nz; ++k) q[size_t(k)] = std::max(0.0, double(rain(i, j, k)));
+    const double fastest = find_speed();
     if (fastest <= 0) return;
     const int parts = std::max(1, int(std::ceil(dt * fastest / dz)));
-    for (int s = 0; s < parts; ++s)
+    for (int s = 0; s < parts; ++s) {
+        if (s > 0) find_speed();  // rain that has reached a dry cell falls on from there
         for (int k = 0; k < nz; ++k) {
             const double courant = dt / parts * speed[size_t(k)] / dz, mass = air.rho.centre[size_t(k)];
             const double leaves = std::min(1.0, courant) * q[size_t(k)] * mass;
@@ -100,6 +106,7 @@ void fall(Air<T>& air, int i, int j, double dt, std::vector<double>& q, std::vec
             else
                 sum.fallen += leaves;
         }
+    }
     for (int k = 0; k < nz; ++k) rain(i, j, k) = T(q[size_t(k)]);
 }
 
