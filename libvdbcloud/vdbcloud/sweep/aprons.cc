@@ -190,6 +190,27 @@ bool Aprons::fill_patch(Patch& patch, const int* lo, const int* hi, float* radia
     return first.block < 0;
 }
 
+/// Adds to `radiance` what reaches a region's rays from blocks near it; returns the rays that meet none, as bits.
+uint64_t Aprons::from_near_blocks(const SweepPath& path, int d, int region, size_t block, float* radiance) const
+{
+    uint64_t unmet = ~uint64_t(0) >> (64 - region_size(region));
+    const VoidBeam& beam = path.beams[size_t(region)];
+    for (const VoidBeam::Crossing& crossing : beam.crossings) {
+        const uint64_t meet = crossing.rays & unmet;
+        if (!meet) continue;
+        const int32_t found = rays_.find(blocks_.at(block) + crossing.offset);
+        if (found < 0) continue;
+        const float* faces[3];
+        for (int k = 0; k < 3; ++k) faces[k] = face(size_t(found), k, path.traversal.axis[size_t(k)], d);
+        const VoidBeam::Entry* entry = &beam.entries[crossing.first_entry];
+        for (uint32_t n = 0; n < crossing.entries; ++n, ++entry)
+            if (unmet >> entry->ray & 1) radiance[entry->ray] += value(*entry, faces[entry->face]);
+        unmet &= ~meet;
+        if (!unmet) break;
+    }
+    return unmet;
+}
+
 /// Radiance that reaches a region of the apron where its block is missing.
 ///
 /// Blocks near the region come first (VoidBeam); rays that meet none of them are traced through the void. Cached in
@@ -204,20 +225,8 @@ void Aprons::through_void(const SweepPath& path, int d, int region, size_t block
     uint64_t unmet = all;
     if (!(ends & none_near)) {
         std::fill_n(radiance, count, 0.0f);
-        const VoidBeam& beam = path.beams[size_t(region)];
-        for (const VoidBeam::Crossing& crossing : beam.crossings) {
-            const uint64_t meet = crossing.rays & unmet;
-            if (!meet) continue;
-            const int32_t found = rays_.find(blocks_.at(block) + crossing.offset);
-            if (found < 0) continue;
-            const float* faces[3];
-            for (int k = 0; k < 3; ++k) faces[k] = face(size_t(found), k, path.traversal.axis[size_t(k)], d);
-            const VoidBeam::Entry* entry = &beam.entries[crossing.first_entry];
-            for (uint32_t n = 0; n < crossing.entries; ++n, ++entry)
-                if (unmet >> entry->ray & 1) radiance[entry->ray] += value(*entry, faces[entry->face]);
-            unmet &= ~meet;
-            if (!unmet) return;
-        }
+        unmet = from_near_blocks(path, d, region, block, radiance);
+        if (!unmet) return;
         if (unmet == all) ends = uint16_t(ends | none_near);
     }
     if (ends & sky_beyond) {
@@ -226,14 +235,8 @@ void Aprons::through_void(const SweepPath& path, int d, int region, size_t block
         return;
     }
     const std::array<int, 2> runs = region_runs(path.traversal, region);
-    Patch patch{path,
-                d,
-                inflow,
-                region_corner(path.traversal, region, blocks_.at(block)),
-                {runs[0], runs[1]},
-                {runs[1] < 0 ? 1 : 8, 1},
-                0,
-                {}};
+    const Vec3d corner = region_corner(path.traversal, region, blocks_.at(block));
+    Patch patch{path, d, inflow, corner, {runs[0], runs[1]}, {runs[1] < 0 ? 1 : 8, 1}, 0, {}};
     bool sky = true;
     if (unmet == all) {
         const int lo[2] = {0, 0}, hi[2] = {runs[0] < 0 ? 0 : 7, runs[1] < 0 ? 0 : 7};

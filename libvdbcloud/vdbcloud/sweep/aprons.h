@@ -47,6 +47,7 @@ private:
     const float* face(size_t block, int face, int axis, int d) const;
     float light_of(const Patch&, const VoidRays::Hit&) const;
     bool fill_patch(Patch&, const int* lo, const int* hi, float* radiance) const;
+    uint64_t from_near_blocks(const SweepPath&, int d, int region, size_t block, float* radiance) const;
     void through_void(const SweepPath&, int d, int region, size_t block, float inflow, float* radiance);
 
     const Blocks& blocks_;
