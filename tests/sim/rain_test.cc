@@ -209,8 +209,9 @@ TEST(Rain, FallsFasterInThinAirAndConservesItsMass)
 
 TEST(Rain, OneLongStepFallsAsFarAsManyShortOnes)
 {
-    // From one cell into dry cells below, 60 s at about 5.5 m/s. Both are first order: their mean heights differ by
-    // less than the cell that each smears over.
+    // From one cell into dry cells below, 60 s at about 5 m/s. Short steps smear the rain over some 7 cells, long ones
+    // over 2 to 3: the speed, which goes as q^0.1346, and so the distance, differ by up to (7 / 2)^0.1346 = 1.18 or a
+    // little more. Rain that stopped in the first dry cell would have fallen 50 m, not 300.
     double height[2];
     for (const bool short_steps : {false, true}) {
         Parameters p = columns(50, short_steps ? 1 : 60);
@@ -228,11 +229,11 @@ TEST(Rain, OneLongStepFallsAsFarAsManyShortOnes)
         const auto after = profile(*sim, Quantity::Rain);
         double sum = 0, moment = 0;
         for (size_t k = 0; k < size_t(levels); ++k) sum += after[k], moment += after[k] * 50 * (double(k) + 0.5);
-        EXPECT_NEAR(sum, 1e-3, 1e-12);
+        EXPECT_NEAR(sum, 1e-3, 1e-8);  // the smeared front leaves 1e-6 of it on the floor
         height[short_steps] = moment / sum;
     }
-    EXPECT_LT(height[1], 725 - 200);
-    EXPECT_NEAR(height[0], height[1], 50);
+    EXPECT_GT(725 - height[1], 250);
+    EXPECT_NEAR((725 - height[0]) / (725 - height[1]), 1, 0.25);
 }
 
 TEST(Rain, WaterInTheAirAndOnTheFloorIsConservedWhileItRains)
