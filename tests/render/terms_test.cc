@@ -38,6 +38,8 @@ struct Gathered {
         for (size_t c = 0; c < 3; ++c) v.flux[c] = constant_like<Vec3SGrid>(*density, Vec3f(flux[c]));
         return v;
     }
+    /// sigma_t of the scaled medium at density 1.
+    Vec3d extinction() const { return sigma_t * (Vec3d(1) - forward * albedo); }
     /// Of channel c, for the true transmittance T; s towards the eye.
     double radiance(int c, double T, const Vec3d& s) const
     {
@@ -97,6 +99,41 @@ TEST(Layers, MultiscatterDoesNotDependOnTheGridsTransform)
                 EXPECT_GT(1 - T, 0.2);
                 EXPECT_NEAR(picture.at("multiscatter", c) / gathered.radiance(c, T, s), 1, 5e-4) << name(kind) << c;
             }
+        }
+    }
+}
+
+TEST(Layers, MultiscatterAndEmissionOfOverlappingVolumesAreOneSource)
+{
+    // Two bodies on lattices of their own, each with the source functions of the other: along any ray the sum is that
+    // source times the opacity of both.
+    Gathered gathered;
+    const Vec3d glow(2, 1, 0.5);
+    Scene scene, one;
+    for (const Vec3d& shift : {Vec3d(0), Vec3d(5.3, -0.7, 2.2)}) {
+        const auto density = box({16, 16, 16}, 1, [](Coord c) { return 0.3 + 0.1 * (c[0] % 5) + 0.05 * (c[2] % 7); });
+        const auto transform = density->transform().copy();
+        transform->postTranslate(shift);
+        density->setTransform(transform);
+        Volume volume = gathered.volume(density);
+        volume.emission = Vec3SGrid::create(Vec3f(0));
+        volume.emission->setTransform(transform->copy());
+        for (auto v = density->cbeginValueOn(); v; ++v)
+            volume.emission->tree().setValueOn(v.getCoord(), Vec3f(*v * gathered.extinction() * glow));
+        scene.volumes.push_back(volume);
+    }
+    one.volumes.push_back(scene.volumes[0]);
+    const Vec3d s(0.48, -0.6, 0.64);
+    const auto view = one_pixel(Vec3d(8.6, 7.3, 8.9), -s);
+    for (const Integrator kind : integrators) {
+        const Picture both(scene, view, fine(kind)), first(one, view, fine(kind));
+        for (int c = 0; c < 3; ++c) {
+            const double T = both.at("transmittance", c);
+            EXPECT_LT(T, 0.9 * first.at("transmittance", c));
+            EXPECT_NEAR(both.at("multiscatter", c) / gathered.radiance(c, T, s), 1, 1e-3) << name(kind) << c;
+            // Densities change by up to a half from voxel to voxel: (sigma h)^4 / 10 of the source and kinks.
+            const double opacity = 1 - std::pow(T, 1 - gathered.forward * gathered.albedo[c]);
+            EXPECT_NEAR(both.at("emission", c) / (glow[c] * opacity), 1, 1e-3) << name(kind) << c;
         }
     }
 }
