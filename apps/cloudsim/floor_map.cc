@@ -1,4 +1,4 @@
-// Maps of the floor's fluxes, from pictures and grids.
+// Maps of the floor's fluxes from images and grids.
 #include "options.h"
 
 #include "vdbcloud/core/error.h"
@@ -37,7 +37,7 @@ std::vector<double> from_grid(App& app, const std::string& path, const sim::Latt
 std::vector<double> from_image(const std::string& path, const sim::Lattice& l)
 {
     auto image = OIIO::ImageInput::open(path);
-    if (!image) throw IoError(path + ": cannot read it as an image: " + printable(OIIO::geterror()));
+    if (!image) throw IoError(path + ": not an image that can be read: " + printable(OIIO::geterror()));
     const OIIO::ImageSpec spec = image->spec();
     if (spec.width < 1 || spec.height < 1 || spec.width > 16384 || spec.height > 16384)
         throw IoError(path + ": expected an image of 1..16384 pixels a side");

@@ -1,6 +1,6 @@
-// A given moist flow made a solution by sources in every equation: momentum, heat and water. Then all that the model
-// does at once - advection, pressure, buoyancy of vapour and cloud, saturation by temperature, friction, viscosity,
-// diffusion - must converge to it with its order in h and in dt.
+// Manufactured solution: sources of momentum, heat and water make a given moist flow a solution. Advection, pressure,
+// buoyancy of vapour and cloud, saturation by temperature, friction, viscosity and diffusion together must converge to
+// it with their order in h and in dt.
 #include "air.h"
 
 #include <gtest/gtest.h>
@@ -188,7 +188,7 @@ void expect_order(const char* what, const Flow& flow, int n, double order)
     EXPECT_LT(fine.speed, 0.02) << what;
 }
 
-TEST(Manufactured, AMoistFlowConvergesAtSecondOrderInSpace)
+TEST(Manufactured, MoistFlowConvergesAtSecondOrderInSpace)
 {
     expect_order("slice, saturated", {false, false}, 16, 1.8);
     expect_order("slice, saturated", {false, false}, 32, 1.9);
@@ -218,7 +218,7 @@ double time_order(TimeScheme scheme, bool straddling)
     return order;
 }
 
-TEST(Manufactured, AMoistFlowHasTheOrderOfItsStagesInTime)
+TEST(Manufactured, MoistFlowKeepsTheOrderOfItsStagesInTime)
 {
     EXPECT_NEAR(time_order(TimeScheme::Euler, false), 1, 0.2);
     EXPECT_NEAR(time_order(TimeScheme::Rk2, false), 2, 0.2);
@@ -229,7 +229,7 @@ TEST(Manufactured, AMoistFlowHasTheOrderOfItsStagesInTime)
     EXPECT_LT(crests, 3);
 }
 
-TEST(Manufactured, ASourceForAFieldThatIsNotThereIsRefused)
+TEST(Manufactured, RefusesASourceForAMissingField)
 {
     auto sim = Simulation::make(bare({8, 8, 8}, {800, 800, 800}), Sounding::uniform(300));
     EXPECT_ANY_THROW(sim->add_source(Quantity::Water, [](double, double, double, double) { return 0.0; }));

@@ -1,5 +1,5 @@
-// The projection: what it leaves is round-off, what has no divergence it leaves alone, for every kind of side and
-// shape.
+// The projection for all kinds of sides and shapes: the remaining divergence is round-off, and a field without
+// divergence is unchanged.
 #include "vdbcloud/sim/projection.h"
 
 #include "vdbcloud/core/random.h"
@@ -79,7 +79,7 @@ TEST_P(ProjectionOf, NoiseLeavesRoundOffInDouble) { EXPECT_LT(remaining_divergen
 
 TEST_P(ProjectionOf, NoiseLeavesRoundOffInFloat) { EXPECT_LT(remaining_divergence<float>(), 1e-5); }
 
-TEST_P(ProjectionOf, AFieldWithoutDivergenceLeavesItAlone)
+TEST_P(ProjectionOf, DivergenceFreeFieldIsUnchanged)
 {
     const Lattice l = lattice();
     Projection<double> projection(l, density());
@@ -103,7 +103,7 @@ TEST_P(ProjectionOf, AFieldWithoutDivergenceLeavesItAlone)
 }
 
 /// The correction is a gradient: orthogonal, in the sense of kinetic energy, to every velocity without divergence.
-TEST_P(ProjectionOf, TheChangeIsOrthogonalToWhatIsKept)
+TEST_P(ProjectionOf, ChangeIsOrthogonalToTheResult)
 {
     const Lattice l = lattice();
     const BaseDensity rho = density();
@@ -144,7 +144,7 @@ INSTANTIATE_TEST_SUITE_P(Shapes, ProjectionOf,
                                          Case{{2, 3, 2}, {1, 1, 1}, Side::Periodic, Side::Wall, false},
                                          Case{{64, 64, 64}, {10, 10, 10}, Side::Periodic, Side::Periodic, true}));
 
-TEST(Projection, OfAPlaneWaveIsItsTransversePart)
+TEST(Projection, PlaneWaveKeepsItsTransversePart)
 {
     // u = sin(a x) cos(b z) with w = 0 under a rigid lid: the discrete answer has the same shape, and its weight
     // follows from the discrete wave numbers alone.

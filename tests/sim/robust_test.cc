@@ -10,8 +10,6 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include <algorithm>
-#include <set>
 #include <sstream>
 
 namespace vdbcloud::sim {
@@ -235,45 +233,6 @@ TEST(Robust, RefusesImpossibleValuesByName)
     EXPECT_NE(refused([](Parameters& p) { p.rain = true, p.moisture = false; }).find("rain"), std::string::npos);
     EXPECT_NE(refused([](Parameters& p) { p.maccormack = true; }).find("huge steps"), std::string::npos);
     EXPECT_NE(refused([](Parameters& p) { p.lattice.h[2] = 5000; }).find("height of the box"), std::string::npos);
-}
-
-TEST(Effects, SettingsHaveNamesOfTheirOwnAndDefaultsInRange)
-{
-    std::set<std::string> names;
-    const Parameters defaults;
-    const auto inspect = [&](const std::vector<Setting>& settings) {
-        for (const Setting& setting : settings) {
-            EXPECT_TRUE(names.insert(setting.name).second) << setting.name;
-            EXPECT_NO_THROW(setting.check(defaults)) << setting.name;
-            EXPECT_FALSE(setting.help.empty()) << setting.name;
-        }
-    };
-    for (const auto* group : {&constant_settings(), &noise_settings(), &numeric_settings()}) inspect(*group);
-    for (const Effect& effect : effects()) {
-        inspect(effect.settings);
-        EXPECT_LE(effect.switches, effect.settings.size());
-        EXPECT_EQ(effect.switches == 0, !effect.turned_on_by.empty()) << effect.name;
-    }
-}
-
-TEST(Effects, EachNumberOutOfItsRangeIsRefusedByName)
-{
-    for (const Effect& effect : effects())
-        for (const Setting& setting : effect.settings) {
-            if (setting.kind == Setting::Kind::Switch) continue;
-            for (const double bad : {std::nextafter(setting.range.low, -never), double(NAN)}) {
-                Parameters p;
-                setting.value(p) = bad;
-                try {
-                    check(p, Sounding::uniform(300));
-                    ADD_FAILURE() << setting.name << " = " << bad;
-                } catch (const InputError& error) {
-                    std::string words = setting.name;
-                    std::replace(words.begin(), words.end(), '-', ' ');
-                    EXPECT_EQ(std::string(error.what()).rfind(words + " = ", 0), 0u) << error.what();
-                }
-            }
-        }
 }
 
 TEST(Robust, NamesTheCellOfANonFiniteInitialValue)

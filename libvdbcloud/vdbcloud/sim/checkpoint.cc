@@ -162,28 +162,28 @@ int read_checkpoint(const std::string& path, Simulation& sim, const Sounding& so
     std::istream stream(&hashing);
     char head[32] = {};
     stream.read(head, std::streamsize(std::strlen(magic)));
-    if (std::strcmp(head, magic) != 0) throw IoError(path + ": is no checkpoint of this version");
+    if (std::strcmp(head, magic) != 0) throw IoError(path + ": not a checkpoint of this version of cloudsim");
     uint64_t length = 0;
     stream.read(reinterpret_cast<char*>(&length), 8);
-    if (!stream || length > (1u << 26)) throw IoError(path + ": the checkpoint is damaged");
+    if (!stream || length > (1u << 26)) throw IoError(path + ": damaged checkpoint");
     std::string text(length, ' ');
     stream.read(text.data(), std::streamsize(length));
     std::istringstream theirs(text), ours(text_of(sim.parameters(), sounding));
     for (std::string a, b; bool(std::getline(theirs, a)) | bool(std::getline(ours, b)); a.clear(), b.clear())
         if (a != b)
-            throw UsageError(path + ": was made with '" + printable(a, 100) + "', this run has '" + printable(b, 100) +
-                             "'");
+            throw UsageError(path + ": the checkpoint has '" + printable(a, 100) + "', this run has '" +
+                             printable(b, 100) + "': expected equal parameters");
     int frame = 0;
     stream.read(reinterpret_cast<char*>(&frame), sizeof frame);
     try {
         sim.restore(stream);
     } catch (const InputError&) {
-        throw IoError(path + ": the checkpoint is damaged: it ends too early");
+        throw IoError(path + ": damaged checkpoint: the file ends too early");
     }
     uint64_t hash = 0;
     const uint64_t expected = hashing.hash();
     in.read(reinterpret_cast<char*>(&hash), 8);
-    if (!in || hash != expected) throw IoError(path + ": the checkpoint is damaged: its checksum does not fit");
+    if (!in || hash != expected) throw IoError(path + ": damaged checkpoint: wrong checksum");
     return frame;
 }
 

@@ -68,7 +68,8 @@ Column make_column(const Parameters& p, const Sounding& sounding)
         climb((k + 0.5) * dz);
         if (needs_pressure && !(exner > 0.25)) {
             std::ostringstream text;
-            text << "height of the box = " << nz * dz << " m: expected the lid below 1/100 of the surface pressure"
+            text << "height of the box = " << nz * dz
+                 << " m: expected a lid below the level of 1/100 of the surface pressure"
                  << " (or saturation by height, without anelastic)";
             throw InputError(text.str());
         }

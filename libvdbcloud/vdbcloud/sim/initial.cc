@@ -49,7 +49,7 @@ template<typename T>
 void Model<T>::set(Quantity q, const std::vector<double>& values)
 {
     Variable<T>& v = air_.of(q);
-    if (!v) throw InputError("initial state: this run has no field for a quantity that is given");
+    if (!v) throw InputError("initial state: a quantity was given for which this run has no field");
     if (values.size() != air_.lattice.cells())
         throw InputError("initial state: " + std::to_string(values.size()) + " values, expected one a cell");
     const double shift = air_.reference(q);

@@ -100,7 +100,7 @@ void Model<T>::restore(std::istream& in)
             for (int j = 0; j < rows; ++j)
                 in.read(reinterpret_cast<char*>(v->a[0].row(j, k)), std::streamsize(sizeof(T)) * width);
     }
-    if (!in) throw InputError("checkpoint: it ends too early");
+    if (!in) throw InputError("checkpoint: the file ends too early");
     finish_state(0);
     take_courant(0);
     started_ = true;
