@@ -18,8 +18,10 @@ struct FftwNames;
         static constexpr auto plan_guru_r2c = fftw##_plan_guru_dft_r2c;                                                \
         static constexpr auto plan_guru_c2r = fftw##_plan_guru_dft_c2r;                                                \
         static constexpr auto plan_guru_r2r = fftw##_plan_guru_r2r;                                                    \
-        static constexpr auto run_r2c = fftw##_execute_dft_r2c, run_c2r = fftw##_execute_dft_c2r;                      \
-        static constexpr auto run_c2c = fftw##_execute_dft, run_r2r = fftw##_execute_r2r;                              \
+        static constexpr auto run_r2c = fftw##_execute_dft_r2c;                                                        \
+        static constexpr auto run_c2r = fftw##_execute_dft_c2r;                                                        \
+        static constexpr auto run_c2c = fftw##_execute_dft;                                                            \
+        static constexpr auto run_r2r = fftw##_execute_r2r;                                                            \
     }
 VDBCLOUD_FFTW_NAMES(double, fftw);
 VDBCLOUD_FFTW_NAMES(float, fftwf);
