@@ -134,7 +134,7 @@ double formula(const fft::RealField<float>& noise, const Envelope& envelope, con
 
 TEST(CloudShape, HasTheDensityOfItsFormulaInEveryVoxel)
 {
-    // Bounds over blocks settle most voxels, and parts are left out: none of it may show.
+    // Bounds over blocks decide most voxels and skip parts of the envelope: every density must still be exact.
     const auto noise = noise_for(size, 3);
     CumulusOptions c;
     c.up = 2;

@@ -1,4 +1,4 @@
-// The mountain: its heights against the spectrum asked for, its level set against its heights.
+// The mountain: its heights against their spectrum and formula, its level set against its heights.
 #include "vdbcloud/fractal/mountain.h"
 
 #include "vdbcloud/core/error.h"

@@ -1,4 +1,4 @@
-// Spectral synthesis against the spectrum that was asked for, mode by mode.
+// Spectral synthesis against its power spectrum, mode by mode.
 #include "vdbcloud/fractal/noise.h"
 
 #include "support/size.h"

@@ -110,7 +110,7 @@ TEST_F(ImageOut, ExrHasItsChannelsWithTheirTypes)
     for (const char* name : {"R", "G", "B", "A", "direct_sun.R", "direct_sun.B"})
         EXPECT_EQ(type(name), OIIO::TypeDesc::HALF);
     for (const char* name : {"Z", "transmittance.R", "transmittance.B"}) EXPECT_EQ(type(name), OIIO::TypeDesc::FLOAT);
-    EXPECT_EQ(image.spec.nchannels, 11);  // the background is not asked for
+    EXPECT_EQ(image.spec.nchannels, 11);  // no background layer by default
     EXPECT_EQ(image.spec.channelindex("background.R"), -1);
     EXPECT_EQ(image.spec.alpha_channel, image.spec.channelindex("A"));
     EXPECT_EQ(image.spec.z_channel, image.spec.channelindex("Z"));

@@ -142,7 +142,7 @@ TEST(Integrator, HasTauTimesTLookingIntoTheSun)
 
 TEST(Integrator, MeetsTheIdentitiesAtSecondOrderInTheLightGridsSpacing)
 {
-    // An oblique sun on a rough and thick cloud: what is left is the interpolation of depths between light-grid points.
+    // An oblique sun on a rough and thick cloud: the error is the interpolation of depths between light-grid points.
     const Vec3d to_sun(0.3, 1, 0.2);
     const auto density = fractal_cloud(24);
     double error[3], ahead[3];

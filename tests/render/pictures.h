@@ -10,7 +10,7 @@ namespace vdbcloud::test {
 inline constexpr Integrator integrators[] = {Integrator::Cells, Integrator::Romberg, Integrator::Steps};
 
 /// Fine enough for 1e-4 of a pixel: steps of 1/16 voxel of voxels of a tenth of a mean free path err by 1e-6 of the
-/// source function, kinks included; Romberg as it is asked.
+/// source function, kinks included; Romberg's tolerance is 1e-6.
 inline IntegratorOptions fine(Integrator kind)
 {
     IntegratorOptions o;

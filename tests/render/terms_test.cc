@@ -333,7 +333,7 @@ TEST(Layers, DepthIsAlongTheViewAxis)
     for (int i = 0; i < 9; ++i) EXPECT_NEAR(film.pixel(i, 4)[film.offset(film.find("Z"))], 50 - 7.9, 0.1) << i;
 }
 
-// ---- what the integrators are told ----
+// ---- options and cost of the integrators ----
 
 TEST(Integrators, StepsAreAFractionOfTheShortestVoxelEdge)
 {
@@ -367,7 +367,7 @@ TEST(Integrators, CellsVisitEachCellOnceAndRombergReportsRaysThatDoNotConverge)
     o.tolerance = 1e4;
     const Picture loose(scene, view, o);
     EXPECT_EQ(loose.cost.unconverged, 0u);
-    EXPECT_EQ(loose.cost.cells, 33u);  // 2^5 at the least
+    EXPECT_EQ(loose.cost.cells, 33u);  // 2^5 intervals at least
     EXPECT_EQ(loose.cost.rays, 1u);
     Scene plain;
     plain.volumes.push_back(volume_of(cube(), medium(Vec3d(0.3), Vec3d(0.5), 0)));

@@ -83,7 +83,7 @@ TEST(GraphLevel, SmoothsWithTheChebyshevPolynomialOfTheFourthKind)
     for (double v : residual) expected += v;
     EXPECT_NEAR(total, expected, 1e-4);
     EXPECT_GT(largest, 1e-3);
-    // A correction of 0.25 everywhere, then the same polynomial on what is left.
+    // A correction of 0.25 everywhere, then the polynomial applied to the remaining error.
     level.ascend(std::vector<float>(coarse.size(), 0.25f));
     Vector error(u.size());
     for (size_t i = 0; i < u.size(); ++i) error[i] = left[i] - 0.25;

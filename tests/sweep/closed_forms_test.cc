@@ -71,7 +71,7 @@ TEST(Sweeps, AttenuateTheInflowOfEachDirectionAndAddItsEmission)
             double current = 0, fluence = 0, second = 0;
             for (size_t d = 0; d < 6; ++d) {
                 const double cosine = int(d / 2) == axis ? (d % 2 ? -1 : 1) * outward : 0;
-                // Through the whole box on the way out, none of it on the way in, the voxel's own beside it.
+                // Outward: through the whole box. Inward: none of it. Along the face: the voxel's own depth.
                 const double voxels = cosine > 0 ? n[axis] : cosine < 0 ? 0 : depth(d, p);
                 const double weighted = set.weight[d] * radiance(d, voxels);
                 current += cosine * weighted;

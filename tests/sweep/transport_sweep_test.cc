@@ -342,7 +342,7 @@ TEST(TransportSweep, AttenuatesABeamAtFirstOrder)
 
 TEST(TransportSweep, BalancesEmissionAndOutflowToFirstOrder)
 {
-    // What a glowing ball sends through its staircase of faces against what it emits and does not take back; hard and
+    // Power of a glowing ball through its staircase of faces against emission less absorption; hard and
     // soft edge.
     for (const auto& [hard, most] : {std::pair(true, 0.10), {false, 0.02}}) {
         double defect[2];
