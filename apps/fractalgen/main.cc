@@ -42,10 +42,10 @@ EnvelopePtr envelope_of(const app::Options& o, const app::Domain& domain, const 
     case Region::Sphere: return sphere_envelope(box);
     case Region::Ellipsoid: return ellipsoid_envelope(box);
     case Region::Box: return box_envelope(box);
-    case Region::Slab: return slab_envelope(box, o.up);
+    case Region::Slab: return slab_envelope(box, index_of(o.up));
     case Region::Cumulus: break;
     }
-    box.low[o.up] = domain.box.low[o.up];  // a flat base needs no room
+    box.low[index_of(o.up)] = domain.box.low[index_of(o.up)];  // a flat base needs no room
     return cumulus_envelope(box, o.cumulus);
 }
 
@@ -125,7 +125,7 @@ void run(app::App& app, app::Options& o)
     o.spectrum.seed = o.cumulus.seed = o.seed;
     o.spectrum.beta = o.beta.value_or(o.mountain ? app::mountain_beta : app::cloud_beta);
     o.spectrum.outer = o.outer.value_or(o.mountain ? app::mountain_outer : app::cloud_outer);
-    o.cumulus.up = o.shape.up = o.relief.up = o.up;
+    o.cumulus.up = o.shape.up = o.relief.up = index_of(o.up);
     if (o.mountain && !o.envelope_from.empty())
         throw UsageError("--envelope-from shapes clouds, --mountain makes none");
     if (o.input == "-" && o.envelope_from == "-") throw UsageError("the input and --envelope-from cannot both be -");
@@ -140,7 +140,7 @@ void run(app::App& app, app::Options& o)
     const auto grid = o.mountain ? make_mountain(app, o, domain) : make_cloud(app, o, domain, mask.get());
     app.report()["counts"]["voxels"] = grid->activeVoxelCount();
     put_grid(file, grid);
-    set_text(*file.metadata, schema::up_axis, o.up == 1 ? "Y" : "Z");
+    write_up_axis(*file.metadata, o.up);
     app.write(o.output, file);
 }
 

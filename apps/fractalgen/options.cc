@@ -104,7 +104,7 @@ void declare(App& app, Options& o)
     app.add_option("--bounds", o.bounds,
                    "x0,y0,z0,x1,y1,z1 in world units; else two units broad, 1.25 high, standing on the origin")
         ->group(space);
-    app.add_choice<int>("--up", o.up, {{"y", 1}, {"z", 2}}, "axis that points up")->group(space);
+    app.add_choice<UpAxis>("--up", o.up, {{"y", UpAxis::Y}, {"z", UpAxis::Z}}, "axis that points up")->group(space);
 
     declare_mountain(app, o);
     const auto medium = "Medium, written for later stages if given";
@@ -126,8 +126,8 @@ void declare(App& app, Options& o)
 Box default_bounds(const Options& o)
 {
     Box box{{-1, -1, -1}, {1, 1, 1}};
-    box.low[o.up] = 0;
-    box.high[o.up] = 1.25;
+    box.low[index_of(o.up)] = 0;
+    box.high[index_of(o.up)] = 1.25;
     return box;
 }
 

@@ -6,6 +6,7 @@
 #include "vdbcloud/fractal/cumulus.h"
 #include "vdbcloud/fractal/mountain.h"
 #include "vdbcloud/fractal/noise.h"
+#include "vdbcloud/grid/up_axis.h"
 #include "vdbcloud/optics/medium.h"
 
 namespace vdbcloud::app {
@@ -23,7 +24,7 @@ struct Options {
     CumulusOptions cumulus;
     ShapeOptions shape;
     std::string size = "256", bounds;
-    int up = 1;
+    UpAxis up = UpAxis::Y;
     Medium medium;
     Option extinction, albedo, g;
     bool mountain = false;

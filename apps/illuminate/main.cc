@@ -14,6 +14,7 @@
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/up_axis.h"
 #include "vdbcloud/light/transmittance_grid.h"
 
 #include <algorithm>
@@ -68,11 +69,6 @@ void declare(app::App& app, Options& o)
         ->group(accuracy);
 }
 
-Vec3d up_of(const GridFile& file)
-{
-    return get_text(*file.metadata, schema::up_axis, "Y") == "Z" ? Vec3d(0, 0, 1) : Vec3d(0, 1, 0);
-}
-
 /// A light, and whether its grid in the file still holds.
 struct Task {
     Light light;
@@ -97,7 +93,7 @@ std::vector<Task> tasks_of(app::App& app, const Options& o, const GridFile& file
         tasks.push_back({light, holds});
     }
     if (tasks.empty()) {
-        tasks.push_back({app::automatic_sun(up_of(file)), false});
+        tasks.push_back({app::automatic_sun(vector_of(read_up_axis(*file.metadata).value_or(UpAxis::Y))), false});
         app.say("no light asked for: a " + app::described(tasks[0].light));
     }
     return tasks;

@@ -20,6 +20,7 @@
 #include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/grid/select.h"
+#include "vdbcloud/grid/up_axis.h"
 #include "vdbcloud/light/transmittance_grid.h"
 
 #include <algorithm>
@@ -55,8 +56,7 @@ std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, GridFile& 
     if (lights.empty()) lights = lights_of(file);
     const bool sky = o.sky.size() || app::sky_asked(o.sky_shape), glow = bool(find_grid(file, schema::emission));
     if (lights.empty() && !sky && !glow) {
-        const bool z_up = get_text(*file.metadata, schema::up_axis, "Y") == "Z";
-        lights.push_back(app::automatic_sun(z_up ? Vec3d(0, 0, 1) : Vec3d(0, 1, 0)));
+        lights.push_back(app::automatic_sun(vector_of(read_up_axis(*file.metadata).value_or(UpAxis::Y))));
         app.say("no light asked for: a " + app::described(lights[0]));
     }
     for (const Light& light : lights) {
@@ -127,9 +127,9 @@ void solve(app::App& app, P1solveOptions& o)
     const auto density = density_of(file, o.density, app.warnings());
     const Medium medium = app::chosen_medium(app, o.medium, *density);
     const auto lights = lights_for(app, o, file, *density, medium);
-    const bool z_up = get_text(*file.metadata, schema::up_axis, "Y") == "Z";
-    if (z_up) o.scatter.closure.polar = 2;
-    o.scatter.sky = chosen_sky(o, lights, z_up ? Vec3d(0, 0, 1) : Vec3d(0, 1, 0));
+    const UpAxis up = read_up_axis(*file.metadata).value_or(UpAxis::Y);
+    o.scatter.closure.polar = index_of(up);
+    o.scatter.sky = chosen_sky(o, lights, vector_of(up));
     if (app.dry_run()) return estimate(app, o, medium, *density, lights.size());
 
     const auto tint = vectors(app, file, grid_of(file, schema::colour));

@@ -26,7 +26,7 @@ Camera chosen_camera(const RenderOptions& o, const LoadedScene& loaded, const Im
     FramingOptions framing = o.framing;
     framing.projection = o.camera.projection;
     framing.fov = o.camera.fov;
-    framing.up = loaded.up;
+    framing.up = vector_of(loaded.up);
     framing.direction = o.direction;
     Camera camera = frame_points(corners, size, framing);
     const Vec3d ahead = camera.look_at - camera.position;  // as far as the framed camera stands

@@ -43,7 +43,8 @@ void declare_camera(app::App& app, RenderOptions& o)
     app.add_option("--margin", o.framing.margin, "share of the picture left free at each edge by framing")
         ->check(app::within(0, 0.49))
         ->group(group);
-    app.add_choice<char>("--up", o.up, {{"y", 'y'}, {"z", 'z'}}, "which axis is up; without it the file's, else y")
+    app.add_choice<std::optional<UpAxis>>("--up", o.up, {{"y", UpAxis::Y}, {"z", UpAxis::Z}},
+                                          "which axis is up; without it the file's, else y")
         ->default_str("")
         ->group(group);
     app.add_option("--resolution", o.resolution, "pixels, WxH or one number for a square")->group(group);
@@ -227,18 +228,18 @@ bool wants_background_layer(const RenderOptions& o)
     return std::any_of(words.begin(), words.end(), [](const auto& w) { return one_of(w, {"all", "background"}); });
 }
 
-ChosenBackground chosen_background(const RenderOptions& o, const Vec3d& sun_irradiance, const Vec3d& up,
+ChosenBackground chosen_background(const RenderOptions& o, const Vec3d& sun_irradiance, UpAxis up,
                                    const std::optional<Sky>& lit_by)
 {
     ChosenBackground out;
     if (o.background == "none") return out;
     if (o.background.empty() || o.background == "sky") {
-        out.sky = app::with_asked(o.sky, lit_by ? *lit_by : Sky::clear_day(sun_irradiance, up));
+        out.sky = app::with_asked(o.sky, lit_by ? *lit_by : Sky::clear_day(sun_irradiance, vector_of(up)));
         out.in_exr = app::sky_asked(o.sky) || !o.background.empty();
         return out;
     }
     out.sky = Sky::constant(app::colour_asked("--background", o.background, "none, sky, or r,g,b"));
-    out.sky.up = up / up.length();
+    out.sky.up = vector_of(up);
     out.in_exr = true;
     check(out.sky);
     return out;

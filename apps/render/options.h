@@ -4,6 +4,7 @@
 #include "medium_options.h"
 #include "sky_options.h"
 
+#include "vdbcloud/grid/up_axis.h"
 #include "vdbcloud/light/transmittance_grid.h"
 #include "vdbcloud/render/image_out.h"
 #include "vdbcloud/render/integrator.h"
@@ -28,7 +29,7 @@ struct RenderOptions {
     Camera camera;
     Vec3d direction{0, 0, 0};
     FramingOptions framing;
-    char up = 0;  ///< 'y', 'z'; 0: the file's, else y
+    std::optional<UpAxis> up;  ///< none: the file's, else y
     std::string resolution = "512x512", crop;
     double pixel_aspect = 1;
 
@@ -64,7 +65,7 @@ struct ChosenBackground {
 
 /// Without a word of the user's it is the sky that lit the medium, `lit_by`; without that either a clear day, whose
 /// brightness `sun_irradiance` sets. Throws UsageError on a word that is no background.
-ChosenBackground chosen_background(const RenderOptions&, const Vec3d& sun_irradiance, const Vec3d& up,
+ChosenBackground chosen_background(const RenderOptions&, const Vec3d& sun_irradiance, UpAxis up,
                                    const std::optional<Sky>& lit_by);
 
 }  // namespace vdbcloud

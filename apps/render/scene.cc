@@ -171,12 +171,12 @@ void relight_volume(app::App& app, const GridFile& file, Volume& volume, const s
     volume.flux = fields.flux;
 }
 
-Vec3d up_of(const RenderOptions& o, const std::vector<GridFile>& files)
+UpAxis up_of(const RenderOptions& o, const std::vector<GridFile>& files)
 {
-    std::string axis = o.up ? std::string(1, o.up) : "";
+    std::optional<UpAxis> up = o.up;
     for (const GridFile& file : files)
-        if (axis.empty()) axis = get_text(*file.metadata, schema::up_axis, "");
-    return axis == "Z" || axis == "z" ? Vec3d(0, 0, 1) : Vec3d(0, 1, 0);
+        if (!up) up = read_up_axis(*file.metadata);
+    return up.value_or(UpAxis::Y);
 }
 
 }  // namespace
@@ -204,7 +204,7 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
     const bool glows =
         std::any_of(files.begin(), files.end(), [](const GridFile& f) { return bool(find_grid(f, schema::phi)); });
     if (out.scene.lights.empty() && !glows) {
-        out.scene.lights.push_back(app::automatic_sun(out.up));
+        out.scene.lights.push_back(app::automatic_sun(vector_of(out.up)));
         out.automatic_light = true;
         app.say("no light given: " + app::described(out.scene.lights[0]) + ", irradiance " +
                 app::brief(out.scene.lights[0].irradiance[0]));

@@ -10,7 +10,7 @@ namespace vdbcloud {
 
 struct LoadedScene {
     Scene scene;  ///< background not yet chosen
-    Vec3d up{0, 1, 0};
+    UpAxis up = UpAxis::Y;
     std::vector<Vec3d> corners;  ///< of boxes around what is to be seen; empty if there is nothing
     std::optional<Sky> sky;      ///< that lit the first input that a sky lit
     std::string history;         ///< of all inputs

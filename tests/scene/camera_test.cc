@@ -34,7 +34,7 @@ TEST(Camera, SendsKnownPixelsThroughKnownPoints)
 {
     const CameraView view(ahead(), {200, 100, 1, {}});
     const auto hit = [&](double x, double y) {  // where the ray meets the plane z = 0
-        const CameraRay ray = view.ray(x, y);
+        const WorldRay ray = view.ray(x, y);
         EXPECT_NEAR(ray.direction.length(), 1, 1e-15);
         return Vec3d(ray.origin - ray.direction * (ray.origin[2] / ray.direction[2]));
     };
@@ -91,7 +91,7 @@ TEST_P(AnyProjection, NdcOfAPointOnARayIsItsPlaceInThePicture)
     const CameraView v = view();
     for (const auto& [x, y] : {std::pair{0.0, 0.0}, {640.0, 360.0}, {123.4, 300.0}})
         for (const double t : {0.5, 3.0, 100.0}) {
-            const CameraRay ray = v.ray(x, y);
+            const WorldRay ray = v.ray(x, y);
             const Vec3d ndc = homogeneous(ray.origin + t * ray.direction, v.world_to_ndc());
             EXPECT_NEAR(ndc[0], x / 640, 1e-12);
             EXPECT_NEAR(ndc[1], y / 360, 1e-12);
@@ -103,7 +103,7 @@ TEST_P(AnyProjection, NdcDepthGrowsAlongTheView)
     const CameraView v = view();
     double before = -1e9;
     for (const double t : {0.1, 1.0, 10.0, 1000.0}) {
-        const CameraRay ray = v.ray(100, 200);
+        const WorldRay ray = v.ray(100, 200);
         const double z = homogeneous(ray.origin + t * ray.direction, v.world_to_ndc())[2];
         EXPECT_GT(z, before);
         before = z;
@@ -124,7 +124,7 @@ TEST_P(AnyProjection, CameraSpaceIsLeftHandedWithDepthAlongZ)
     EXPECT_NEAR(x.cross(y).dot(z), -1, 1e-13);
     EXPECT_GT(v.up().dot(v.camera().up), 0);
 
-    const CameraRay ray = v.ray(77, 300);
+    const WorldRay ray = v.ray(77, 300);
     EXPECT_NEAR(homogeneous(ray.origin + 5.0 * ray.direction, m)[2], v.depth(77, 300, 5), 1e-12);
 }
 

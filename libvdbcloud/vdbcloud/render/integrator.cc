@@ -118,8 +118,8 @@ RenderCost render_image(Film& film, const Scene& scene, const CameraView& view, 
         std::shared_ptr<RayIntegrator> integrate = make_integrator(prepared, options);
         auto result = std::make_shared<RayResult>();
         return [&, integrate, result](double x, double y, double* out) {
-            const CameraRay ray = view.ray(x, y);
-            (*integrate)({ray.origin, ray.direction}, *result);
+            const WorldRay ray = view.ray(x, y);
+            (*integrate)(ray, *result);
             const Vec3d transmittance(std::exp(-result->tau[0]), std::exp(-result->tau[1]), std::exp(-result->tau[2]));
             Vec3d beauty = result->multiple + result->emission;
             for (size_t l = 0; l < result->direct.size(); ++l) {

@@ -74,7 +74,7 @@ CameraView::CameraView(const Camera& camera, const ImageSize& size) : camera_(ca
     half_height_ = half_width_ * size.height / (size.width * size.pixel_aspect);
 }
 
-CameraRay CameraView::ray(double x, double y) const
+WorldRay CameraView::ray(double x, double y) const
 {
     const double u = (2 * x / size_.width - 1) * half_width_;
     const double v = (1 - 2 * y / size_.height) * half_height_;

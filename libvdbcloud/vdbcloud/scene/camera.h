@@ -1,6 +1,6 @@
 #pragma once
 // Cameras: from pixels to rays in world space, and the matrices that tell other programs about it.
-#include "vdbcloud/core/fwd.h"
+#include "vdbcloud/core/affine.h"
 
 #include <array>
 #include <string>
@@ -37,12 +37,6 @@ struct ImageSize {
     PixelWindow window() const { return crop == PixelWindow{} ? PixelWindow{0, 0, width, height} : crop; }
 };
 
-/// A ray in world space: origin + t * direction, t >= 0 a distance [world unit].
-struct CameraRay {
-    Vec3d origin;
-    Vec3d direction;  ///< unit
-};
-
 /// A matrix for row vectors, as OpenEXR's: (x, y, z, 1) M; m[4 * row + column].
 using Matrix44 = std::array<double, 16>;
 
@@ -59,7 +53,7 @@ public:
 
     /// The ray through picture point (x, y). Orthographic rays start in the plane through the camera's
     /// position; what is behind that plane is not seen.
-    CameraRay ray(double x, double y) const;
+    WorldRay ray(double x, double y) const;
 
     /// Distance along the view axis of the point at distance `t` along the ray through (x, y): the depth that
     /// goes to Z.
