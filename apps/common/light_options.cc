@@ -3,25 +3,33 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/scene/camera.h"
 
+#include <cmath>
+
 namespace vdbcloud::app {
 
 namespace {
 
 constexpr double four_pi = 12.566370614359172;
 
-/// The k-th of the values given for n lights: its own, the only one for all, or `otherwise` if there is none.
+/// The k-th of the values given for some lights: its own, the only one for all, or `otherwise` if there is none.
 template<typename T>
 T of(const std::vector<T>& values, size_t k, const T& otherwise)
 {
     return values.empty() ? otherwise : values.size() == 1 ? values[0] : values[k];
 }
 
-template<typename T>
-void check_count(const char* option, const std::vector<T>& values, const char* light_option, size_t lights)
+void check_count(const std::string& option, size_t values, const std::string& light_option, size_t lights)
 {
-    if (values.empty() || values.size() == lights || (values.size() == 1 && lights > 0)) return;
-    throw UsageError(std::string(option) + " is given " + std::to_string(values.size()) + " times, " + light_option +
-                     " " + std::to_string(lights) + " times: expected one for all or one for each");
+    if (values == 0 || values == lights || (values == 1 && lights > 0)) return;
+    throw UsageError(option + " is given " + std::to_string(values) + " times, " + light_option + " " +
+                     std::to_string(lights) + " times: expected one for all or one for each");
+}
+
+std::string option_of(const LightKind& kind) { return "--" + std::string(kind.name); }
+
+std::string option_of(const LightKind& kind, const LightParameter& parameter)
+{
+    return option_of(kind) + "-" + parameter.name;
 }
 
 std::string numbered(const char* name, size_t k) { return k == 0 ? name : name + std::to_string(k + 1); }
@@ -31,73 +39,59 @@ std::string numbered(const char* name, size_t k) { return k == 0 ? name : name +
 void declare_lights(App& app, LightOptions& o)
 {
     const char* group = "Lights";
-    const Option sun =
-        app.add_vec3s("--sun", o.suns, "direction TOWARDS a distant light, x,y,z; again for another")->group(group);
-    app.add_rgbs("--sun-irradiance", o.irradiances,
-                 "one number or r,g,b, perpendicular to its beam; one for all suns, or one for each [1,1,1]")
-        ->check(nonnegative)
-        ->needs(sun)
-        ->group(group);
-    app.add_option("--sun-diameter", o.diameters, "angular diameter [degrees]; one for all suns, or one for each [0]")
-        ->check(within(0, 180))
-        ->needs(sun)
-        ->group(group);
-    const Option lamp =
-        app.add_vec3s("--lamp", o.lamps, "position of a point light, x,y,z; again for another")->group(group);
-    app.add_rgbs("--lamp-intensity", o.intensities,
-                 "one number or r,g,b, power per steradian; one for all lamps, or one for each [1,1,1]")
-        ->check(nonnegative)
-        ->needs(lamp)
-        ->group(group);
+    const auto& kinds = light_kinds();
+    o.kinds.resize(kinds.size());
+    for (size_t k = 0; k < kinds.size(); ++k) {
+        const LightKind& kind = *kinds[k];
+        LightOptions::OfKind& of = o.kinds[k];
+        of.colours.resize(kind.parameters.size());
+        of.numbers.resize(kind.parameters.size());
+        const Option place =
+            app.add_vec3s(option_of(kind), of.places, kind.place_help + std::string("; repeat for another"))
+                ->group(group);
+        for (size_t p = 0; p < kind.parameters.size(); ++p) {
+            const LightParameter& parameter = kind.parameters[p];
+            const std::string option = option_of(kind, parameter),
+                              help = parameter.help + std::string("; one for all ") + option_of(kind) +
+                                     ", or one for each [" + shortest(parameter.otherwise) + "]";
+            const auto limits = std::isfinite(parameter.most) ? within(parameter.least, parameter.most) : nonnegative;
+            if (parameter.colour)
+                app.add_rgbs(option, of.colours[p], help)->check(limits)->needs(place)->group(group);
+            else
+                app.add_option(option, of.numbers[p], help)->check(limits)->needs(place)->group(group);
+        }
+    }
 }
 
 std::vector<Light> lights_asked(const LightOptions& o)
 {
-    check_count("--sun-irradiance", o.irradiances, "--sun", o.suns.size());
-    check_count("--sun-diameter", o.diameters, "--sun", o.suns.size());
-    check_count("--lamp-intensity", o.intensities, "--lamp", o.lamps.size());
     std::vector<Light> lights;
-    for (size_t k = 0; k < o.suns.size(); ++k) {
-        Light light;
-        light.name = numbered("sun", k);
-        light.to_light = o.suns[k];
-        if (!(light.to_light.length() > 0))
-            throw UsageError("--sun " + shortest(o.suns[k]) + ": expected a direction, not 0");
-        light.to_light.normalize();
-        light.irradiance = of(o.irradiances, k, Vec3d(1.0));
-        light.angular_diameter = of(o.diameters, k, 0.0);
-        lights.push_back(light);
-    }
-    for (size_t k = 0; k < o.lamps.size(); ++k) {
-        Light light;
-        light.name = numbered("lamp", k);
-        light.kind = LightKind::Point;
-        light.position = o.lamps[k];
-        light.irradiance = of(o.intensities, k, Vec3d(1.0));
-        lights.push_back(light);
+    for (size_t k = 0; k < o.kinds.size(); ++k) {
+        const LightKind& kind = *light_kinds()[k];
+        const LightOptions::OfKind& given = o.kinds[k];
+        for (size_t p = 0; p < kind.parameters.size(); ++p)
+            check_count(option_of(kind, kind.parameters[p]), given.colours[p].size() + given.numbers[p].size(),
+                        option_of(kind), given.places.size());
+        for (size_t n = 0; n < given.places.size(); ++n) {
+            if (kind.at_infinity && !(given.places[n].length() > 0))
+                throw UsageError(option_of(kind) + " " + shortest(given.places[n]) + ": expected a direction, not 0");
+            std::vector<Vec3d> values;
+            for (size_t p = 0; p < kind.parameters.size(); ++p) {
+                const double otherwise = kind.parameters[p].otherwise;
+                values.push_back(kind.parameters[p].colour ? of(given.colours[p], n, Vec3d(otherwise))
+                                                           : Vec3d(of(given.numbers[p], n, otherwise)));
+            }
+            lights.emplace_back(kind, numbered(kind.name, n), given.places[n], std::move(values));
+        }
     }
     return lights;
 }
 
-Light automatic_sun(const Vec3d& up)
-{
-    Light light;
-    light.to_light = default_sun_direction(up);
-    light.irradiance = Vec3d(four_pi);
-    return light;
-}
-
-bool same_place(const Light& a, const Light& b)
-{
-    if (a.kind != b.kind) return false;
-    if (a.kind == LightKind::Point) return (a.position - b.position).length() <= 1e-9 * a.position.length();
-    return (a.to_light - b.to_light).length() <= 1e-9 && std::abs(a.angular_diameter - b.angular_diameter) <= 1e-9;
-}
+Light automatic_sun(const Vec3d& up) { return make_sun(default_sun_direction(up), Vec3d(four_pi)); }
 
 std::string described(const Light& light)
 {
-    return light.name +
-           (light.kind == LightKind::Point ? " at " + brief(light.position) : " towards " + brief(light.to_light));
+    return light.name + " " + light.kind().preposition + " " + brief(light.place());
 }
 
 }  // namespace vdbcloud::app

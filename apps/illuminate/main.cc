@@ -119,7 +119,7 @@ void illuminate(app::App& app, const Options& o)
     const auto density = density_of(file, o.density, app.warnings());
     const Medium medium = app::chosen_medium(app, o.medium, *density);
     const auto tasks = tasks_of(app, o, file, *density, medium);
-    const auto disc = [](const Task& task) { return !task.done && task.light.angular_diameter > 0; };
+    const auto disc = [](const Task& task) { return !task.done && task.light.parts(2).size() > 1; };
     o.disc_samples.check_effect(std::any_of(tasks.begin(), tasks.end(), disc), "a --sun-diameter above 0");
     if (app.dry_run()) return estimate(app, o, *density, tasks.size());
 

@@ -64,7 +64,7 @@ std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, GridFile& 
         if (app.dry_run() || o.periodic.size()) continue;
         const GridBasePtr there = find_grid(file, transmittance_name(light));
         const auto theirs = there ? read_light(*there, there->getName()) : std::nullopt;
-        if (theirs && app::same_place(*theirs, light) && theirs->irradiance == light.irradiance &&
+        if (theirs && same_place(*theirs, light) && theirs->strength() == light.strength() &&
             app::same_extinction(*there, medium) &&
             get_text(*there, schema::density_digest, "") == grid_digest(density))
             continue;

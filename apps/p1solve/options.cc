@@ -151,11 +151,7 @@ Sky chosen_sky(const P1solveOptions& o, const std::vector<Light>& lights, const 
     Sky sky;
     sky.up = up;
     if (o.sky == "day" || (o.sky.empty() && app::sky_asked(o.sky_shape))) {
-        Vec3d brightest(0.0);
-        for (const Light& light : lights)
-            for (int c = 0; c < 3 && light.kind == LightKind::Directional; ++c)
-                brightest[c] = std::max(brightest[c], light.irradiance[c]);
-        sky = Sky::clear_day(brightest, up);
+        sky = Sky::clear_day(brightest_sun(lights), up);
     } else if (!o.sky.empty()) {
         sky = Sky::constant(app::colour_asked("--sky", o.sky, "day, one number or r,g,b"));
         sky.up = up;

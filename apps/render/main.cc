@@ -48,7 +48,7 @@ void render(app::App& app, RenderOptions& o)
     check_outputs(app, o);
     const ImageSize size = image_size(o);
     LoadedScene loaded = load_scene(app, o);
-    const auto background = chosen_background(o, sun_irradiance(loaded.scene), loaded.up, loaded.sky);
+    const auto background = chosen_background(o, brightest_sun(loaded.scene.lights), loaded.up, loaded.sky);
     loaded.scene.background = background.sky;
     const CameraView view(chosen_camera(o, loaded, size), size);
     report_picture(app, o, loaded, view);

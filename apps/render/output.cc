@@ -11,6 +11,9 @@ namespace vdbcloud {
 
 namespace {
 
+/// "irradiance" of a sun, "intensity" of a lamp.
+std::string strength_name(const Light& light) { return light.kind().parameters[0].name; }
+
 nlohmann::json triple(const Vec3d& v) { return {v[0], v[1], v[2]}; }
 
 constexpr double seconds_per_cell = 40e-9;  // of the march on one core; measured, for a rough estimate only
@@ -27,8 +30,8 @@ ImageMetadata image_metadata(const app::App& app, const RenderOptions& o, const 
                  {"vdbcloud:alpha", "1 - mean over r, g, b of the transmittance"},
                  {"vdbcloud:Z", "depth along the view axis where the transmittance falls to 0.5; 1e30: it does not"}};
     for (const Light& light : loaded.scene.lights)
-        out.texts.push_back({"vdbcloud:light_" + light.name,
-                             app::described(light) + ", irradiance " + app::shortest(light.irradiance)});
+        out.texts.push_back({"vdbcloud:light_" + light.name, app::described(light) + ", " + strength_name(light) + " " +
+                                                                 app::shortest(light.strength())});
     for (size_t v = 0; v < loaded.scene.volumes.size(); ++v) {
         const Volume& volume = loaded.scene.volumes[v];
         const Medium& m = volume.medium;
@@ -58,7 +61,7 @@ void report_picture(app::App& app, const RenderOptions& o, const LoadedScene& lo
     for (const Light& light : loaded.scene.lights)
         report["lights"].push_back({{"name", light.name},
                                     {"light", app::described(light)},
-                                    {"irradiance", triple(light.irradiance)},
+                                    {strength_name(light), triple(light.strength())},
                                     {"automatic", loaded.automatic_light}});
     for (const Volume& volume : loaded.scene.volumes)
         report["media"].push_back({{"sigma_t_per_density", triple(volume.medium.sigma_t_per_density)},

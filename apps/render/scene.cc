@@ -113,7 +113,7 @@ std::vector<Light> inherited_lights(const std::vector<GridFile>& files)
                 std::find_if(lights.begin(), lights.end(), [&](const Light& l) { return l.name == light.name; });
             if (same == lights.end())
                 lights.push_back(light);
-            else if (!app::same_place(*same, light) || same->irradiance != light.irradiance)
+            else if (!same_place(*same, light) || same->strength() != light.strength())
                 throw UsageError(file.path + ": " + app::described(light) + " is not the " + app::described(*same) +
                                  " of another input: choose with --sun or --lamp");
         }
@@ -125,7 +125,7 @@ std::string misfit(const GridBase& grid, const Light& light, const Volume& volum
 {
     const auto theirs = read_light(grid, grid.getName());
     if (!theirs) return "says nothing of its light";
-    if (!app::same_place(*theirs, light)) return "belongs to the " + app::described(*theirs);
+    if (!same_place(*theirs, light)) return "belongs to the " + app::described(*theirs);
     if (!app::same_extinction(grid, volume.medium))
         return "was computed with extinction " + app::brief(get_vector(grid, schema::sigma_t_per_density, Vec3d(0.0))) +
                ", now " + app::brief(volume.medium.sigma_t_per_density);
@@ -207,7 +207,7 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
         out.scene.lights.push_back(app::automatic_sun(vector_of(out.up)));
         out.automatic_light = true;
         app.say("no light given: " + app::described(out.scene.lights[0]) + ", irradiance " +
-                app::brief(out.scene.lights[0].irradiance[0]));
+                app::brief(out.scene.lights[0].strength()[0]));
     }
     for (size_t v = 0; v < files.size(); ++v) require_same_light(files[v], out.scene.volumes[v], out.scene.lights);
     for (size_t v = 0; v < files.size(); ++v) relight_volume(app, files[v], out.scene.volumes[v], out.scene.lights, o);
@@ -218,15 +218,6 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
             volume.transmittance.push_back(light_grid(app, files[v], volume, light, o));
         }
     return out;
-}
-
-Vec3d sun_irradiance(const Scene& scene)
-{
-    Vec3d most(0.0);
-    for (const Light& light : scene.lights)
-        if (light.kind == LightKind::Directional)
-            for (int c = 0; c < 3; ++c) most[c] = std::max(most[c], light.irradiance[c]);
-    return most;
 }
 
 }  // namespace vdbcloud

@@ -25,7 +25,4 @@ struct LoadedScene {
 /// coefficients.
 LoadedScene load_scene(app::App&, const RenderOptions&);
 
-/// The greatest irradiance of the distant lights, by channel.
-Vec3d sun_irradiance(const Scene&);
-
 }  // namespace vdbcloud

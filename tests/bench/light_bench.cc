@@ -37,8 +37,7 @@ void light(benchmark::State& state)
     const bool with_exact = state.range(0) <= 256;
     Medium medium;
     medium.sigma_t_per_density = Vec3d(60);
-    Light sun;
-    sun.to_light = Vec3d(0.3, 1, 0.2).unit();
+    const Light sun = make_sun(Vec3d(0.3, 1, 0.2));
     TransmittanceOptions lattice, exact{Fidelity::Exact};
     lattice.error_samples = 2000;
     TransmittanceReport report;

@@ -181,12 +181,11 @@ protected:
                 tau = std::max(tau, column);
             }
         kappa = 15 / tau;  // the thickest vertical optical depth is 15
-        sun.to_light = Vec3d(0.3, 1, 0.2).unit();
     }
 
     Picture traced(const View& view, double w0, double g, int samples, uint64_t seed) const
     {
-        const test::McMedium medium{&bricks, kappa, densest * 1.0001, w0, g, sun.to_light};
+        const test::McMedium medium{&bricks, kappa, densest * 1.0001, w0, g, sun.place()};
         std::vector<Mean> pixel(pixels * pixels);
         tbb::parallel_for(0, pixels * pixels, [&](int p) {
             double square = 0;
@@ -272,7 +271,7 @@ protected:
     FloatGridPtr grid;
     BrickMap bricks;
     double densest = 0, kappa = 1;
-    Light sun;
+    Light sun = make_sun(Vec3d(0.3, 1, 0.2));
 };
 
 Mean mean(const Picture& picture)

@@ -31,9 +31,7 @@ Medium medium(double sigma_t, double albedo = 1, double g = 0)
 Scene sunlit(const FloatGridPtr& density, const Medium& m, const Vec3d& to_sun, const TransmittanceOptions& light = {})
 {
     Scene scene;
-    Light sun;
-    sun.to_light = to_sun.unit();
-    sun.irradiance = Vec3d(2, 3, 5);
+    const Light sun = make_sun(to_sun, Vec3d(2, 3, 5));
     scene.lights.push_back(sun);
     Volume volume;
     volume.density = density;

@@ -148,13 +148,8 @@ TEST(Layers, DirectLightOfAScaledMediumIsAttenuatedBothWays)
     const double f = 0.36, w0 = 0.8, sigma_t = 0.1, g = 0.6;
     Medium scaled = medium(Vec3d((1 - f * w0) * sigma_t), Vec3d(w0), g);
     Scene scene;
-    Light key, fill;
-    key.name = "key";
-    key.to_light = Vec3d(0, 0, 1);
-    key.irradiance = Vec3d(2, 3, 5);
-    fill = key;
-    fill.name = "fill";
-    fill.irradiance = Vec3d(7, 0, 1);
+    const Light key = make_sun(Vec3d(0, 0, 1), Vec3d(2, 3, 5), 0, "key"),
+                fill = make_sun(Vec3d(0, 0, 1), Vec3d(7, 0, 1), 0, "fill");
     scene.lights = {key, fill};
     Volume volume = volume_of(density, medium(Vec3d(sigma_t), Vec3d(w0), g));
     volume.forward = f;
@@ -171,11 +166,11 @@ TEST(Layers, DirectLightOfAScaledMediumIsAttenuatedBothWays)
             const Picture picture(scene, one_pixel(Vec3d(7.5, 7.5, 7.5), Vec3d(0, 0, -1)), options);
             for (int c = 0; c < 3; ++c) {
                 // The light's depth is interpolated linearly where density ramps: (sigma_t h)^2 / 8 there.
-                EXPECT_NEAR(picture.at("direct_key", c), w0 * p * key.irradiance[c] / (1 - f * w0) * (1 - T * T) / 2,
-                            5e-4 * key.irradiance[c] * p)
+                EXPECT_NEAR(picture.at("direct_key", c), w0 * p * key.strength()[c] / (1 - f * w0) * (1 - T * T) / 2,
+                            5e-4 * key.strength()[c] * p)
                     << name(kind);
-                EXPECT_NEAR(picture.at("direct_fill", c) * key.irradiance[c],
-                            picture.at("direct_key", c) * fill.irradiance[c], 1e-5);
+                EXPECT_NEAR(picture.at("direct_fill", c) * key.strength()[c],
+                            picture.at("direct_key", c) * fill.strength()[c], 1e-5);
                 EXPECT_NEAR(picture.at("", c), picture.at("direct_key", c) + picture.at("direct_fill", c), 1e-6);
             }
         }
@@ -185,8 +180,7 @@ TEST(Layers, DirectLightIsTintedByColour)
 {
     const auto density = cube();
     Scene scene;
-    Light sun;
-    sun.to_light = Vec3d(0.3, 1, 0.2).unit();
+    const Light sun = make_sun(Vec3d(0.3, 1, 0.2));
     scene.lights = {sun};
     Volume volume = volume_of(density, medium(Vec3d(0.1), Vec3d(0.8), 0.3));
     volume.transmittance.push_back(transmittance_grid(*density, volume.medium, sun, {}));
@@ -216,10 +210,7 @@ TEST(Layers, DirectLightOfAPointLightFallsWithTheSquareOfItsDistance)
     for (const Integrator kind : integrators)
         for (double distance : {4.0, 12.0, 36.0}) {
             Scene scene;
-            Light lamp;
-            lamp.kind = LightKind::Point;
-            lamp.position = Vec3d(7.5 + distance, 7.5, 3);
-            lamp.irradiance = Vec3d(1e6, 2e6, 0);
+            const Light lamp = make_lamp(Vec3d(7.5 + distance, 7.5, 3), Vec3d(1e6, 2e6, 0));
             scene.lights = {lamp};
             scene.volumes.push_back(volume_of(density, medium(Vec3d(sigma_t), Vec3d(w0), g)));
             scene.volumes[0].transmittance.push_back(openvdb::FloatGrid::create(1.0f));
@@ -229,16 +220,16 @@ TEST(Layers, DirectLightOfAPointLightFallsWithTheSquareOfItsDistance)
             for (int n = 0; n < points; ++n) {
                 const double z = -1 + 18 * (n + 0.5) / points, ramp = std::min({1.0, z + 1, 16 - z});
                 if (ramp <= 0) continue;
-                const Vec3d to = lamp.position - Vec3d(7.5, 7.5, z);  // the ray travels along -z
+                const Vec3d to = lamp.place() - Vec3d(7.5, 7.5, z);  // the ray travels along -z
                 const double r = to.length(), cosine = (-to / r).dot(Vec3d(0, 0, 1));
                 sum += ramp / (r * r) * PhaseFunction(scene.volumes[0].medium)(cosine) * 18 / points;
             }
             // Cells take p at the middle of a cell and the mean of 1/r^2 over it: second order, (h / r)^2 / 24 of it.
             for (int c = 0; c < 3; ++c)
-                EXPECT_NEAR(picture.at("direct_sun", c), w0 * sigma_t * lamp.irradiance[c] * sum,
-                            4e-3 * w0 * sigma_t * lamp.irradiance[c] * sum)
+                EXPECT_NEAR(picture.at("direct_lamp", c), w0 * sigma_t * lamp.strength()[c] * sum,
+                            4e-3 * w0 * sigma_t * lamp.strength()[c] * sum)
                     << name(kind) << ' ' << distance;
-            EXPECT_NEAR(picture.at("direct_sun", 1), 2 * picture.at("direct_sun", 0), 1e-6);
+            EXPECT_NEAR(picture.at("direct_lamp", 1), 2 * picture.at("direct_lamp", 0), 1e-6);
         }
 }
 
@@ -270,8 +261,7 @@ TEST(Layers, BeautyIsTheSumOfItsParts)
     const Gathered gathered;
     const auto density = cube();
     Scene scene;
-    Light sun;
-    sun.to_light = Vec3d(0.3, 1, 0.2).unit();
+    const Light sun = make_sun(Vec3d(0.3, 1, 0.2));
     scene.lights = {sun};
     Volume volume = gathered.volume(density);
     volume.emission = constant_like<Vec3SGrid>(*density, Vec3f(0.01f, 0.02f, 0.04f));

@@ -108,8 +108,7 @@ TEST(FluxLimiter, KeepsTheFluxOfThinPartsBelowTheirFluence)
     medium.sigma_t_per_density = Vec3d(3);
     medium.albedo = Vec3d(1);
     medium.g = 0.6;
-    Light sun;
-    sun.to_light = Vec3d(0.3, 1, 0.2).unit();
+    const Light sun = make_sun(Vec3d(0.3, 1, 0.2));
     ScatterOptions options;
     options.limiter = true;
     options.reentry_rays = options.line_rays = 0;

@@ -65,8 +65,7 @@ SlabOutcome slab(int n, double tau, double w0, double g, double mu, bool delta, 
     Case c(test::field(Vec3i(8, n, 8), Vec3d(h), [&](const Vec3i&) { return 1.0; }), {true, false, true});
     const P1Operator p1(c.index, c.density, c.exposed, {tau, w0, nullptr, g, delta});
     P1Source source(p1);
-    Light sun;
-    sun.to_light = Vec3d(std::sqrt(1 - mu * mu), mu, 0);
+    const Light sun = make_sun(Vec3d(std::sqrt(1 - mu * mu), mu, 0));
     const double extinction = tau * p1.scaling(0).extinction;
     double lost = 0;
     if (E > 0) {
@@ -279,8 +278,7 @@ TEST(Sun, OnHardMediaConvergesAndBalances)
                 medium.sigma_t_per_density = Vec3d(1);
                 medium.g = g;
                 medium.albedo = Vec3d(albedo);
-                Light sun;
-                sun.to_light = Vec3d(0.3, 1, 0.2).unit();
+                const Light sun = make_sun(Vec3d(0.3, 1, 0.2));
                 ScatterOptions options;
                 options.solve.max_iterations = 400;
                 ScatterReport report;
@@ -336,8 +334,7 @@ std::pair<double, double> cloud_power(int n, const Vec3d& to_light, double* defe
     Case c(grid);
     const P1Operator p1(c.index, c.density, c.exposed, {12, 0.99, nullptr, 0.85, true});
     const BrickMap bricks(*grid);
-    Light sun;
-    sun.to_light = to_light.unit();
+    const Light sun = make_sun(to_light);
     P1Source source(p1);
     const double extinction = 12 * p1.scaling(0).extinction;
     add_beam(p1, beam_depths(c.index, c.exposed, bricks, sun), extinction, {{&source, 1.0}});
@@ -367,9 +364,7 @@ TEST(PointLight, InsideACloudBringsItsWholePower)
     Case c(test::field(Vec3i(17), Vec3d(0.25), [](const Vec3i&) { return 1.0; }));
     const P1Operator p1(c.index, c.density, c.exposed, {2, 1, nullptr, 0.5, true});
     const BrickMap bricks(*c.grid);
-    Light lamp;
-    lamp.kind = LightKind::Point;
-    lamp.position = Vec3d(2.03, 1.98, 2.01);
+    const Light lamp = make_lamp(Vec3d(2.03, 1.98, 2.01));
     P1Source source(p1);
     add_beam(p1, beam_depths(c.index, c.exposed, bricks, lamp), 2 * p1.scaling(0).extinction, {{&source, 3.0}});
     EXPECT_NEAR(source.beam_in, 3 * 4 * pi, 1e-9);
@@ -388,9 +383,7 @@ TEST(ScatterP1, SharesSolutionsBetweenChannelsAndStampsWhatItMade)
     medium.sigma_t_per_density = Vec3d(3);
     medium.albedo = Vec3d(0.99, 0.99, 0.9);
     medium.g = 0.85;
-    Light sun;
-    sun.to_light = Vec3d(0.3, 1, 0.2).unit();
-    sun.irradiance = Vec3d(2, 1, 1);
+    const Light sun = make_sun(Vec3d(0.3, 1, 0.2), Vec3d(2, 1, 1));
     ScatterReport report;
     const auto fields = scatter_p1(*grid, nullptr, nullptr, medium, {sun}, {}, {}, report);
     ASSERT_TRUE(fields.phi);
@@ -407,9 +400,9 @@ TEST(ScatterP1, SharesSolutionsBetweenChannelsAndStampsWhatItMade)
     // A sun for each channel of its own is the same medium three times over.
     Medium grey = medium;
     grey.albedo = Vec3d(0.99);
-    sun.irradiance = Vec3d(0, 0, 4);
+    const Light blue_sun = make_sun(Vec3d(0.3, 1, 0.2), Vec3d(0, 0, 4));
     ScatterReport blue;
-    scatter_p1(*grid, nullptr, nullptr, grey, {sun}, {}, {}, blue);
+    scatter_p1(*grid, nullptr, nullptr, grey, {blue_sun}, {}, {}, blue);
     EXPECT_NEAR(blue.channel[2].budget.largest, 2 * report.channel[0].budget.largest,
                 1e-5 * blue.channel[2].budget.largest);
     EXPECT_EQ(blue.channel[0].budget.largest, 0);
@@ -423,7 +416,7 @@ TEST(ScatterP1, TakesTheAlbedoOfEachVoxelFromItsTint)
     Medium medium;
     medium.sigma_t_per_density = Vec3d(4);
     medium.g = 0.7;
-    Light sun;
+    const Light sun = make_sun(Vec3d(0, 1, 0));
     ScatterReport tinted, plain;
     scatter_p1(*grid, tint.get(), nullptr, medium, {sun}, {}, {}, tinted);
     medium.albedo = Vec3d(double(0.9f));
@@ -438,7 +431,7 @@ TEST(ScatterP1, OfNothingIsNothing)
 {
     const auto grid = test::field(Vec3i(4), Vec3d(1), [](const Vec3i&) { return 0.0; });
     ScatterReport report;
-    EXPECT_FALSE(scatter_p1(*grid, nullptr, nullptr, {}, {Light()}, {}, {}, report).phi);
+    EXPECT_FALSE(scatter_p1(*grid, nullptr, nullptr, {}, {make_sun(Vec3d(0, 1, 0))}, {}, {}, report).phi);
     EXPECT_TRUE(report.converged);
 }
 

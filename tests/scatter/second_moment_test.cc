@@ -59,8 +59,7 @@ Result solve(const Cloud& c, const Lit& lit, ClosureOptions options)
     const auto open = closure_exposed(coarse);
     const P1Operator p1(c.index, c.density, open, {lit.sigma, lit.w0, nullptr, lit.g, true, options.degree});
     Multigrid multigrid(p1.stencil()), multigrid1(coarse.stencil());
-    Light sun;
-    sun.to_light = lit.to_sun.unit();
+    const Light sun = make_sun(lit.to_sun);
     SecondMoment closure(p1, options);
     closure.set_sky(lit.sky);
     P1Source first(coarse), base(p1);
@@ -427,8 +426,7 @@ TEST(SecondMoment, TakesTheAlbedoOfEachVoxelFromItsTint)
     Medium medium;
     medium.sigma_t_per_density = Vec3d(40);
     medium.g = 0.8;
-    Light sun;
-    sun.to_light = Vec3d(0.3, 1, 0.2).unit();
+    const Light sun = make_sun(Vec3d(0.3, 1, 0.2));
     for (int degree : {1, 3, 5}) {
         ScatterOptions o;
         o.closure = options(64, 15, degree, 1e-5);

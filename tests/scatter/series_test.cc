@@ -19,7 +19,6 @@ struct Slab {
           index(*grid, {{true, false, true}}), density(index.gather(*grid)), exposed(exposed_voxels(index, density)),
           tau(tau_)
     {
-        sun.to_light = Vec3d(0.6, 0.8, 0);
         sources.beams.emplace_back(periodic_beam_depths(index, exposed, density, sun), 2.0);
         sources.sky.fill(0.1);
     }
@@ -58,7 +57,7 @@ struct Slab {
     std::vector<float> density;
     std::vector<ExposedVoxel> exposed;
     double tau;
-    Light sun;
+    Light sun = make_sun(Vec3d(0.6, 0.8, 0));
     SeriesSources sources;
 };
 

@@ -22,8 +22,7 @@ struct ThinBall {
           index(*grid), density(index.gather(*grid)), exposed(exposed_voxels(index, density)),
           p1(index, density, exposed, {tau, 1, nullptr, g, true}), source(p1)
     {
-        Light sun;
-        sun.to_light = Vec3d(-1, 0, 0);
+        const Light sun = make_sun(Vec3d(-1, 0, 0));
         scaled = tau * p1.scaling(0).extinction;
         add_beam(p1, beam_depths(index, exposed, BrickMap(*grid), sun), scaled, {{&source, 1.0}});
         Multigrid multigrid(p1.stencil());
@@ -98,13 +97,12 @@ TEST(ThinBody, GivesThePictureARadianceThatIsNotNegative)
         m.g = 0.85;
         return m;
     }();
-    Light sun;
     ScatterReport report;
     const auto grid = test::field(Vec3i(8, 32, 8), Vec3d(1.0), [](const Vec3i&) { return 1.0; });
     ScatterOptions options;
     options.periodic = {true, false, true};
     options.line_rays = options.reentry_rays = 0;
-    sun.to_light = Vec3d(0, 1, 0);
+    const Light sun = make_sun(Vec3d(0, 1, 0));
     scatter_p1(*grid, nullptr, nullptr, medium, {sun}, options, {}, report);
     EXPECT_LT(report.channel[0].flux_limited, 2 * 64);
 }

@@ -30,7 +30,7 @@ Camera ahead()  // from +Z to the origin, +Y up, 90 degrees across
     return camera;
 }
 
-TEST(Camera, SendsKnownPixelsThroughKnownPoints)
+TEST(Camera, RaysOfKnownPixelsMeetKnownPoints)
 {
     const CameraView view(ahead(), {200, 100, 1, {}});
     const auto hit = [&](double x, double y) {  // where the ray meets the plane z = 0
@@ -55,7 +55,7 @@ TEST(Camera, OrthographicRaysAreParallelAndSpanItsWidth)
     expect_near(view.ray(300, 100).origin, Vec3d(1.5, -0.5, 4), 1e-14);
 }
 
-TEST(Camera, WidePixelsMakeAFlatterPicture)
+TEST(Camera, PixelAspectOfTwoHalvesTheHeightSeen)
 {
     Camera camera = ahead();
     camera.projection = Projection::Orthographic;
@@ -86,7 +86,7 @@ protected:
     }
 };
 
-TEST_P(AnyProjection, NdcOfAPointOnARayIsItsPlaceInThePicture)
+TEST_P(AnyProjection, NdcOfAPointOnARayIsItsPicturePosition)
 {
     const CameraView v = view();
     for (const auto& [x, y] : {std::pair{0.0, 0.0}, {640.0, 360.0}, {123.4, 300.0}})
@@ -130,7 +130,7 @@ TEST_P(AnyProjection, CameraSpaceIsLeftHandedWithDepthAlongZ)
 
 INSTANTIATE_TEST_SUITE_P(Both, AnyProjection, testing::Values(Projection::Perspective, Projection::Orthographic));
 
-TEST(Camera, LooksStraightUpAndDownToo)
+TEST(Camera, HasAxesWhenLookingAlongUp)
 {
     for (const double y : {-3.0, 3.0}) {
         Camera camera;
@@ -142,7 +142,7 @@ TEST(Camera, LooksStraightUpAndDownToo)
     }
 }
 
-TEST(Camera, ACropChangesNoRay)
+TEST(Camera, CropLeavesRaysUnchanged)
 {
     const CameraView whole(ahead(), {200, 100, 1, {}}), part(ahead(), {200, 100, 1, {20, 30, 50, 60}});
     expect_near(whole.ray(33.5, 40.5).direction, part.ray(33.5, 40.5).direction, 1e-300);
@@ -150,7 +150,7 @@ TEST(Camera, ACropChangesNoRay)
     EXPECT_EQ(whole.size().window(), (PixelWindow{0, 0, 200, 100}));
 }
 
-TEST(Camera, RefusesWhatCannotBeSeenThrough)
+TEST(Camera, RefusesInadmissibleCameras)
 {
     const ImageSize size{64, 64, 1, {}};
     const auto refused = [&](auto change) {

@@ -56,7 +56,7 @@ std::vector<Placement> placements()
 
 class Framing : public testing::TestWithParam<Projection> {};
 
-TEST_P(Framing, HoldsEveryCornerWithinTheMarginAndTouchesIt)
+TEST_P(Framing, KeepsEveryCornerWithinTheMarginAndReachesIt)
 {
     for (const ImageSize& size : {ImageSize{512, 512, 1, {}}, ImageSize{640, 200, 1, {}}, ImageSize{100, 300, 1.5, {}}})
         for (const Placement& where : placements()) {
@@ -80,7 +80,7 @@ TEST_P(Framing, HoldsEveryCornerWithinTheMarginAndTouchesIt)
         }
 }
 
-TEST_P(Framing, TurnsAndScalesWithItsScene)
+TEST_P(Framing, CameraTurnsAndScalesWithItsScene)
 {
     const ImageSize size{320, 240, 1, {}};
     FramingOptions options;
@@ -99,7 +99,7 @@ TEST_P(Framing, TurnsAndScalesWithItsScene)
     }
 }
 
-TEST_P(Framing, TakesALineAlongTheView)
+TEST_P(Framing, CentresALineAlongTheView)
 {
     FramingOptions options;
     options.projection = GetParam();
@@ -111,7 +111,7 @@ TEST_P(Framing, TakesALineAlongTheView)
 
 INSTANTIATE_TEST_SUITE_P(Both, Framing, testing::Values(Projection::Perspective, Projection::Orthographic));
 
-TEST(DefaultView, IsNearlyLevelFromTheFrontWhicheverWayIsUp)
+TEST(DefaultView, IsNearlyLevelFromTheFrontForAnyUp)
 {
     const Vec3d y = default_view_direction(Vec3d(0, 1, 0));
     EXPECT_NEAR(y.length(), 1, 1e-14);
@@ -125,7 +125,7 @@ TEST(DefaultView, IsNearlyLevelFromTheFrontWhicheverWayIsUp)
     EXPECT_NEAR(default_view_direction(Vec3d(0, -1, 0)).dot(Vec3d(0, -1, 0)), y[1], 1e-14);
 }
 
-TEST(DefaultSun, StandsHighToTheLeftOnTheViewersSideWhicheverWayIsUp)
+TEST(DefaultSun, IsHighToTheLeftOnTheViewersSideForAnyUp)
 {
     for (const Vec3d& up : {Vec3d(0, 1, 0), Vec3d(0, 0, 1), Vec3d(-3, 0, 0)}) {
         const Vec3d sun = default_sun_direction(up), view = default_view_direction(up);
@@ -136,7 +136,7 @@ TEST(DefaultSun, StandsHighToTheLeftOnTheViewersSideWhicheverWayIsUp)
     }
 }
 
-TEST(Framing, RefusesNothingToLookAt)
+TEST(Framing, RefusesPointsWithoutExtent)
 {
     EXPECT_THROW(frame_points({}, {}), InputError);
     EXPECT_THROW(frame_points({Vec3d(1, 1, 1), Vec3d(1, 1, 1)}, {}), InputError);

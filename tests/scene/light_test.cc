@@ -1,4 +1,4 @@
-// How lights travel as metadata of their transmittance grids.
+// Lights: the field of each kind against closed forms, and how lights travel as metadata.
 #include "vdbcloud/scene/light.h"
 
 #include "vdbcloud/core/error.h"
@@ -10,28 +10,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 
 namespace vdbcloud {
 namespace {
 
-Light sun()
-{
-    Light light;
-    light.name = "sun_2";
-    light.to_light = Vec3d(0.6, 0.8, 0);
-    light.irradiance = Vec3d(1, 2, 3);
-    light.angular_diameter = 0.53;
-    return light;
-}
+Light sun() { return make_sun(Vec3d(0.6, 0.8, 0), Vec3d(1, 2, 3), 0.53, "sun_2"); }
 
-Light lamp()
-{
-    Light light;
-    light.name = "lamp";
-    light.kind = LightKind::Point;
-    light.position = Vec3d(-1, 20, 0.5);
-    return light;
-}
+Light lamp() { return make_lamp(Vec3d(-1, 20, 0.5), Vec3d(4, 5, 6)); }
 
 FloatGridPtr grid_with(const Light& light)
 {
@@ -41,35 +27,192 @@ FloatGridPtr grid_with(const Light& light)
     return grid;
 }
 
-TEST(Light, ComesBackAsItWasWritten)
+/// Corners of the parallelogram about `centre` with these edges.
+std::array<Vec3d, 4> face(const Vec3d& centre, const Vec3d& u, const Vec3d& v)
+{
+    const Vec3d first = centre - u / 2.0 - v / 2.0;
+    return {first, first + u, first + u + v, first + v};
+}
+
+TEST(Sun, HasOneDirectionAndUnitIrradianceEverywhere)
+{
+    const Light light = sun();
+    for (const Vec3d& x : {Vec3d(0.0), Vec3d(1e6, -3, 2)}) {
+        EXPECT_LT((light->towards(x).direction - Vec3d(0.6, 0.8, 0)).length(), 1e-15);
+        EXPECT_EQ(light->towards(x).distance, INFINITY);
+        EXPECT_EQ(light->irradiance(x), 1);
+        EXPECT_EQ(light->mean_irradiance({x, Vec3d(0, 0, 1)}, 2, 7), 1);
+    }
+    ASSERT_TRUE(light->common_direction());
+    EXPECT_LT((*light->common_direction() - Vec3d(0.6, 0.8, 0)).length(), 1e-15);
+    EXPECT_FALSE(light->source());
+    EXPECT_EQ(light.strength(), Vec3d(1, 2, 3));
+}
+
+TEST(Sun, SendsThroughAFaceItsAreaTimesTheCosine)
+{
+    const Light light = sun();  // travels along (-0.6, -0.8, 0)
+    const auto corner = face(Vec3d(5, 6, 7), Vec3d(2, 0, 0), Vec3d(0, 0, 3));
+    EXPECT_NEAR(light->power_through(corner, Vec3d(0, 1, 0)), -0.8 * 6, 1e-14);
+    EXPECT_NEAR(light->power_through(corner, Vec3d(0, -9, 0)), 0.8 * 6, 1e-14);
+}
+
+TEST(Sun, DiscHasItsDiameterAndIsFilledEvenlyAboutItsCentre)
+{
+    for (const double diameter : {0.53, 40.0, 180.0}) {
+        const Light light = make_sun(Vec3d(0.6, 0, 0.8), Vec3d(1.0), diameter);
+        const int n = 256;
+        const auto parts = light.parts(n);
+        ASSERT_EQ(int(parts.size()), n);
+        // Over a disc of even radiance 1 - cos is evenly spread between 0 and 1 - cos(diameter / 2): its mean is half
+        // of that, its mean square a third. The n points are the midpoints of that range, so the mean is exact and the
+        // mean square errs by 1 / (4 n^2) of a third. The largest misses the edge by half a step.
+        const double edge = 1 - std::cos(diameter / 2 * M_PI / 180);
+        double mean = 0, square = 0, most = 0;
+        Vec3d centre(0.0);
+        for (const auto& part : parts) {
+            const Vec3d to = *part->common_direction();
+            const double from_centre = 1 - to.dot(Vec3d(0.6, 0, 0.8));
+            mean += from_centre / n;
+            square += from_centre * from_centre / n;
+            most = std::max(most, from_centre);
+            centre += to / n;
+            EXPECT_NEAR(to.length(), 1, 1e-14);
+            EXPECT_TRUE(part->parts(n).empty());
+        }
+        EXPECT_NEAR(mean, edge / 2, 1e-13);
+        EXPECT_NEAR(square, edge * edge / 3, edge * edge / (4.0 * n * n) + 1e-13);
+        EXPECT_NEAR(most, edge * (1 - 0.5 / n), 1e-13);
+        // Around the centre the golden angle leaves a discrepancy of order 1 / n of the disc's radius.
+        const Vec3d aside = centre - centre.dot(Vec3d(0.6, 0, 0.8)) * Vec3d(0.6, 0, 0.8);
+        EXPECT_LT(aside.length(), 2 * std::sin(std::min(diameter / 2, 90.0) * M_PI / 180) / n);
+    }
+}
+
+TEST(Sun, WithoutDiscIsItsOnlyPart)
+{
+    for (const Light& light : {make_sun(Vec3d(0, 1, 0)), lamp()}) {
+        const auto parts = light.parts(16);
+        ASSERT_EQ(parts.size(), 1u);
+        EXPECT_EQ(parts[0].get(), &*light);
+    }
+    EXPECT_EQ(sun().parts(1).size(), 1u);
+}
+
+TEST(Lamp, FollowsTheInverseSquare)
+{
+    const Light light = lamp();
+    const Vec3d x = light.place() + Vec3d(2, -3, 6);  // 7 away
+    EXPECT_NEAR(light->irradiance(x), 1.0 / 49, 1e-16);
+    EXPECT_NEAR(light->towards(x).distance, 7, 1e-14);
+    EXPECT_LT((light->towards(x).direction - Vec3d(-2, 3, -6) / 7).length(), 1e-15);
+    EXPECT_FALSE(light->common_direction());
+    ASSERT_TRUE(light->source());
+    EXPECT_EQ(light->source()->position, light.place());
+    EXPECT_NEAR(light->source()->power, 4 * M_PI, 1e-14);
+    EXPECT_EQ(light->towards(light.place()).distance, 0);
+    EXPECT_EQ(light->towards(light.place()).direction, Vec3d(0.0));
+    EXPECT_EQ(light->irradiance(light.place()), INFINITY);
+}
+
+TEST(Lamp, MeanIrradianceAlongARayIsItsIntegral)
+{
+    const Light light = lamp();
+    const WorldRay ray{light.place() + Vec3d(0.3, 0.4, -2), Vec3d(0, 0, 1)};  // passes at 0.5, foot at t = 2
+    for (const auto& [t0, t1] : {std::pair{0.0, 5.0}, {1.9, 2.1}, {4.0, 4.5}}) {
+        // Midpoint rule: error (t1 - t0)^2 / (24 n^2) times the second derivative, at most 2 / 0.5^4 = 32.
+        const int n = 4000;
+        double sum = 0;
+        for (int k = 0; k < n; ++k) sum += light->irradiance(ray.at(t0 + (t1 - t0) * (k + 0.5) / n)) / n;
+        EXPECT_NEAR(light->mean_irradiance(ray, t0, t1), sum, 32 * (t1 - t0) * (t1 - t0) / (24.0 * n * n) + 1e-14);
+    }
+    const WorldRay through{light.place() - Vec3d(0, 0, 1), Vec3d(0, 0, 1)};
+    // The distance is then a hundredth of the piece: 2 atan(0.5 / 0.01) / (0.01 * 1 * 1).
+    EXPECT_NEAR(light->mean_irradiance(through, 0.5, 1.5), 200 * std::atan(50.0), 1e-9);
+}
+
+TEST(Lamp, SendsThroughARectangleItsSolidAngle)
+{
+    const Light light = lamp();
+    const double a = 1.5, b = 0.7, d = 2;  // half edges, distance: 4 atan(a b / (d sqrt(a^2 + b^2 + d^2)))
+    const double angle = 4 * std::atan(a * b / (d * std::sqrt(a * a + b * b + d * d)));
+    for (const double side : {1.0, -1.0}) {
+        const auto corner = face(light.place() + Vec3d(0, side * d, 0), Vec3d(2 * a, 0, 0), Vec3d(0, 0, 2 * b));
+        EXPECT_NEAR(light->power_through(corner, Vec3d(0, 1, 0)), side * angle, 1e-14);
+        EXPECT_NEAR(light->power_through(corner, Vec3d(0, -1, 0)), -side * angle, 1e-14);
+        const std::array<Vec3d, 4> mirrored{corner[0], corner[3], corner[2], corner[1]};
+        EXPECT_NEAR(light->power_through(mirrored, Vec3d(0, 1, 0)), side * angle, 1e-14) << "either way around";
+    }
+}
+
+TEST(Lamp, SendsItsWholePowerOutOfAnyBoxAboutIt)
+{
+    const Light light = lamp();
+    const Vec3d centre = light.place() + Vec3d(0.2, -0.3, 0.1), x(1.3, 0, 0), y(0, 0.9, 0), z(0, 0, 2);
+    double out = 0;
+    for (const double side : {-1.0, 1.0}) {
+        out += light->power_through(face(centre + side * x / 2.0, y, z), side * x);
+        out += light->power_through(face(centre + side * y / 2.0, z, x), side * y);
+        out += light->power_through(face(centre + side * z / 2.0, x, y), side * z);
+    }
+    EXPECT_NEAR(out, 4 * M_PI, 1e-13);
+}
+
+TEST(LightKinds, HaveWordsNamesAndKeysOfTheirOwn)
+{
+    std::set<std::string> words, names;
+    for (const LightKind* kind : light_kinds()) {
+        EXPECT_TRUE(words.insert(kind->word).second) << kind->word;
+        EXPECT_TRUE(names.insert(kind->name).second) << kind->name;
+        ASSERT_FALSE(kind->parameters.empty()) << kind->word;
+        EXPECT_TRUE(kind->parameters[0].colour) << "the strength comes first";
+        EXPECT_EQ(kind->parameters[0].otherwise, 1);
+        std::set<std::string> keys{kind->place_key};
+        for (const LightParameter& p : kind->parameters) EXPECT_TRUE(keys.insert(p.key).second) << p.key;
+        const Light plain(*kind, kind->name, Vec3d(0, 3, 4));
+        EXPECT_EQ(plain.strength(), Vec3d(1.0));
+        EXPECT_NEAR(plain.place().length(), kind->at_infinity ? 1 : 5, 1e-15);
+    }
+    EXPECT_EQ(words, (std::set<std::string>{"directional", "point"})) << "files hold these words";
+}
+
+TEST(Light, ReadsBackWhatItWrote)
 {
     for (const Light& light : {sun(), lamp()}) {
         const auto back = read_light(*grid_with(light), transmittance_name(light));
         ASSERT_TRUE(back.has_value());
         EXPECT_EQ(back->name, light.name);
-        EXPECT_EQ(back->kind, light.kind);
-        EXPECT_LT((back->to_light - light.to_light).length(), 1e-15);
-        EXPECT_EQ(back->position, light.position);
-        EXPECT_EQ(back->irradiance, light.irradiance);
-        EXPECT_EQ(back->angular_diameter, light.angular_diameter);
+        EXPECT_EQ(&back->kind(), &light.kind());
+        EXPECT_LT((back->place() - light.place()).length(), 1e-15);
+        EXPECT_EQ(back->parameters(), light.parameters());
+        EXPECT_TRUE(same_place(*back, light));
     }
 }
 
-TEST(Light, DirectionIsWrittenAsAUnitVector)
+TEST(Light, WritesTheKeysThatFilesHold)
 {
-    Light light = sun();
-    light.to_light *= 10.0;
-    const auto back = read_light(*grid_with(light), transmittance_name(light));
-    EXPECT_LT((back->to_light - sun().to_light).length(), 1e-15);
+    const auto of_sun = grid_with(sun()), of_lamp = grid_with(lamp());
+    EXPECT_EQ(get_text(*of_sun, "vdbcloud:light_kind", ""), "directional");
+    EXPECT_LT((get_vector(*of_sun, "vdbcloud:light_to", Vec3d(0.0)) - Vec3d(0.6, 0.8, 0)).length(), 1e-15);
+    EXPECT_EQ(get_vector(*of_sun, "vdbcloud:light_irradiance", Vec3d(0.0)), Vec3d(1, 2, 3));
+    EXPECT_EQ(get_number(*of_sun, "vdbcloud:light_angular_diameter", 0), 0.53);
+    EXPECT_EQ(get_text(*of_lamp, "vdbcloud:light_kind", ""), "point");
+    EXPECT_EQ(get_vector(*of_lamp, "vdbcloud:light_position", Vec3d(0.0)), Vec3d(-1, 20, 0.5));
+    EXPECT_EQ(get_vector(*of_lamp, "vdbcloud:light_irradiance", Vec3d(0.0)), Vec3d(4, 5, 6));
 }
 
-TEST(Light, AFileGivesItsLightsInOrderAndPassesOverOtherGrids)
+TEST(Light, DirectionBecomesAUnitVector)
+{
+    EXPECT_LT((make_sun(Vec3d(6, 8, 0)).place() - sun().place()).length(), 1e-15);
+}
+
+TEST(Light, AFileGivesItsLightsInOrderAndSkipsOtherGrids)
 {
     GridFile file;
     file.metadata = std::make_shared<MetaMap>();
     auto density = FloatGrid::create(0.0f);
     density->setName(schema::density);
-    auto foreign = FloatGrid::create(1.0f);  // the right name, and nothing known about it
+    auto foreign = FloatGrid::create(1.0f);  // the right name without metadata of ours
     foreign->setName("transmittance_other");
     file.grids = {grid_with(lamp()), density, foreign, grid_with(sun())};
     const auto lights = lights_of(file);
@@ -78,21 +221,65 @@ TEST(Light, AFileGivesItsLightsInOrderAndPassesOverOtherGrids)
     EXPECT_EQ(lights[1].name, "sun_2");
 }
 
-TEST(Light, RefusesWhatCannotShine)
+TEST(Light, IsInTheSamePlaceWhateverItsStrength)
 {
-    const auto refused = [](Light light, auto change) {
-        change(light);
-        MetaMap metadata;
-        EXPECT_THROW(write_light(metadata, light), InputError);
-        EXPECT_EQ(metadata.metaCount(), 0u);
+    EXPECT_TRUE(same_place(sun(), make_sun(Vec3d(6, 8, 1e-9), Vec3d(7.0), 0.53)));
+    EXPECT_FALSE(same_place(sun(), make_sun(Vec3d(6, 8, 1e-6), Vec3d(1, 2, 3), 0.53)));
+    EXPECT_FALSE(same_place(sun(), make_sun(Vec3d(6, 8, 0), Vec3d(1, 2, 3), 0.54)));
+    EXPECT_TRUE(same_place(lamp(), make_lamp(Vec3d(-1, 20, 0.5 + 1e-8))));
+    EXPECT_FALSE(same_place(lamp(), make_lamp(Vec3d(-1, 20, 0.5 + 1e-7))));
+    EXPECT_FALSE(same_place(make_sun(Vec3d(0, 1, 0)), make_lamp(Vec3d(0, 1, 0))));
+}
+
+TEST(Light, TextNamesPlaceAndStrengthOfEach)
+{
+    EXPECT_EQ(lights_text({}), "");
+    EXPECT_EQ(lights_text({make_sun(Vec3d(0, 2, 0), Vec3d(1, 2, 3)), lamp()}),
+              "sun towards 0,1,0 of 1,2,3; lamp at -1,20,0.5 of 4,5,6");
+}
+
+TEST(Light, BrightestSunIsTheLargestOfEachChannelAmongLightsAtInfinity)
+{
+    EXPECT_EQ(brightest_sun({}), Vec3d(0.0));
+    EXPECT_EQ(brightest_sun({make_sun(Vec3d(1, 0, 0), Vec3d(1, 5, 2)), make_lamp(Vec3d(0.0), Vec3d(9.0)),
+                             make_sun(Vec3d(0, 1, 0), Vec3d(3, 4, 1))}),
+              Vec3d(3, 5, 2));
+}
+
+TEST(Light, RefusesInadmissibleValues)
+{
+    const Vec3d y(0, 1, 0), one(1.0);
+    EXPECT_THROW(make_sun(y, one, 0, "the sun"), InputError);
+    EXPECT_THROW(make_sun(y, one, 0, ""), InputError);
+    EXPECT_THROW(make_sun(Vec3d(0.0)), InputError);
+    EXPECT_THROW(make_sun(Vec3d(std::nan(""), 1, 0)), InputError);
+    EXPECT_THROW(make_sun(y, Vec3d(1, -1, 1)), InputError);
+    EXPECT_THROW(make_sun(y, Vec3d(1, 1, INFINITY)), InputError);
+    EXPECT_THROW(make_sun(y, one, -1), InputError);
+    EXPECT_THROW(make_sun(y, one, 181), InputError);
+    EXPECT_THROW(make_lamp(Vec3d(0, 0, INFINITY)), InputError);
+    EXPECT_THROW(make_lamp(Vec3d(0.0), Vec3d(-1.0)), InputError);
+    Light renamed = sun();
+    renamed.name = "the sun";
+    MetaMap metadata;
+    EXPECT_THROW(write_light(metadata, renamed), InputError);
+    EXPECT_EQ(metadata.metaCount(), 0u);
+}
+
+TEST(Light, RefusalsNameLightQuantityAndLimits)
+{
+    const auto said = [](auto make) -> std::string {
+        try {
+            make();
+        } catch (const InputError& e) {
+            return e.what();
+        }
+        return "";
     };
-    refused(sun(), [](Light& l) { l.name = "the sun"; });
-    refused(sun(), [](Light& l) { l.name = ""; });
-    refused(sun(), [](Light& l) { l.to_light = Vec3d(0, 0, 0); });
-    refused(sun(), [](Light& l) { l.to_light[0] = std::nan(""); });
-    refused(sun(), [](Light& l) { l.irradiance[1] = -1; });
-    refused(sun(), [](Light& l) { l.angular_diameter = -1; });
-    refused(lamp(), [](Light& l) { l.position[2] = INFINITY; });
+    EXPECT_EQ(said([] { make_lamp(Vec3d(0.0), Vec3d(1, -1, 1), "lamp3"); }),
+              "light 'lamp3': intensity [1, -1, 1]: expected finite numbers, 0 or above");
+    EXPECT_EQ(said([] { make_sun(Vec3d(0, 1, 0), Vec3d(1.0), 200); }),
+              "light 'sun': diameter 200: expected a number in [0, 180]");
 }
 
 TEST(Light, RefusesAFileThatContradictsItself)

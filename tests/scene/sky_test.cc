@@ -11,7 +11,7 @@
 namespace vdbcloud {
 namespace {
 
-TEST(Sky, ConstantIsTheSameEverywhere)
+TEST(Sky, ConstantHasOneRadiance)
 {
     const Vec3d radiance(0.1, 0.2, 0.7);
     const Sky sky = Sky::constant(radiance);
@@ -20,7 +20,7 @@ TEST(Sky, ConstantIsTheSameEverywhere)
     EXPECT_LT((sky.mean_radiance() - radiance).length(), 1e-15);
 }
 
-TEST(Sky, HasItsColoursWhereItSaysAndNoJumpAtTheHorizon)
+TEST(Sky, HasItsThreeColoursAndIsContinuousAtTheHorizon)
 {
     Sky sky = Sky::clear_day(Vec3d(3, 3, 3), Vec3d(0, 0, 2));
     EXPECT_LT((sky.radiance(Vec3d(0, 0, 1)) - sky.zenith).length(), 1e-15);
@@ -31,7 +31,7 @@ TEST(Sky, HasItsColoursWhereItSaysAndNoJumpAtTheHorizon)
     EXPECT_GT(sky.zenith[2], 2 * sky.zenith[0]);  // blue
 }
 
-TEST(Sky, MeanIsItsIntegralOverTheSphere)
+TEST(Sky, MeanRadianceIsTheIntegralOverTheSphere)
 {
     for (const double haze : {0.0, 1.0, 3.5, 8.0}) {
         Sky sky;
@@ -52,7 +52,7 @@ TEST(Sky, MeanIsItsIntegralOverTheSphere)
     }
 }
 
-TEST(Sky, ShinesOnSurfacesAsItsIntegralSays)
+TEST(Sky, MeanInflowIsTheIntegralOverTheHalfSphere)
 {
     Sky sky;
     sky.zenith = Vec3d(0.1, 0.4, 1);
@@ -68,7 +68,7 @@ TEST(Sky, ShinesOnSurfacesAsItsIntegralSays)
         const Vec3d net = (sky.zenith - sky.ground) * (1 - share);  // int w L dw = pi net up: for any normal
         for (const Vec3d& n : {Vec3d(0, 1, 0), Vec3d(1, 0, 0), Vec3d(0, 0.6, -0.8), Vec3d(0.36, 0.48, 0.8)}) {
             EXPECT_LT((sky.mean_inflow(n) - sky.mean_inflow(-n) - n.dot(sky.up) * net).length(), 3e-5);
-            // A surface and its mirror image across the horizon see both halves of the sky, each once.
+            // A surface and its mirror image across the horizon together receive from both halves of the sky.
             const Vec3d mirrored = n - 2 * n.dot(sky.up) * sky.up;
             Sky flipped = sky;
             std::swap(flipped.zenith, flipped.ground);
@@ -88,14 +88,14 @@ TEST(Sky, ShinesOnSurfacesAsItsIntegralSays)
         EXPECT_LT((Sky::constant(Vec3d(0.7)).mean_inflow(n) - Vec3d(0.7)).length(), 1e-14);
 }
 
-TEST(Sky, IsReadBackFromWhatItLit)
+TEST(Sky, ReadsBackWhatItWrote)
 {
     Sky sky = Sky::clear_day(Vec3d(3, 4, 5), Vec3d(0, 0, 1));
     sky.haze = 2;
     MetaMap meta;
     EXPECT_FALSE(read_sky(meta));
     write_sky(meta, Sky{});
-    EXPECT_FALSE(read_sky(meta)) << "a black sky lights nothing";
+    EXPECT_FALSE(read_sky(meta)) << "a black sky counts as none";
     write_sky(meta, sky);
     const auto back = read_sky(meta);
     ASSERT_TRUE(back);
@@ -103,7 +103,7 @@ TEST(Sky, IsReadBackFromWhatItLit)
         EXPECT_LT((back->radiance(w) - sky.radiance(w)).length(), 1e-15);
 }
 
-TEST(Sky, RefusesColoursBelowNothing)
+TEST(Sky, RefusesNegativeOrInfiniteValues)
 {
     check(Sky{});
     Sky sky;

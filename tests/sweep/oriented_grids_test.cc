@@ -136,11 +136,8 @@ public:
         medium.sigma_t_per_density = Vec3d(0.3);
         medium.albedo = Vec3d(0.98);
         medium.g = 0.6;
-        std::vector<Light> lights(sunlight > 0 ? 1 : 0);
-        for (Light& sun : lights) {
-            sun.to_light = turn ? turned(to_sun) : to_sun;
-            sun.irradiance = Vec3d(sunlight);
-        }
+        std::vector<Light> lights;
+        if (sunlight > 0) lights.push_back(make_sun(turn ? turned(to_sun) : to_sun, Vec3d(sunlight)));
         ScatterOptions options;
         options.sky.zenith = Vec3d(1);
         options.sky.horizon = Vec3d(0.2);

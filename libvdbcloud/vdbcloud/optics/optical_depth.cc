@@ -16,4 +16,10 @@ double density_depth(const BrickMap& density, const WorldRay& world, double t0, 
     return sum;
 }
 
+double depth_to_light(const BrickMap& density, const LightModel& light, const Vec3d& x)
+{
+    const Sight sight = light.towards(x);
+    return sight.distance > 0 ? density_depth(density, {x, sight.direction}, 0, sight.distance) : 0;
+}
+
 }  // namespace vdbcloud

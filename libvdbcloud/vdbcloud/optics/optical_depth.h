@@ -1,6 +1,7 @@
 #pragma once
 // Optical depth of ray segments through a sparse grid, exactly for its trilinear interpolant.
 #include "vdbcloud/core/affine.h"
+#include "vdbcloud/scene/light.h"
 #include "vdbcloud/voxels/brick_map.h"
 
 namespace vdbcloud {
@@ -16,5 +17,9 @@ namespace vdbcloud {
 /// Threads: no state; call from as many as you like.
 /// Source: Kajiya & Von Herzen 1984, section 3.1: the exponent of the brightness integral.
 double density_depth(const BrickMap& density, const WorldRay& ray, double t0, double t1);
+
+/// The density along the way from x to a light [density x world unit], by density_depth(); 0 where the light is at x.
+/// x: world space.
+double depth_to_light(const BrickMap& density, const LightModel& light, const Vec3d& x);
 
 }  // namespace vdbcloud

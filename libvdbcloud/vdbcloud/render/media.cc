@@ -176,12 +176,7 @@ Vec3d RayMedia::light_depth(size_t light, double t) const
     for (size_t n = 0; n < scene_.volumes.size(); ++n) {
         const auto& v = scene_.volumes[n];
         if (scene_.shadow_rays) {
-            const Light& from = scene_.lights[light];
-            const Vec3d x = ray_.at(t), to = from.kind == LightKind::Point ? from.position - x : from.to_light;
-            const double length = to.length();
-            if (!(length > 0)) continue;
-            const double end = from.kind == LightKind::Point ? length : std::numeric_limits<double>::infinity();
-            sum += extinction(n, v.albedo) * density_depth(v.density, {x, to / length}, 0, end);
+            sum += extinction(n, v.albedo) * depth_to_light(v.density, *scene_.lights[light], ray_.at(t));
         } else if (light < v.light_depth.size()) {
             const auto& map = *v.light_depth[light];
             const Vec3d p = ray_of(n, maps_before_lights + light).at(t);
@@ -242,22 +237,15 @@ Vec3d RayMedia::extinction(size_t volume, const Vec3d& albedo) const
 
 double RayMedia::cosine(const Light& light, double t) const
 {
-    if (light.kind == LightKind::Directional) return light.to_light.dot(ray_.direction);  // -to_light . -direction
-    const Vec3d to = light.position - ray_.at(t);
-    const double r = to.length();
-    return r > 0 ? to.dot(ray_.direction) / r : 1;
+    const Sight sight = light->towards(ray_.at(t));
+    return sight.distance > 0 ? sight.direction.dot(ray_.direction) : 1;  // of -direction and -ray_.direction
 }
 
 Vec3d RayMedia::arriving(size_t light, size_t volume, double t0, double t1) const
 {
     const Light& from = scene_.lights[light];
     const double p = scene_.volumes[volume].phase(std::clamp(cosine(from, (t0 + t1) / 2), -1.0, 1.0));
-    if (from.kind == LightKind::Directional) return p * from.irradiance;
-    // The mean of 1 / (b^2 + (t - foot)^2); b no less than a hundredth of the piece, so that a ray through the light
-    // itself stays finite.
-    const double foot = (from.position - ray_.origin).dot(ray_.direction);
-    const double b = std::max((from.position - ray_.at(foot)).length(), 0.01 * (t1 - t0));
-    return p * from.irradiance * (std::atan2((t1 - foot), b) - std::atan2((t0 - foot), b)) / (b * (t1 - t0));
+    return p * from.strength() * from->mean_irradiance(ray_, t0, t1);
 }
 
 Vec3d RayMedia::peak(size_t light, size_t volume, double t, const Vec3d& albedo, const Vec3d& y) const

@@ -86,7 +86,7 @@ bool is_plain(const PreparedScene& scene)
     const auto& v = scene.volumes[0];
     if (v.colour || v.emission || v.phi || v.forward != 0) return false;
     for (size_t l = 0; l < scene.lights.size(); ++l)
-        if (scene.lights[l].kind != LightKind::Directional || v.light_depth[l]->channels() != 1 ||
+        if (!scene.lights[l]->common_direction() || v.light_depth[l]->channels() != 1 ||
             !same(v.light_depth[l]->index_from_world(), v.density.index_from_world()))
             return false;
     return true;

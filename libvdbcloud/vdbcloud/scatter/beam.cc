@@ -22,25 +22,19 @@ Vec3d unit_vector(int axis, double length)
 
 Vec3d as_double(const Vec3i& v) { return Vec3d(v.x(), v.y(), v.z()); }
 
-/// Signed solid angle under which a triangle is seen from the origin (Van Oosterom & Strackee 1983).
-double solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c)
+/// A point source inside a voxel brings its whole power into it; the faces then carry out what leaves.
+void add_source_inside(const P1Operator& p1, const Light& light,
+                       const std::vector<std::pair<P1Source*, double>>& channels)
 {
-    const double la = a.length(), lb = b.length(), lc = c.length();
-    return 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + a.dot(c) * lb + b.dot(c) * la);
-}
-
-/// A point light inside a voxel brings its whole power, 4 pi I, into it; the faces then carry out what leaves.
-void add_lamp_inside(const P1Operator& p1, const Light& light,
-                     const std::vector<std::pair<P1Source*, double>>& channels)
-{
-    if (light.kind != LightKind::Point) return;
+    const auto point = light->source();
+    if (!point) return;
     const VoxelIndex& index = p1.index();
-    const Vec3d from_origin = light.position - index.world(Vec3d(0, 0, 0));
+    const Vec3d from_origin = point->position - index.world(Vec3d(0, 0, 0));
     Vec3i voxel;
     for (int a = 0; a < 3; ++a) voxel[a] = int(std::floor(from_origin.dot(index.axis(a)) / index.spacing()[a] + 0.5));
     const size_t slot = index.blocks().slot(voxel);
     if (!index.blocks().active(slot)) return;
-    const double power = 4 * M_PI, w0 = p1.scaling(slot).albedo;
+    const double power = point->power, w0 = p1.scaling(slot).albedo;
     for (const auto& [to, strength] : channels) {
         to->rhs[slot] += strength * w0 * power / (p1.hbar() * p1.hbar());
         to->beam_in += strength * power;
@@ -53,23 +47,22 @@ void add_lamp_inside(const P1Operator& p1, const Light& light,
 
 FreeFlux::FreeFlux(const P1Operator& p1, const Light& light) : index_(p1.index()), light_(light)
 {
-    for (int a = 0; a < 3; ++a) constant_[a] = -light.to_light.unit().dot(index_.axis(a)) * p1.face_area(a);
+    const auto to_light = light->common_direction();
+    same_everywhere_ = to_light.has_value();
+    for (int a = 0; a < 3 && to_light; ++a) constant_[a] = -to_light->dot(index_.axis(a)) * p1.face_area(a);
     unit_ = p1.hbar() * p1.hbar();
 }
 
 double FreeFlux::operator()(size_t slot, int axis, int up) const
 {
-    if (light_.kind == LightKind::Directional) return constant_[axis];
+    if (same_everywhere_) return constant_[axis];
     const Vec3d centre = as_double(index_.blocks().voxel(slot)) + unit_vector(axis, up ? 0.5 : -0.5);
     const int b = (axis + 1) % 3, c = (axis + 2) % 3;
-    Vec3d corner[4];
+    std::array<Vec3d, 4> corner;
     for (int k = 0; k < 4; ++k)
         corner[k] =
-            index_.world(centre + unit_vector(b, k == 1 || k == 2 ? 0.5 : -0.5) + unit_vector(c, k >= 2 ? 0.5 : -0.5)) -
-            light_.position;
-    const double angle = solid_angle(corner[0], corner[1], corner[2]) + solid_angle(corner[0], corner[2], corner[3]);
-    const double side = (corner[0] + corner[2]).dot(index_.axis(axis));  // where the light comes from decides the sign
-    return std::copysign(std::abs(angle), side) / unit_;
+            index_.world(centre + unit_vector(b, k == 1 || k == 2 ? 0.5 : -0.5) + unit_vector(c, k >= 2 ? 0.5 : -0.5));
+    return light_->power_through(corner, index_.axis(axis)) / unit_;
 }
 
 void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
@@ -84,7 +77,7 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
             if (forward && additive.empty()) additive.assign(blocks.slots(), 0.0f);
 
     std::vector<double> u(blocks.slots(), 0.0), upper(p1.exposed().size(), 0.0);
-    add_lamp_inside(p1, depths.light, channels);
+    add_source_inside(p1, depths.light, channels);
     for (int a = 0; a < 3; ++a) {
         each_active(blocks, [&](size_t slot) {
             u[slot] = free(slot, a, 0) * std::exp(-extinction * double(depths.lower[a][slot]));
@@ -255,22 +248,19 @@ std::vector<float> beam_fluence(const P1Operator& p1, const BeamDepths& depths, 
             if (blocks.active(above)) note(slot, depths.lower[a][above]);
         });
     }
-    P1Source lamp(p1);  // a lamp inside a cell brings its whole power there
-    add_lamp_inside(p1, depths.light, {{&lamp, 1.0}});
+    P1Source point(p1);
+    add_source_inside(p1, depths.light, {{&point, 1.0}});
     std::vector<float> fluence(blocks.slots(), 0.0f);
     each_active(blocks, [&](size_t slot) {
         const DeltaScaling scaling = p1.scaling(slot);
-        const double inside = lamp.rhs[slot] != 0 ? lamp.rhs[slot] / scaling.albedo : 0.0;
+        const double inside = point.rhs[slot] != 0 ? point.rhs[slot] / scaling.albedo : 0.0;
         const double rate = scaling.extinction * p1.sigma_t(slot) * p1.hbar();
         const double mean = std::max(taken[slot] + inside, 0.0) / rate;
         // Beside a dense voxel a thin one has a share of its power, as density is trilinear, but not its collision
         // rate.
-        double most = std::exp(-extinction * double(least[slot]));
-        if (depths.light.kind == LightKind::Point) {
-            const double r = (p1.index().world(as_double(blocks.voxel(slot))) - depths.light.position).length();
-            most = inside > 0 || r == 0 ? mean : most / (r * r);
-        }
-        fluence[slot] = float(std::min(mean, most));
+        const double free_of_medium = depths.light->irradiance(p1.index().world(as_double(blocks.voxel(slot))));
+        const double most = std::exp(-extinction * double(least[slot])) * free_of_medium;
+        fluence[slot] = float(inside > 0 ? mean : std::min(mean, most));
     });
     return fluence;
 }

@@ -26,39 +26,6 @@ Vec3d unit_vector(int axis, double length)
 
 Vec3d as_double(const Vec3i& v) { return Vec3d(v.x(), v.y(), v.z()); }
 
-/// Depths at voxel + offset for all voxels of the blocks that `wanted` names (all if it is empty); 0 in the others.
-std::vector<float> lattice_depths(const VoxelIndex& index, const BrickMap& density, const Light& light,
-                                  const Vec3d& offset, int rays_per_voxel, const std::vector<char>& wanted,
-                                  const Progress& progress)
-{
-    const Blocks& blocks = index.blocks();
-    VoxelBlocks targets;
-    for (size_t b = 0; b < blocks.count(); ++b)
-        if (wanted.empty() || wanted[b]) targets.block.push_back(blocks.at(b));
-    targets.value.assign(targets.block.size() * 512, 0.0f);
-    lattice_depth(density, light.to_light.unit(), {rays_per_voxel, offset}, targets, progress);
-    if (wanted.empty()) {
-        targets.value.resize(blocks.slots(), 0.0f);
-        return std::move(targets.value);
-    }
-    std::vector<float> all(blocks.slots(), 0.0f);
-    size_t from = 0;
-    for (size_t b = 0; b < blocks.count(); ++b)
-        if (wanted[b]) {
-            std::copy_n(targets.value.begin() + ptrdiff_t(from), 512, all.begin() + ptrdiff_t(b * 512));
-            from += 512;
-        }
-    return all;
-}
-
-/// Depth from one point of block coordinates to a point light.
-float lamp_depth(const VoxelIndex& index, const BrickMap& density, const Light& light, const Vec3d& voxel)
-{
-    const Vec3d x = index.world(voxel), to = light.position - x;
-    const double r = to.length();
-    return r > 0 ? float(density_depth(density, {x, to / r}, 0, r)) : 0.0f;
-}
-
 /// Where an exposed face is asked, relative to its centre [voxels]: half a voxel out of the cell along the beam, which
 /// travels along `travel` [unit, index space]; at most one voxel.
 Vec3d beyond_face(const Vec3d& travel, int axis, int up)
@@ -76,13 +43,22 @@ Vec3d index_travel(const VoxelIndex& index, const Vec3d& world_travel)
     return d.unit();
 }
 
+/// Towards a light of one direction. Throws InputError for any other light.
+Vec3d direction_of(const Light& light)
+{
+    const auto to_light = light->common_direction();
+    if (!to_light)
+        throw InputError("light '" + light.name + "': in a periodic medium expected a distant light (--sun)");
+    return *to_light;
+}
+
 /// Sums density x length from a point towards the light through voxels of constant density, wrapping periodic axes.
 class PeriodicMarch {
 public:
     PeriodicMarch(const VoxelIndex& of, const std::vector<float>& values, const Light& light)
         : index_(of), density_(values)
     {
-        const Vec3d to = light.to_light.unit();
+        const Vec3d to = direction_of(light);
         lo_ = Vec3i(std::numeric_limits<int>::max());
         hi_ = Vec3i(std::numeric_limits<int>::min());
         for (size_t b = 0; b < of.blocks().count(); ++b)
@@ -96,9 +72,9 @@ public:
             if (std::abs(step_[a]) < 1e-12) step_[a] = 0;
             leaves = leaves || (of.blocks().period()[a] == 0 && step_[a] != 0);
         }
-        if (light.kind != LightKind::Directional || !leaves)
+        if (!leaves)
             throw InputError("light '" + light.name +
-                             "': in a periodic medium expected a directional light that is not "
+                             "': in a periodic medium expected a light that is not "
                              "parallel to every axis that ends");
     }
 
@@ -146,58 +122,80 @@ private:
 
 }  // namespace
 
-BeamDepths beam_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed, const BrickMap& density,
-                       const Light& light, int rays_per_voxel, const Progress& progress)
+namespace {
+
+/// By the lattice, for all voxels of a block at once.
+void depths_by_lattice(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed, const BrickMap& density,
+                       const Vec3d& to_light, int rays_per_voxel, const Progress& progress, BeamDepths& depths)
 {
     const Blocks& blocks = index.blocks();
-    BeamDepths depths;
-    depths.light = light;
-    depths.exposed.resize(exposed.size());
-    if (light.kind == LightKind::Point) {
-        for (int a = 0; a < 3; ++a) {
-            depths.lower[a].assign(blocks.slots(), 0.0f);
-            each_active(blocks, [&](size_t slot) {
-                depths.lower[a][slot] =
-                    lamp_depth(index, density, light, as_double(blocks.voxel(slot)) + unit_vector(a, -0.5));
-            });
-        }
-        tbb::parallel_for(size_t(0), exposed.size(), [&](size_t k) {
-            for (int face = 0; face < 6; ++face) {
-                if (!(exposed[k].faces >> face & 1)) continue;
-                const Vec3d centre =
-                    as_double(blocks.voxel(exposed[k].slot)) + unit_vector(face / 2, face % 2 ? 0.5 : -0.5);
-                const Vec3d away = index.world(centre) - light.position;
-                const Vec3d shift =
-                    away.length() > 0 ? beyond_face(index_travel(index, away), face / 2, face % 2) : Vec3d(0.0);
-                depths.exposed[k][face] = lamp_depth(index, density, light, centre + shift);
-            }
-        });
-        return depths;
-    }
+    std::vector<Vec3i> all;
+    for (size_t b = 0; b < blocks.count(); ++b) all.push_back(blocks.at(b));
     int done = 0;
     const auto part = [&] {
         const double before = done++;
         return progress ? Progress([&progress, before](double f) { return progress((before + f) / 9); }) : Progress();
     };
-    const Vec3d travel = index_travel(index, -light.to_light.unit());
+    const Vec3d travel = index_travel(index, -to_light);
     for (int a = 0; a < 3; ++a) {
-        depths.lower[a] = lattice_depths(index, density, light, unit_vector(a, -0.5), rays_per_voxel, {}, part());
+        depths.lower[a] = lattice_depths(density, to_light, all, {rays_per_voxel, unit_vector(a, -0.5)}, part());
+        depths.lower[a].resize(blocks.slots(), 0.0f);
         for (int up = 0; up < 2; ++up) {
             const int face = 2 * a + up;
-            std::vector<char> wanted(blocks.count(), 0);
-            bool any = false;
+            std::vector<Vec3i> wanted;                                  // blocks with an exposed face of this kind
+            std::vector<size_t> place(blocks.count(), blocks.count());  // of a block among them
             for (const ExposedVoxel& voxel : exposed)
-                if (voxel.faces >> face & 1) {
-                    wanted[voxel.slot / 512] = 1;
-                    any = true;
+                if (const size_t b = voxel.slot / 512; voxel.faces >> face & 1 && place[b] == blocks.count()) {
+                    place[b] = wanted.size();
+                    wanted.push_back(blocks.at(b));
                 }
-            if (!any || travel[a] == 0) continue;
+            if (wanted.empty() || travel[a] == 0) continue;
             const Vec3d offset = unit_vector(a, up ? 0.5 : -0.5) + beyond_face(travel, a, up);
-            const auto beyond = lattice_depths(index, density, light, offset, rays_per_voxel, wanted, part());
+            const auto beyond = lattice_depths(density, to_light, wanted, {rays_per_voxel, offset}, part());
             for (size_t k = 0; k < exposed.size(); ++k)
-                if (exposed[k].faces >> face & 1) depths.exposed[k][face] = beyond[exposed[k].slot];
+                if (exposed[k].faces >> face & 1)
+                    depths.exposed[k][face] = beyond[place[exposed[k].slot / 512] * 512 + exposed[k].slot % 512];
         }
     }
+}
+
+/// By a ray for each face.
+void depths_by_rays(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed, const BrickMap& density,
+                    const LightModel& light, BeamDepths& depths)
+{
+    const Blocks& blocks = index.blocks();
+    const auto depth = [&](const Vec3d& voxel) { return float(depth_to_light(density, light, index.world(voxel))); };
+    for (int a = 0; a < 3; ++a) {
+        depths.lower[a].assign(blocks.slots(), 0.0f);
+        each_active(blocks, [&](size_t slot) {
+            depths.lower[a][slot] = depth(as_double(blocks.voxel(slot)) + unit_vector(a, -0.5));
+        });
+    }
+    tbb::parallel_for(size_t(0), exposed.size(), [&](size_t k) {
+        for (int face = 0; face < 6; ++face) {
+            if (!(exposed[k].faces >> face & 1)) continue;
+            const Vec3d centre =
+                as_double(blocks.voxel(exposed[k].slot)) + unit_vector(face / 2, face % 2 ? 0.5 : -0.5);
+            const Sight sight = light.towards(index.world(centre));
+            const Vec3d shift = sight.distance > 0
+                                    ? beyond_face(index_travel(index, -sight.direction), face / 2, face % 2)
+                                    : Vec3d(0.0);
+            depths.exposed[k][face] = depth(centre + shift);
+        }
+    });
+}
+
+}  // namespace
+
+BeamDepths beam_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed, const BrickMap& density,
+                       const Light& light, int rays_per_voxel, const Progress& progress)
+{
+    BeamDepths depths(light);
+    depths.exposed.resize(exposed.size());
+    if (const auto to_light = light->common_direction())
+        depths_by_lattice(index, exposed, density, *to_light, rays_per_voxel, progress, depths);
+    else
+        depths_by_rays(index, exposed, density, *light, depths);
     return depths;
 }
 
@@ -205,8 +203,7 @@ BeamDepths periodic_beam_depths(const VoxelIndex& index, const std::vector<Expos
                                 const std::vector<float>& density, const Light& light)
 {
     const PeriodicMarch march(index, density, light);
-    BeamDepths depths;
-    depths.light = light;
+    BeamDepths depths(light);
     const Blocks& blocks = index.blocks();
     for (int a = 0; a < 3; ++a) {
         depths.lower[a].assign(blocks.slots(), 0.0f);
@@ -228,7 +225,7 @@ BeamDepths periodic_beam_depths(const VoxelIndex& index, const std::vector<Expos
 LineDepths line_depths(const VoxelIndex& index, const BrickMap& density, const Light& light)
 {
     LineDepths lines;
-    const Vec3d z = light.to_light.unit();
+    const Vec3d z = direction_of(light);
     const Vec3d x = (std::abs(z[0]) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).cross(z).unit(), y = z.cross(x);
     const double spacing = std::cbrt(index.spacing()[0] * index.spacing()[1] * index.spacing()[2]);
     lines.area = spacing * spacing;
@@ -268,7 +265,7 @@ LineDepths periodic_line_depths(const VoxelIndex& index, const std::vector<float
         if (index.blocks().period()[a] == 0 && march.step()[a] != 0) across = a;
     const int b = (across + 1) % 3, c = (across + 2) % 3;
     const Vec3d h = index.spacing();
-    lines.area = h[b] * h[c] * std::abs(light.to_light.unit().dot(index.axis(across)));
+    lines.area = h[b] * h[c] * std::abs(direction_of(light).dot(index.axis(across)));
     Vec3d from;
     from[across] = march.step()[across] > 0 ? march.lo()[across] - 0.5 : march.hi()[across] + 0.5;
     for (int i = march.lo()[b]; i <= march.hi()[b]; ++i)

@@ -5,8 +5,8 @@
 
 namespace vdbcloud {
 
-/// Up an axis through a voxel's lower face (`up` 0) or upper one, per irradiance [hbar^2], or by exact solid angle per
-/// intensity of a point light.
+/// Up an axis through a voxel's lower face (`up` 0) or upper one, for a light of strength 1 [hbar^2 x strength]: by the
+/// face's area for a light of one direction, else by LightModel::power_through().
 class FreeFlux {
 public:
     FreeFlux(const P1Operator&, const Light&);
@@ -15,6 +15,7 @@ public:
 private:
     const VoxelIndex& index_;
     const Light& light_;
+    bool same_everywhere_;
     double constant_[3], unit_;
 };
 

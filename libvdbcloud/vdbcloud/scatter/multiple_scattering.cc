@@ -13,7 +13,6 @@
 #include <cmath>
 #include <functional>
 #include <optional>
-#include <sstream>
 
 namespace vdbcloud {
 
@@ -108,7 +107,7 @@ private:
             of.matrix = {medium_.sigma_t_per_density[c], medium_.albedo[c]};
             of.tint = tint(c);
             of.emission = emission(c);
-            for (const Light& light : lights_) of.light.push_back(light.irradiance[c]);
+            for (const Light& light : lights_) of.light.push_back(light.strength()[c]);
             for (const Vec3d& sky : {o_.sky.zenith, o_.sky.horizon, o_.sky.ground}) of.light.push_back(sky[c]);
             of.light.push_back(of.emission ? 1.0 : 0.0);
         }
@@ -157,20 +156,20 @@ private:
                                           : beam_depths(index_, exposed_, *bricks, light, o_.rays_per_voxel, part);
             note_bytes(p1, sources.size(), 20 * index_.blocks().slots());
             std::vector<std::pair<P1Source*, double>> channels;
-            for (const auto& [source, channel] : sources) channels.emplace_back(source, light.irradiance[channel]);
+            for (const auto& [source, channel] : sources) channels.emplace_back(source, light.strength()[channel]);
             add_beam(p1, depths, extinction, channels);
             if (note) note(light, depths, extinction);
-            if (light.kind != LightKind::Directional || !o_.line_rays) continue;
+            if (!light->common_direction() || !o_.line_rays) continue;
             const double lost = lost_power(periodic_ ? periodic_line_depths(index_, values, light)
                                                      : line_depths(index_, *bricks, light),
                                            extinction);
             for (const auto& [source, channel] : sources) {
                 auto& lines = report_.channel[channel].lines;
-                lines = std::max(lines, 0.0) + lost * light.irradiance[channel];
+                lines = std::max(lines, 0.0) + lost * light.strength()[channel];
             }
         }
         const bool lamps =
-            std::any_of(lights_.begin(), lights_.end(), [](const Light& l) { return l.kind == LightKind::Point; });
+            std::any_of(lights_.begin(), lights_.end(), [](const Light& l) { return !l->common_direction(); });
         for (const auto& [source, channel] : sources)
             if (lamps) report_.channel[channel].lines = -1;
     }
@@ -276,7 +275,7 @@ private:
         report.emitted = source.emitted;
         report_.converged = report_.converged && report.solve.converged;
         report.reentry = o_.reentry_rays > 0 ? reentry_share(p1, source, phi, o_.reentry_rays) : -1;
-        const Vec3d up = lights_.empty() ? Vec3d(0, 1, 0) : lights_[0].to_light;
+        const Vec3d up = lights_.empty() ? Vec3d(0, 1, 0) : lights_[0]->common_direction().value_or(Vec3d(0, 1, 0));
         for (int face = 0; face < 6; ++face) {
             const double side = up.dot(index_.axis(face / 2)) * (face % 2 ? 1 : -1);
             (side > 1e-9 ? report.reflected : report.transmitted) += report.budget.out[face];
@@ -304,7 +303,7 @@ private:
         P1Source base(fine);
         report.lines = -1;
         add_beams(fine, {{&base, c}}, {}, [&](const Light& light, const BeamDepths& depths, double extinction) {
-            const double strength = light.irradiance[c];
+            const double strength = light.strength()[c];
             add_beam_profile(fine, depths, extinction, {{&base, strength}});
             const auto late = beam_fluence(fine, depths, extinction);
             closure.add_uncollided(light, late, strength);
@@ -448,20 +447,6 @@ private:
 };
 
 }  // namespace
-
-std::string lights_text(const std::vector<Light>& lights)
-{
-    std::ostringstream text;
-    text.precision(12);
-    for (const Light& light : lights) {
-        const bool sun = light.kind == LightKind::Directional;
-        const Vec3d& where = sun ? light.to_light : light.position;
-        if (text.tellp() > 0) text << "; ";
-        text << light.name << (sun ? " towards " : " at ") << where[0] << ',' << where[1] << ',' << where[2] << " of "
-             << light.irradiance[0] << ',' << light.irradiance[1] << ',' << light.irradiance[2];
-    }
-    return text.str();
-}
 
 ScatterFields scatter_p1(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission,
                          const Medium& medium, const std::vector<Light>& lights, const ScatterOptions& options,

@@ -93,9 +93,6 @@ ScatterFields scatter_p1(const FloatGrid& density, const Vec3SGrid* tint, const 
                          const Medium& medium, const std::vector<Light>& lights, const ScatterOptions& options,
                          const Progress& progress, ScatterReport& report);
 
-/// Every light in one line, exactly: what phi's metadata says it was lit by (schema::lit_by).
-std::string lights_text(const std::vector<Light>&);
-
 /// Share of the outflow that leaves exposed faces and would hit an active voxel again, by cosine-distributed rays about
 /// the surface's normal. Deterministic.
 double reentry_share(const P1Operator&, const P1Source&, const std::vector<double>& phi, int rays);

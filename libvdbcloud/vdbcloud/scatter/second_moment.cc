@@ -86,15 +86,11 @@ void SecondMoment::add_beam_moments(const Light& light, const std::vector<float>
     const VoxelIndex& index = p1_.index();
     const int terms = std::min(terms_, int(moments.size()));
     each_active(index.blocks(), [&](size_t slot) {
-        Vec3d travel = -light.to_light;
-        if (light.kind == LightKind::Point) {
-            const Vec3i v = index.blocks().voxel(slot);
-            travel = index.world(Vec3d(v.x(), v.y(), v.z())) - light.position;
-        }
-        const double length = travel.length();
+        const Vec3i v = index.blocks().voxel(slot);
+        const Sight sight = light->towards(index.world(Vec3d(v.x(), v.y(), v.z())));
         double y[64] = {};
-        if (length > 0)
-            evaluate_harmonics(o_.degree, index_components(index, travel / length), y);
+        if (sight.distance > 0)
+            evaluate_harmonics(o_.degree, index_components(index, -sight.direction), y);
         else
             y[0] = std::sqrt(1 / (4 * pi));
         for (int k = 0; k < terms; ++k) moments[size_t(k)][slot] += float(strength * fluence[slot] * y[k]);

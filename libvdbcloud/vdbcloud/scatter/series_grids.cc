@@ -45,7 +45,7 @@ double effective_g(const Medium& medium) { return medium.phase == PhaseKind::Hen
 Vec3d channel_scales(const std::vector<Light>& lights, const Sky& sky, int& c0)
 {
     std::vector<Vec3d> strengths{sky.zenith, sky.horizon, sky.ground};
-    for (const Light& light : lights) strengths.push_back(light.irradiance);
+    for (const Light& light : lights) strengths.push_back(light.strength());
     const auto total = [&](int c) {
         double sum = 0;
         for (const Vec3d& s : strengths) sum += s[c];
@@ -91,7 +91,7 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
     for (const Light& light : lights)
         sources.beams.emplace_back(periodic ? periodic_beam_depths(index, exposed, values, light)
                                             : beam_depths(index, exposed, bricks, light, scatter.rays_per_voxel),
-                                   light.irradiance[c0]);
+                                   light.strength()[c0]);
     sources.sky = sky_on_faces(index, scatter.sky, c0);
     const P1Medium channel{medium.sigma_t_per_density[0], 1, nullptr, effective_g(medium), scatter.delta};
     const AlbedoSeries series = albedo_series(index, values, exposed, channel, sources, options);
@@ -223,13 +223,11 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
                     t = grey->tree().getValue(v.getCoord());
                 else if (const auto rgb = openvdb::gridPtrCast<Vec3SGrid>(transmittance[l]))
                     t = rgb->tree().getValue(v.getCoord())[channel];
-                Vec3d travel = -lights[l].to_light;
-                double irradiance = lights[l].irradiance[channel];
-                if (lights[l].kind == LightKind::Point) {
-                    travel = basis[0]->transform().indexToWorld(v.getCoord()) - lights[l].position;
-                    irradiance /= std::max(travel.lengthSqr(), 1e-30);
-                }
-                sum += (q * irradiance * t) * travel.unit();
+                const Vec3d x = basis[0]->transform().indexToWorld(v.getCoord());
+                const Sight sight = lights[l]->towards(x);
+                if (!(sight.distance > 0)) continue;  // without a direction there
+                const double irradiance = lights[l].strength()[channel] * lights[l]->irradiance(x);
+                sum -= (q * irradiance * t) * sight.direction;
             }
             const double longest = longest_flux * std::max(double(fluence.getValue(v.getCoord())[channel]), 0.0),
                          length = sum.length();

@@ -5,16 +5,21 @@
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/scene/light_kinds.h"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
 namespace vdbcloud {
 
-namespace {
+const std::vector<const LightKind*>& light_kinds()
+{
+    static const std::vector<const LightKind*> kinds{&sun_kind, &lamp_kind};
+    return kinds;
+}
 
-constexpr const char* directional = "directional";
-constexpr const char* point = "point";
+namespace {
 
 bool plain_name(const std::string& text)
 {
@@ -27,47 +32,112 @@ bool plain_name(const std::string& text)
 bool is_finite(const Vec3d& v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
 
 template<typename T>
-[[noreturn]] void refuse(const Light& light, const char* what, const T& value, const char* expected)
+[[noreturn]] void refuse(const std::string& light, const char* what, const T& value, const std::string& expected)
 {
     std::ostringstream sentence;
-    sentence << "light '" << printable(light.name) << "': " << what << " " << value << ": expected " << expected;
+    sentence << "light '" << printable(light) << "': " << what << " " << value << ": expected " << expected;
     throw InputError(sentence.str());
 }
 
-/// Throws unless the light can be used; to_light becomes unit.
-Light checked(Light light)
+void check_name(const std::string& name)
 {
-    if (!plain_name(light.name)) refuse(light, "name", printable(light.name), "letters, digits and '_'");
-    if (light.kind == LightKind::Directional) {
-        const double length = light.to_light.length();
-        if (!(std::isfinite(length) && length > 0)) refuse(light, "direction", light.to_light, "a non-zero vector");
-        light.to_light /= length;
-    } else if (!is_finite(light.position)) {
-        refuse(light, "position", light.position, "finite coordinates");
+    if (!plain_name(name)) refuse(name, "name", printable(name), "letters, digits and '_'");
+}
+
+void check(const std::string& light, const LightParameter& parameter, const Vec3d& value)
+{
+    for (int c = 0; c < 3; ++c) {
+        if (value[c] >= parameter.least && value[c] <= parameter.most && std::isfinite(value[c])) continue;
+        std::ostringstream expected;
+        if (std::isfinite(parameter.most))
+            expected << "a number in [" << parameter.least << ", " << parameter.most << "]";
+        else
+            expected << "finite numbers, " << parameter.least << " or above";
+        if (parameter.colour) refuse(light, parameter.name, value, expected.str());
+        refuse(light, parameter.name, value[0], expected.str());
     }
-    for (int c = 0; c < 3; ++c)
-        if (!(light.irradiance[c] >= 0 && std::isfinite(light.irradiance[c])))
-            refuse(light, "irradiance", light.irradiance, "finite numbers, 0 or above");
-    if (!(light.angular_diameter >= 0 && light.angular_diameter <= 180))
-        refuse(light, "angular diameter", light.angular_diameter, "degrees in [0, 180]");
-    return light;
+}
+
+std::string kind_words()
+{
+    std::string words;
+    for (const LightKind* kind : light_kinds()) words += (words.empty() ? "" : " or ") + std::string(kind->word);
+    return words;
 }
 
 }  // namespace
 
+Light::Light(const LightKind& kind, std::string named, const Vec3d& place, std::vector<Vec3d> parameters)
+    : name(std::move(named)), kind_(&kind), place_(place), parameters_(std::move(parameters))
+{
+    check_name(name);
+    if (!is_finite(place)) refuse(name, kind.place_name, place, "finite coordinates");
+    if (kind.at_infinity) {
+        const double length = place.length();
+        if (!(std::isfinite(length) && length > 0)) refuse(name, kind.place_name, place, "a non-zero vector");
+        place_ /= length;
+    }
+    for (size_t p = 0; p < kind.parameters.size(); ++p) {
+        if (p == parameters_.size()) parameters_.emplace_back(kind.parameters[p].otherwise);
+        check(name, kind.parameters[p], parameters_[p]);
+    }
+    model_ = kind.model(place_, parameters_);
+}
+
+std::vector<std::shared_ptr<const LightModel>> Light::parts(int count) const
+{
+    auto parts = model_->parts(count);
+    if (parts.empty()) parts.push_back(model_);
+    return parts;
+}
+
+bool same_place(const Light& a, const Light& b)
+{
+    constexpr double tolerance = 1e-9;
+    if (&a.kind() != &b.kind()) return false;
+    if (!((a.place() - b.place()).length() <= tolerance * a.place().length())) return false;
+    for (size_t p = 1; p < a.parameters().size(); ++p)
+        if (!((a.parameters()[p] - b.parameters()[p]).length() <= tolerance)) return false;
+    return true;
+}
+
+std::string lights_text(const std::vector<Light>& lights)
+{
+    std::ostringstream text;
+    text.precision(12);
+    for (const Light& light : lights) {
+        const Vec3d &at = light.place(), &strength = light.strength();
+        if (text.tellp() > 0) text << "; ";
+        text << light.name << ' ' << light.kind().preposition << ' ' << at[0] << ',' << at[1] << ',' << at[2] << " of "
+             << strength[0] << ',' << strength[1] << ',' << strength[2];
+    }
+    return text.str();
+}
+
+Vec3d brightest_sun(const std::vector<Light>& lights)
+{
+    Vec3d brightest(0.0);
+    for (const Light& light : lights)
+        if (light.kind().at_infinity)
+            for (int c = 0; c < 3; ++c) brightest[c] = std::max(brightest[c], light.strength()[c]);
+    return brightest;
+}
+
 std::string transmittance_name(const Light& light) { return schema::transmittance_prefix + light.name; }
 
-void write_light(MetaMap& to, const Light& given)
+void write_light(MetaMap& to, const Light& light)
 {
-    const Light light = checked(given);
-    const bool is_point = light.kind == LightKind::Point;
-    set_text(to, schema::light_kind, is_point ? point : directional);
-    if (is_point)
-        set_vector(to, schema::light_position, light.position);
-    else
-        set_vector(to, schema::light_to, light.to_light);
-    set_vector(to, schema::light_irradiance, light.irradiance);
-    set_number(to, schema::light_angular_diameter, light.angular_diameter);
+    check_name(light.name);
+    const LightKind& kind = light.kind();
+    set_text(to, schema::light_kind, kind.word);
+    set_vector(to, kind.place_key, light.place());
+    for (size_t p = 0; p < kind.parameters.size(); ++p) {
+        const LightParameter& parameter = kind.parameters[p];
+        if (parameter.colour)
+            set_vector(to, parameter.key, light.parameters()[p]);
+        else
+            set_number(to, parameter.key, light.parameters()[p][0]);
+    }
 }
 
 std::optional<Light> read_light(const MetaMap& from, const std::string& grid_name)
@@ -75,19 +145,17 @@ std::optional<Light> read_light(const MetaMap& from, const std::string& grid_nam
     const std::string prefix = schema::transmittance_prefix;
     if (grid_name.rfind(prefix, 0) != 0 || !has_meta(from, schema::light_kind)) return std::nullopt;
 
-    Light light;
-    light.name = grid_name.substr(prefix.size());
-    const std::string kind = get_text(from, schema::light_kind, "");
-    if (kind != directional && kind != point)
-        refuse(light, "kind", "'" + printable(kind) + "'", "directional or point");
-    light.kind = kind == point ? LightKind::Point : LightKind::Directional;
-    const char* where = light.kind == LightKind::Point ? schema::light_position : schema::light_to;
-    if (!has_meta(from, where)) refuse(light, where, "is missing", "it beside the light's kind");
-    light.position = get_vector(from, schema::light_position, light.position);
-    light.to_light = get_vector(from, schema::light_to, light.to_light);
-    light.irradiance = get_vector(from, schema::light_irradiance, light.irradiance);
-    light.angular_diameter = get_number(from, schema::light_angular_diameter, light.angular_diameter);
-    return checked(light);
+    const std::string name = grid_name.substr(prefix.size()), word = get_text(from, schema::light_kind, "");
+    for (const LightKind* kind : light_kinds()) {
+        if (word != kind->word) continue;
+        if (!has_meta(from, kind->place_key)) refuse(name, kind->place_key, "is missing", "it beside the light's kind");
+        std::vector<Vec3d> values;
+        for (const LightParameter& parameter : kind->parameters)
+            values.push_back(parameter.colour ? get_vector(from, parameter.key, Vec3d(parameter.otherwise))
+                                              : Vec3d(get_number(from, parameter.key, parameter.otherwise)));
+        return Light(*kind, name, get_vector(from, kind->place_key, Vec3d(0.0)), std::move(values));
+    }
+    refuse(name, "kind", "'" + printable(word) + "'", kind_words());
 }
 
 std::vector<Light> lights_of(const GridFile& file)

@@ -1,7 +1,12 @@
 #pragma once
-// Lights as descriptions: what shines from where, and how that travels in a file.
-#include "vdbcloud/core/fwd.h"
+// Lights: what shines from where, by one interface for all kinds, and how a light travels in a file.
+//
+// A new kind of light is a file of its own, as sun.cc and lamp.cc, and a line in the table of light.cc. Metadata,
+// command lines, transmittance grids, sweeps and pictures ask this interface and need no change.
+#include "vdbcloud/core/affine.h"
 
+#include <array>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,31 +15,136 @@ namespace vdbcloud {
 
 struct GridFile;
 
-enum class LightKind { Directional, Point };
-
-/// One light. Directional: `irradiance` is E, perpendicular to the beam. Point: `irradiance` is the intensity
-/// I [power per steradian], so that E = I / r^2 at distance r.
-struct Light {
-    std::string name = "sun";  ///< letters, digits, '_'; its grid is transmittance_<name>
-    LightKind kind = LightKind::Directional;
-    Vec3d to_light{0, 1, 0};    ///< unit, towards the light [world]; directional
-    Vec3d position{0, 0, 0};    ///< [world]; point
-    Vec3d irradiance{1, 1, 1};  ///< per colour channel
-    double angular_diameter =
-        0;  ///< of a directional light [degrees]; 0: a point at infinity. Its mean direction is to_light.
+/// The way from a point to a light.
+struct Sight {
+    Vec3d direction;  ///< unit, towards the light [world]; the zero vector where the distance is 0
+    double distance;  ///< [world unit]; infinity for a light at infinity
 };
+
+/// A point from which all light of a lamp comes.
+struct PointSource {
+    Vec3d position;  ///< [world]
+    double power;    ///< over all directions, at strength 1
+};
+
+/// The light field of one kind of light in a void, at strength 1. All lengths and directions are in world space.
+/// Immutable, so any number of threads may ask it.
+class LightModel {
+public:
+    virtual ~LightModel() = default;
+
+    /// The way from x to the light. Light travels against Sight::direction. For a light with a disc, its centre.
+    virtual Sight towards(const Vec3d& x) const = 0;
+
+    /// Irradiance at x of a surface across the beam; infinity where x is a point source.
+    virtual double irradiance(const Vec3d& x) const = 0;
+
+    /// The mean of irradiance() over t0 <= t <= t1 on a ray, in closed form, finite for every ray.
+    virtual double mean_irradiance(const WorldRay&, double t0, double t1) const = 0;
+
+    /// Power through a parallelogram with these corners, in order around it, each pair of neighbours an edge.
+    /// `normal` is normal to the parallelogram; power that travels along it counts above 0.
+    virtual double power_through(const std::array<Vec3d, 4>& corner, const Vec3d& normal) const = 0;
+
+    /// The unit vector towards the light where it is the same from everywhere; else nothing. Beams of such a light run
+    /// on one lattice.
+    virtual std::optional<Vec3d> common_direction() const { return std::nullopt; }
+
+    /// The point that all light comes from, where there is one at a finite distance.
+    virtual std::optional<PointSource> source() const { return std::nullopt; }
+
+    /// At most `count` lights without extent whose mean stands for this one, each of this one's strength; empty for a
+    /// light without extent.
+    virtual std::vector<std::shared_ptr<const LightModel>> parts(int count) const
+    {
+        (void)count;
+        return {};
+    }
+};
+
+/// A number or a colour that a kind of light has beside its place.
+struct LightParameter {
+    const char* name;    ///< in messages and reports, and in the option's name: --sun-irradiance
+    const char* key;     ///< metadata (grid/schema.h)
+    const char* help;    ///< meaning and unit
+    bool colour;         ///< r,g,b; else one number, which is then all three components
+    double otherwise;    ///< where no value is given
+    double least, most;  ///< limits, inclusive; values must also be finite
+};
+
+/// What there is to know of a kind of light before there is one.
+struct LightKind {
+    const char* word;        ///< in metadata
+    const char* name;        ///< of the first light of the kind, and the option: sun, --sun
+    const char* place_name;  ///< in messages: direction, position
+    const char* place_key;   ///< metadata
+    const char* place_help;
+    const char* preposition;                 ///< between name and place in messages: towards, at
+    bool at_infinity;                        ///< the place is a direction, of any length but 0, and made unit
+    std::vector<LightParameter> parameters;  ///< the first is the strength
+    std::shared_ptr<const LightModel> (*model)(const Vec3d& place, const std::vector<Vec3d>& parameters);
+};
+
+/// All kinds of light.
+const std::vector<const LightKind*>& light_kinds();
+
+/// One light: a value. `light->towards(x)` asks its field.
+class Light {
+public:
+    /// Parameters in the order of the kind's, defaults where there are fewer.
+    /// Throws InputError naming the light and the value that is not admissible: a name that is not plain, a direction
+    /// without length, a position that is not finite, a parameter outside its limits.
+    Light(const LightKind&, std::string name, const Vec3d& place, std::vector<Vec3d> parameters = {});
+
+    std::string name;  ///< letters, digits, '_'; the light's grid is transmittance_<name>
+
+    const LightKind& kind() const { return *kind_; }
+    /// Unit direction towards a light at infinity, else its position [world].
+    const Vec3d& place() const { return place_; }
+    /// Per colour channel, what the field is proportional to: irradiance E across the beam of a sun, intensity
+    /// [power per steradian] of a lamp.
+    const Vec3d& strength() const { return parameters_[0]; }
+    const std::vector<Vec3d>& parameters() const { return parameters_; }
+
+    /// LightModel::parts(), and the light itself where it has none.
+    std::vector<std::shared_ptr<const LightModel>> parts(int count) const;
+
+    const LightModel* operator->() const { return model_.get(); }
+    const LightModel& operator*() const { return *model_; }
+
+private:
+    const LightKind* kind_;
+    Vec3d place_;
+    std::vector<Vec3d> parameters_;
+    std::shared_ptr<const LightModel> model_;
+};
+
+/// A light at infinity. `to_light`: towards it, any length but 0. `irradiance`: across its beam, per channel.
+/// `angular_diameter` [degrees]: of its disc, whose centre is to_light; 0: a point.
+Light make_sun(const Vec3d& to_light, const Vec3d& irradiance = Vec3d(1, 1, 1), double angular_diameter = 0,
+               std::string name = "sun");
+
+/// A point that shines alike in all directions. `intensity`: power per steradian, per channel: E = intensity / r^2.
+Light make_lamp(const Vec3d& position, const Vec3d& intensity = Vec3d(1, 1, 1), std::string name = "lamp");
+
+/// True if two lights have the same field up to strength, to rounding: a transmittance grid of one serves the other.
+bool same_place(const Light&, const Light&);
+
+/// "sun towards 0,1,0 of 1,1,1; lamp at 1,2,3 of 4,4,4", with 12 digits: which lights a solution belongs to.
+std::string lights_text(const std::vector<Light>&);
+
+/// Per channel the largest irradiance among lights at infinity; 0 without any.
+Vec3d brightest_sun(const std::vector<Light>&);
 
 /// "transmittance_<name>".
 std::string transmittance_name(const Light&);
 
-/// Metadata of the light's transmittance grid (grid/schema.h). to_light is written as a unit vector.
-/// Throws InputError naming the light and the value that cannot be: a name that is not plain, a direction
-/// without length, an irradiance below 0 or not finite, an angular diameter outside [0, 180] degrees.
+/// Metadata of the light's transmittance grid (grid/schema.h).
+/// Throws InputError for a name that is not plain.
 void write_light(MetaMap&, const Light&);
 
-/// The light that a grid called `grid_name` with this metadata belongs to; nothing if it is no transmittance
-/// grid of ours. Throws InputError as above, or where the light's kind is unknown or its direction or
-/// position is missing.
+/// The light that a grid called `grid_name` with this metadata belongs to; nothing if the grid is no transmittance grid
+/// of ours. Throws InputError as Light's constructor, or where the kind is unknown or the place is missing.
 std::optional<Light> read_light(const MetaMap&, const std::string& grid_name);
 
 /// Every light described by the transmittance grids of a file, in file order.

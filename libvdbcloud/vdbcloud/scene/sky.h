@@ -37,8 +37,8 @@ struct Sky {
 
     bool dark() const { return zenith == Vec3d(0.0) && horizon == Vec3d(0.0) && ground == Vec3d(0.0); }
 
-    /// The mean of L over the sphere, in closed form: the inflow of a uniform sky that carries the same
-    /// power.
+    /// The mean of L over the sphere, in closed form. A ball receives the same power from a uniform sky of this radiance;
+    /// other bodies need mean_inflow() for each face.
     Vec3d mean_radiance() const;
 };
 

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 
 namespace vdbcloud {
 
@@ -242,6 +243,12 @@ void add_visits(const Frame& f, const Vec3i& b, int wide, int target, std::vecto
             for (int layer = w0 >> 3; layer <= (w0 + 7) >> 3; ++layer) visits.push_back({tu, tv, layer, target});
 }
 
+/// Blocks of 8^3 voxels with one value each at (x*8 + y)*8 + z.
+struct VoxelBlocks {
+    std::vector<Vec3i> block;
+    std::vector<float> value;  // 512 for each block
+};
+
 /// Carries one tile through all it meets; its visits are sorted by layer.
 void run_tile(const BrickMap& density, const Frame& frame, int rays_per_voxel, const Visit* visit, const Visit* end,
               VoxelBlocks& targets)
@@ -264,14 +271,13 @@ void run_tile(const BrickMap& density, const Frame& frame, int rays_per_voxel, c
     }
 }
 
-}  // namespace
-
-void lattice_depth(const BrickMap& density, const Vec3d& to_light, const LatticeOptions& options, VoxelBlocks& targets,
-                   const Progress& progress)
+/// Depths at voxel centre + offset.
+void fill(const BrickMap& density, const Vec3d& to_light, int rays_per_voxel, const Vec3d& offset, VoxelBlocks& targets,
+          const Progress& progress)
 {
     targets.value.assign(targets.block.size() * 512, 0.0f);
     if (density.empty() || targets.block.empty()) return;
-    const Frame frame = frame_of(density, to_light, options.offset);
+    const Frame frame = frame_of(density, to_light, offset);
     std::vector<Visit> visits;
     for (const auto& b : density.bricks()) add_visits(frame, b, 2, -1, visits);
     for (size_t n = 0; n < targets.block.size(); ++n) add_visits(frame, targets.block[n], 0, int(n), visits);
@@ -286,9 +292,59 @@ void lattice_depth(const BrickMap& density, const Vec3d& to_light, const Lattice
     begin.push_back(visits.size());
     std::atomic<size_t> done{0};
     tbb::parallel_for(size_t(0), begin.size() - 1, [&](size_t n) {
-        run_tile(density, frame, options.rays_per_voxel, &visits[begin[n]], visits.data() + begin[n + 1], targets);
+        run_tile(density, frame, rays_per_voxel, &visits[begin[n]], visits.data() + begin[n + 1], targets);
         report(progress, double(++done) / double(begin.size() - 1));
     });
+}
+
+/// Refined targets are asked for one offset within a voxel at a time: each such set is a lattice of whole voxels.
+std::vector<float> refined_depths(const BrickMap& density, const Vec3d& to_light, const std::vector<Vec3i>& blocks,
+                                  int rays_per_voxel, int m, const Progress& progress)
+{
+    VoxelBlocks voxels;                          // those that the targets lie in
+    std::map<std::array<int, 3>, size_t> place;  // of a block among them
+    for (const Vec3i& b : blocks)
+        for (int n = 0; n < 8; ++n) {
+            const auto block = [&](int a) { return floor_div(b[a] * 8 + ((n >> a) & 1) * 7, m) >> 3; };
+            const std::array<int, 3> at{block(0), block(1), block(2)};
+            if (place.emplace(at, voxels.block.size()).second) voxels.block.push_back({at[0], at[1], at[2]});
+        }
+    std::vector<float> depth(blocks.size() * 512);
+    const int offsets = m * m * m;
+    for (int n = 0; n < offsets; ++n) {
+        const int offset[3] = {n / (m * m), n / m % m, n % m};
+        const Progress part = progress ? Progress([&](double f) { return progress((n + f) / offsets); }) : Progress();
+        fill(density, to_light, rays_per_voxel, Vec3d(offset[0], offset[1], offset[2]) / m, voxels, part);
+        tbb::parallel_for(size_t(0), blocks.size(), [&](size_t b) {
+            for (int k = 0; k < 512; ++k) {
+                const int within[3] = {k >> 6, (k >> 3) & 7, k & 7};
+                int voxel[3];
+                bool here = true;
+                for (int a = 0; a < 3; ++a) {
+                    const int target = blocks[b][a] * 8 + within[a];
+                    voxel[a] = floor_div(target, m);
+                    here = here && target - voxel[a] * m == offset[a];
+                }
+                if (!here) continue;
+                const size_t from = place.at({voxel[0] >> 3, voxel[1] >> 3, voxel[2] >> 3}) * 512;
+                depth[b * 512 + size_t(k)] =
+                    voxels.value[from + size_t((voxel[0] & 7) << 6 | (voxel[1] & 7) << 3 | (voxel[2] & 7))];
+            }
+        });
+    }
+    return depth;
+}
+
+}  // namespace
+
+std::vector<float> lattice_depths(const BrickMap& density, const Vec3d& to_light, const std::vector<Vec3i>& blocks,
+                                  const LatticeOptions& options, const Progress& progress)
+{
+    if (options.refine > 1)
+        return refined_depths(density, to_light, blocks, options.rays_per_voxel, options.refine, progress);
+    VoxelBlocks targets{blocks, {}};
+    fill(density, to_light, options.rays_per_voxel, options.offset, targets, progress);
+    return std::move(targets.value);
 }
 
 }  // namespace vdbcloud

@@ -7,19 +7,13 @@
 
 namespace vdbcloud {
 
-/// Blocks of 8^3 voxels, block b holding the voxels 8b..8b+7, with one value each at (x*8 + y)*8 + z: the layout of an
-/// OpenVDB leaf.
-struct VoxelBlocks {
-    std::vector<Vec3i> block;
-    std::vector<float> value;  ///< 512 for each block
-};
-
 struct LatticeOptions {
     int rays_per_voxel = 2;  ///< along each axis across the light, >= 1
     Vec3d offset{0, 0, 0};   ///< targets lie at voxel centre + offset [voxels]: (.5,0,0) asks for faces
+    int refine = 1;          ///< targets a voxel along each axis: target n lies at voxel n / refine, >= 1
 };
 
-/// Fills `targets.value` with the density depth from each target point towards the light, to infinity:
+/// The density depth from each target point towards a light at infinity:
 ///
 ///     depth(x) = \int_0^infinity rho(x + t to_light) dt      [density x world unit]
 ///
@@ -29,10 +23,12 @@ struct LatticeOptions {
 /// rays about them: that is the method's only error, O((1/rays_per_voxel)^2), as nothing is interpolated from plane to
 /// plane. A plane-to-plane sweep of the voxels themselves would smear every shadow's edge.
 ///
-/// `to_light`: unit, world space. Cost: targets + bricks, wherever they lie; empty space is not visited.
+/// `to_light`: unit, world space. `blocks`: of 8^3 targets, block b holding the targets 8b..8b+7. Returned are 512
+/// depths for each block, target (x,y,z) of it at (x*8 + y)*8 + z, the layout of an OpenVDB leaf. Offsets apply without
+/// refinement only. Cost: targets + bricks, wherever they lie; empty space is not visited.
 /// Threads: tiles of rays in parallel; the value of a target does not depend on how many.
 /// Source: Kajiya & Von Herzen 1984, section 3.1, pass one.
-void lattice_depth(const BrickMap& density, const Vec3d& to_light, const LatticeOptions& options, VoxelBlocks& targets,
-                   const Progress& progress = {});
+std::vector<float> lattice_depths(const BrickMap& density, const Vec3d& to_light, const std::vector<Vec3i>& blocks,
+                                  const LatticeOptions& options, const Progress& progress = {});
 
 }  // namespace vdbcloud

@@ -1,0 +1,9 @@
+#pragma once
+// The kinds of light, each defined in a file of its own. Private to scene/.
+#include "vdbcloud/scene/light.h"
+
+namespace vdbcloud {
+
+extern const LightKind sun_kind, lamp_kind;
+
+}  // namespace vdbcloud
