@@ -1,0 +1,272 @@
+// Uncollided light as a source: depths, powers and fluences of a beam against closed forms.
+#include "vdbcloud/scatter/beam.h"
+
+#include "scatter/fields.h"
+#include "vdbcloud/core/error.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbcloud {
+namespace {
+
+/// A density and the voxels that P1 is solved on, without delta-M scaling.
+struct Body {
+    explicit Body(const FloatGridPtr& grid_, std::array<bool, 3> periodic = {false, false, false})
+        : grid(grid_), index(*grid_, {periodic}), density(index.gather(*grid_)),
+          exposed(exposed_voxels(index, density)), bricks(*grid_)
+    {
+    }
+    P1Operator p1(double sigma_t, double albedo, double g) const
+    {
+        return P1Operator(index, density, exposed, {sigma_t, albedo, nullptr, g, false});
+    }
+    size_t slot(int x, int y, int z) const { return index.blocks().slot(Vec3i(x, y, z) - index.origin()); }
+
+    FloatGridPtr grid;
+    VoxelIndex index;
+    std::vector<float> density;
+    std::vector<ExposedVoxel> exposed;
+    BrickMap bricks;
+};
+
+constexpr int layers = 8;
+
+/// A layer of density 1, periodic along x and z, of `layers` voxels of edge 1 along y.
+Body layer()
+{
+    return Body(test::field(Vec3i(8, layers, 8), Vec3d(1.0), [](const Vec3i&) { return 1.0; }), {true, false, true});
+}
+
+/// A sun in the x-y plane whose light meets the layer at cosine mu.
+Light slanting(double mu) { return make_sun(Vec3d(std::sqrt(1 - mu * mu), mu, 0)); }
+
+TEST(Beam, FluenceOfALayerIsTheMeanOfItsExponential)
+{
+    const Body body = layer();
+    for (const double sigma : {0.1, 0.7, 3.0})
+        for (const double mu : {1.0, 0.6}) {
+            const P1Operator p1 = body.p1(sigma, 0.9, 0);
+            const auto depths = periodic_beam_depths(body.index, body.exposed, body.density, slanting(mu));
+            const auto fluence = beam_fluence(p1, depths, sigma);
+            for (int y = 0; y < layers; ++y) {
+                const double top = sigma * (layers - 1 - y) / mu, bottom = top + sigma / mu;
+                const double expected = (std::exp(-top) - std::exp(-bottom)) * mu / sigma;
+                EXPECT_NEAR(fluence[body.slot(3, y, 5)] / expected, 1, 1e-5) << sigma << ' ' << mu << ' ' << y;
+            }
+        }
+}
+
+TEST(Beam, SourceOfALayerIsWhatEachVoxelTakesAndWhatGoesForward)
+{
+    const Body body = layer();
+    const double sigma = 0.8, w0 = 0.9, mu = 0.6, strength = 2.5;
+    for (const double g : {0.0, 0.5}) {
+        const P1Operator p1 = body.p1(sigma, w0, g);
+        P1Source source(p1);
+        add_beam(p1, periodic_beam_depths(body.index, body.exposed, body.density, slanting(mu)), sigma,
+                 {{&source, strength}});
+        // Power up through a face at depth d of unit area: -E mu exp(-sigma d / mu). Q1 / sigma_tr is q of it.
+        const auto up = [&](double d) { return -strength * mu * std::exp(-sigma * d / mu); };
+        const double q = w0 * g / (1 - w0 * g);
+        for (int y = 1; y < layers - 1; ++y) {
+            const double lower = up(layers - y), upper = up(layers - y - 1);
+            EXPECT_NEAR(source.rhs[body.slot(2, y, 2)] / ((w0 + q) * (lower - upper)), 1, 1e-5) << g << ' ' << y;
+            if (g != 0) {
+                EXPECT_NEAR(source.additive[1][body.slot(2, y, 2)] / (q * (lower + upper) / 2), 1, 1e-5) << y;
+            }
+        }
+        const double in = 64 * strength * mu, taken = in * (1 - std::exp(-sigma * layers / mu));
+        EXPECT_NEAR(source.beam_in / in, 1, 1e-6);
+        EXPECT_NEAR(source.deposited / taken, 1, 1e-6);
+        EXPECT_NEAR(source.first_scatter / (w0 * taken), 1, 1e-6);
+    }
+}
+
+TEST(Beam, ProfileAddsTheMeanFromCentreToCentreLessTheFace)
+{
+    const Body body = layer();
+    const double w0 = 0.9, strength = 2.5;
+    for (const double sigma : {0.05, 2.0})
+        for (const double g : {0.0, 0.5}) {
+            const P1Operator p1 = body.p1(sigma, w0, g);
+            P1Source source(p1);
+            add_beam_profile(p1, periodic_beam_depths(body.index, body.exposed, body.density, slanting(1)), sigma,
+                             {{&source, strength}});
+            // An exponential's mean over a voxel about a face is sinh(x) / x of its value there, x = sigma / 2.
+            const double x = sigma / 2, factor = w0 + w0 * g / (1 - w0 * g);
+            const auto flux = [&](double d) {
+                return -strength * factor * (std::sinh(x) / x - 1) * std::exp(-sigma * d);
+            };
+            for (int y = 1; y < layers - 1; ++y) {
+                const double lower = flux(layers - y), upper = flux(layers - y - 1);
+                // Depths are floats: near 1 - sinh(x) / x their error is larger by the inverse of that.
+                const double tolerance = 1e-5 + 1e-6 / (std::sinh(x) / x - 1);
+                EXPECT_NEAR(source.rhs[body.slot(2, y, 2)] / (lower - upper), 1, tolerance) << sigma << ' ' << y;
+                EXPECT_NEAR(source.additive[1][body.slot(2, y, 2)] / ((lower + upper) / 2), 1, tolerance) << y;
+            }
+        }
+}
+
+/// Density 1 below y = 8 and `thin` above, with edge 1: a voxel of the thin part beside the dense one.
+Body dense_under_thin(double thin)
+{
+    return Body(test::field(Vec3i(9, 12, 9), Vec3d(1.0), [=](const Vec3i& p) { return p.y() < 8 ? 1.0 : thin; }));
+}
+
+TEST(Beam, FluenceOfAThinVoxelBesideADenseOneIsCappedByTheBeamAtItsBrightestFace)
+{
+    const double thin = 1e-4, sigma = 10;
+    const Body body = dense_under_thin(thin);
+    const P1Operator p1 = body.p1(sigma, 0.9, 0);
+    // The upper face of voxel 8 is at 8.5; above lie 2.5 voxels of `thin` up to the last centre and half a voxel of
+    // ramp.
+    const double cap = std::exp(-sigma * thin * 3);
+    const auto under_sun = beam_fluence(p1, beam_depths(body.index, body.exposed, body.bricks, slanting(1)), sigma);
+    EXPECT_NEAR(under_sun[body.slot(4, 8, 4)], cap, 1e-6);
+    const Light lamp = make_lamp(Vec3d(4, 30, 4));
+    const auto under_lamp = beam_fluence(p1, beam_depths(body.index, body.exposed, body.bricks, lamp), sigma);
+    EXPECT_NEAR(under_lamp[body.slot(4, 8, 4)] * 22 * 22, cap, 1e-6);
+    // Without the cap: the dense part reaches up to 7.5 + 0.5 with a ramp of area 1/8, its power over the thin rate.
+    EXPECT_GT((1 - std::exp(-sigma / 8)) / (sigma * thin), 500 * cap);
+    // The dense voxel below takes what enters at 7.5 less what leaves at 6.5.
+    const double above = sigma * (3.5 * thin + 0.375 * thin + 0.125),
+                 through = above + sigma * (0.375 + 0.5 + 0.125 * thin);
+    EXPECT_NEAR(under_sun[body.slot(4, 7, 4)], (std::exp(-above) - std::exp(-through)) / sigma, 1e-6);
+}
+
+TEST(Beam, FluenceOfALampFollowsTheInverseSquareTimesTheExponential)
+{
+    const double h = 0.2, sigma = 1.5;
+    const Body body(test::field(Vec3i(25), Vec3d(h), [](const Vec3i&) { return 1.0; }));
+    const P1Operator p1 = body.p1(sigma, 0.9, 0);
+    const Vec3d at(12.1 * h, 11.9 * h, 12.05 * h);
+    const auto fluence = beam_fluence(p1, beam_depths(body.index, body.exposed, body.bricks, make_lamp(at)), sigma);
+    for (const Vec3i& v : {Vec3i(12, 18, 12), Vec3i(19, 13, 9), Vec3i(7, 7, 16)}) {
+        // The mean over the voxel, by midpoints of 6^3 parts. The library takes the transmittance of each face's
+        // centre: sigma h^2 / (12 r) more than the face's mean, and h^2 / r^2 as light spreads across the voxel.
+        double mean = 0;
+        for (int k = 0; k < 216; ++k) {
+            const Vec3d part(k / 36 + 0.5, k / 6 % 6 + 0.5, k % 6 + 0.5);
+            const double r = ((Vec3d(v.x(), v.y(), v.z()) - Vec3d(0.5) + part / 6.0) * h - at).length();
+            mean += std::exp(-sigma * r) / (r * r) / 216;
+        }
+        const double r = (Vec3d(v.x(), v.y(), v.z()) * h - at).length();
+        EXPECT_NEAR(fluence[body.slot(v.x(), v.y(), v.z())] / mean, 1, h * h / (r * r) + sigma * h * h / (12 * r)) << v;
+    }
+}
+
+TEST(Beam, OfALampInsideLosesItsPowerButTheExponentialOfTheWayOut)
+{
+    const double h = 0.25, sigma = 0.6;
+    // A ball of 12 voxels about the lamp. The staircase's mean radius is the ball's, to (h / R)^2 and the shift of
+    // exposed faces; half a voxel would be 0.6 * 0.125 / 2 = 4 % of the transmittance.
+    const Vec3d centre(14, 14, 14);
+    const Body body(test::field(Vec3i(29), Vec3d(h), [&](const Vec3i& p) {
+        return (Vec3d(p.x(), p.y(), p.z()) - centre).length() < 12 ? 1.0 : 0.0;
+    }));
+    const P1Operator p1 = body.p1(sigma, 0.9, 0.5);
+    P1Source source(p1);
+    add_beam(p1, beam_depths(body.index, body.exposed, body.bricks, make_lamp(centre * h + Vec3d(0.01, -0.02, 0.015))),
+             sigma, {{&source, 3.0}});
+    EXPECT_NEAR(source.beam_in, 3 * 4 * M_PI, 1e-9);
+    EXPECT_NEAR(source.beam_out / source.beam_in, std::exp(-sigma * 12 * h), 0.02 * std::exp(-sigma * 12 * h));
+    EXPECT_NEAR(source.deposited, source.beam_in - source.beam_out, 1e-9);
+    EXPECT_NEAR(source.first_scatter, 0.9 * source.deposited, 1e-6);
+}
+
+TEST(Beam, LinesThroughAGaussianLoseItsEntireExponentialIntegral)
+{
+    // tau(b) = tau0 exp(-b^2 / 2 a^2), so that the loss is 2 pi a^2 Ein(tau0). Trilinear interpolation adds h^2 / 6 to
+    // a^2 and keeps the mass, but along an axis, where lines run through voxel centres; beyond that it errs by (h /
+    // a)^4.
+    const double h = 0.1, sigma = 2.4, a = 5 * h;
+    const Body body(test::field(Vec3i(55), Vec3d(h), [&](const Vec3i& p) {
+        const Vec3d r = (Vec3d(p.x(), p.y(), p.z()) - Vec3d(27.3, 26.8, 27.1)) * h;
+        const double density = std::exp(-r.dot(r) / (2 * a * a));
+        return density > 1e-6 ? density : 0.0;
+    }));
+    for (const Vec3d& to : {Vec3d(0, 1, 0), Vec3d(0.3, 1, 0.2), Vec3d(-1, 0.4, 0.7)}) {
+        const double wide = a * a + (to[0] == 0 ? 0 : h * h / 6), tau0 = sigma * std::sqrt(2 * M_PI) * a * a * a / wide;
+        double ein = 0, term = 1;  // the sum of -(-tau0)^n / (n n!)
+        for (int n = 1; n < 60; ++n) {
+            term *= -tau0 / n;
+            ein -= term / n;
+        }
+        const LineDepths lines = line_depths(body.index, body.bricks, make_sun(to));
+        EXPECT_NEAR(lost_power(lines, sigma) / (2 * M_PI * wide * ein), 1, 1e-3) << to;
+    }
+}
+
+TEST(Beam, LinesThroughALayerLoseTheirExponential)
+{
+    const Body body = layer();
+    for (const double mu : {1.0, 0.6}) {
+        const LineDepths lines = periodic_line_depths(body.index, body.density, slanting(mu));
+        const double expected = 64 * mu * (1 - std::exp(-0.3 * layers / mu));
+        EXPECT_NEAR(lost_power(lines, 0.3) / expected, 1, 1e-6) << mu;
+    }
+}
+
+TEST(Beam, PeriodicMediumRefusesLightsThatNeverLeaveOrHaveNoDirection)
+{
+    const Body body = layer();
+    for (const Light& light : {make_sun(Vec3d(1, 0, 0)), make_lamp(Vec3d(4, 30, 4))})
+        EXPECT_THROW(periodic_beam_depths(body.index, body.exposed, body.density, light), InputError) << light.name;
+}
+
+TEST(Beam, OfALitBodyIsTheSameTurnedAndMirrored)
+{
+    const auto density = [](const Vec3i& p) {
+        const Vec3d r = Vec3d(p.x(), p.y(), p.z()) - Vec3d(9, 10, 8);
+        return r.length() < 8 ? 1 + 0.5 * std::sin(1.3 * p.x() + 0.7 * p.y() * p.z()) : 0.0;
+    };
+    const double h = 0.2, sigma = 2;
+    struct Axes {
+        const char* name;
+        Vec3d x, y, z;
+    };
+    const double c = std::cos(0.7), s = std::sin(0.7), d = std::cos(1.1), e = std::sin(1.1);
+    const Axes upright{"upright", Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
+    const Axes others[] = {{"turned", Vec3d(c, s * d, s * e), Vec3d(-s, c * d, c * e), Vec3d(0, -e, d)},
+                           {"mirrored", Vec3d(-1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)}};
+    struct Outcome {
+        std::vector<double> rhs;
+        std::vector<float> fluence, flux;
+        double deposited, out;
+    };
+    const auto lit = [&](const Axes& axes, bool lamp) {
+        const auto placed = [&](const Vec3d& v) { return v[0] * axes.x + v[1] * axes.y + v[2] * axes.z; };
+        const Body body(test::field(Vec3i(19), h * axes.x, h * axes.y, h * axes.z, density));
+        const P1Operator p1 = body.p1(sigma, 0.9, 0.6);
+        const Light light = lamp ? make_lamp(placed(Vec3d(9.3, 21, 7) * h)) : make_sun(placed(Vec3d(0.3, 1, 0.2)));
+        const BeamDepths depths = beam_depths(body.index, body.exposed, body.bricks, light);
+        P1Source source(p1);
+        add_beam(p1, depths, sigma, {{&source, 1.0}});
+        add_beam_profile(p1, depths, sigma, {{&source, 1.0}});
+        return Outcome{source.rhs, beam_fluence(p1, depths, sigma), source.additive[0], source.deposited,
+                       source.beam_out};
+    };
+    for (const bool lamp : {false, true}) {
+        const Outcome first = lit(upright, lamp);
+        EXPECT_GT(first.deposited, 0.1 * first.out);
+        const double top = *std::max_element(first.rhs.begin(), first.rhs.end());
+        const float bright = *std::max_element(first.fluence.begin(), first.fluence.end());
+        for (const Axes& axes : others) {
+            const Outcome other = lit(axes, lamp);
+            ASSERT_EQ(other.rhs.size(), first.rhs.size());
+            EXPECT_NEAR(other.deposited / first.deposited, 1, 1e-5) << axes.name << lamp;
+            // Depths are floats of some 4 [density x length]: 1e-6 of a beam's power.
+            for (size_t slot = 0; slot < first.rhs.size(); ++slot) {
+                ASSERT_NEAR(other.rhs[slot], first.rhs[slot], 1e-5 * top) << axes.name << lamp << ' ' << slot;
+                ASSERT_NEAR(other.fluence[slot], first.fluence[slot], 1e-5 * bright) << axes.name << lamp;
+                ASSERT_NEAR(other.flux[slot], first.flux[slot], 1e-5 * top) << axes.name << lamp;
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace vdbcloud
