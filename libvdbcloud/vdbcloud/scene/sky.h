@@ -37,7 +37,7 @@ struct Sky {
 
     bool dark() const { return zenith == Vec3d(0.0) && horizon == Vec3d(0.0) && ground == Vec3d(0.0); }
 
-    /// The mean of L over the sphere, in closed form. A ball receives the same power from a uniform sky of this radiance;
+    /// The mean of L over the sphere, in closed form. A uniform sky of it sends a ball the same power;
     /// other bodies need mean_inflow() for each face.
     Vec3d mean_radiance() const;
 };
