@@ -5,6 +5,7 @@
 #   ONLY=pattern          only records whose "module/name" matches this extended regular expression
 #   JOBS=n                processor cores to use (default: all)
 #   LIMIT=seconds         time limit of one test run (default 120); a test that exceeds the limit counts as red
+#   CHECK=1               only checks that each record is complete and applies to its file; builds and runs nothing
 #
 # A record is a block of lines; blank lines separate records, # begins a comment line:
 #
@@ -30,10 +31,15 @@ jobs=${JOBS:-$(nproc)}
 limit=${LIMIT:-120}
 separator=$'\x1f'
 
-exec 9> "$work/lock"
-flock -n 9 || { echo "mutants: another run uses $work" >&2; exit 2; }
-trap 'kill $(jobs -p) 2>/dev/null || true' EXIT
-touch "$results"
+if [ -n "${CHECK:-}" ]; then
+    work=$(mktemp -d)
+    trap 'rm -rf "$work"' EXIT
+else
+    exec 9> "$work/lock"
+    flock -n 9 || { echo "mutants: another run uses $work" >&2; exit 2; }
+    trap 'kill $(jobs -p) 2>/dev/null || true' EXIT
+    touch "$results"
+fi
 
 # Prints "module name file from to test equivalent", one record a line, separated by the unit separator.
 read_records() {
@@ -180,19 +186,32 @@ if [ -n "${ONLY:-}" ]; then
 fi
 [ -s "$work/records" ] || { echo "mutants: no record matches ONLY=${ONLY:-}" >&2; exit 2; }
 
+# Records that do not apply are reported, left out of the run, and make its status 1.
+total=$(wc -l < "$work/records")
+while IFS=$separator read -r module name file from to test equivalent; do
+    if [ ! -f "$top/$file" ]; then echo "out of date: $module/$name: no file $file"; continue; fi
+    n=$(occurrences "$top/$file")
+    if [ "$n" != 1 ]; then echo "out of date: $module/$name: \"$from\" occurs $n times in $file, expected once"; continue; fi
+    program=${test%% *}
+    grep -rqE "vdbcloud_test\(${program#test_}\b" "$top/tests" --include=CMakeLists.txt ||
+        { echo "out of date: $module/$name: no test program $program"; continue; }
+    fields=("$module" "$name" "$file" "$from" "$to" "$test" "$equivalent")
+    (IFS=$separator; printf '%s\n' "${fields[*]}") >&3
+done < "$work/records" 3> "$work/applicable"
+if [ -n "${CHECK:-}" ]; then
+    echo "$(wc -l < "$work/applicable") of $total records apply"
+    [ "$(wc -l < "$work/applicable")" = "$total" ]
+    exit
+fi
+
 synchronise "$work/1/tree"
 rm -f "$work"/*/green "$work"/todo.*
 declare -A hash_of keys
 index=0
 while IFS=$separator read -r module name file from to test equivalent; do
     program=${test%% *}
-    [ -f "$top/$file" ] || { echo "out of date: $module/$name: no file $file"; continue; }
-    n=$(occurrences "$top/$file")
-    if [ "$n" != 1 ]; then
-        echo "out of date: $module/$name: \"$from\" occurs $n times in $file, expected once"; continue
-    fi
     if [ -z "${hash_of[$program]:-}" ]; then
-        sources=$(test_sources "$program" 2> /dev/null) || { echo "out of date: $module/$name: no test program $program"; continue; }
+        sources=$(test_sources "$program")
         hash_of[$program]=$(cd "$top" && printf '%s\n' "$sources" | xargs cat | sha1sum)
     fi
     key=$({ printf '%s\n' "$name" "$file" "$from" "$to" "$test" "$equivalent" "${hash_of[$program]}"; cat "$top/$file"; } | sha1sum | cut -c 1-40)
@@ -202,9 +221,9 @@ while IFS=$separator read -r module name file from to test equivalent; do
         (IFS=$separator; printf '%s\n' "${fields[*]}") >> "$work/todo.$((index % copies + 1))"
         index=$((index + 1))
     fi
-done < "$work/records"
+done < "$work/applicable"
 
-echo "mutants: $(wc -l < "$work/records") records, $index to run"
+echo "mutants: $total records, $index to run"
 begin=$SECONDS
 if [ $index -gt 0 ]; then
     mapfile -t programs < <(cut -d "$separator" -f 7 "$work"/todo.* | cut -d ' ' -f 1 | sort -u)
@@ -218,7 +237,6 @@ seconds=$((SECONDS - begin))
 for key in "${!keys[@]}"; do grep -m 1 "^$key" "$results" || true; done | sort -t "$(printf '\t')" -k 4 > "$work/summary"
 killed=$(awk -F '\t' '$2 == "killed" || $2 == "killed (time limit)"' "$work/summary" | wc -l)
 equivalent=$(awk -F '\t' '$2 == "equivalent"' "$work/summary" | wc -l)
-total=$(wc -l < "$work/records")
 awk -F '\t' '$2 != "killed" && $2 != "killed (time limit)" && $2 != "equivalent" { print $2 ": " $4 }' "$work/summary"
 echo "killed $killed of $total, equivalent $equivalent, $seconds seconds"
 [ $((killed + equivalent)) = "$total" ]
