@@ -14,6 +14,6 @@ int main(int, char** argv)
     GridFile file = read_grid_file(argv[1]);
     Medium medium;
     medium.sigma_t_per_density = Vec3d(0.5);
-    const auto grid = transmittance_grid(*density_of(file, ""), medium, Light{}, {});
+    const auto grid = transmittance_grid(*density_of(file, ""), medium, make_sun(Vec3d(0, 1, 0)), {});
     std::cout << openvdb::tools::extrema(openvdb::gridConstPtrCast<FloatGrid>(grid)->cbeginValueOn()).min() << "\n";
 }
