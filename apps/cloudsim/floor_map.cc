@@ -15,12 +15,12 @@ namespace vdbcloud::app {
 
 namespace {
 
-std::vector<double> from_grid(App& app, const std::string& path, const sim::Lattice& l, bool y_up)
+std::vector<double> from_grid(App& app, const std::string& path, const sim::Lattice& l, UpAxis up_axis)
 {
     GridFile file = app.read(path);
     const auto grid = density_of(file, {}, app.warnings());
     const auto box = grid->evalActiveVoxelBoundingBox();
-    const int up = y_up ? 1 : 2, across = y_up ? 2 : 1;
+    const int up = index_of(up_axis), across = 3 - up;
     std::vector<double> map;
     auto accessor = grid->getConstAccessor();
     for (int j = 0; j < l.n[1]; ++j)
@@ -61,10 +61,10 @@ std::vector<double> from_image(const std::string& path, const sim::Lattice& l)
 
 }  // namespace
 
-std::vector<double> read_floor_map(App& app, const std::string& path, const sim::Lattice& l, bool y_up)
+std::vector<double> read_floor_map(App& app, const std::string& path, const sim::Lattice& l, UpAxis up_axis)
 {
     const bool grid = path == "-" || (path.size() > 4 && path.substr(path.size() - 4) == ".vdb");
-    return grid ? from_grid(app, path, l, y_up) : from_image(path, l);
+    return grid ? from_grid(app, path, l, up_axis) : from_image(path, l);
 }
 
 }  // namespace vdbcloud::app

@@ -15,7 +15,7 @@ namespace {
 void start(app::App& app, const app::Options& o, sim::Simulation& sim)
 {
     if (o.init.empty()) return sim.start();
-    const sim::StartReport r = sim::start_from(sim, app.read(o.init), o.y_up);
+    const sim::StartReport r = sim::start_from(sim, app.read(o.init), o.up);
     if (r.cells_set == 0) app.warnings()(o.init + ": no active voxel lies in the box, the air is the sounding's");
     if (r.negative_water > 0)
         app.warnings()(o.init + ": " + std::to_string(r.negative_water) + " cells with negative water were set to 0");
@@ -53,7 +53,7 @@ void simulate(app::App& app, const app::Options& o, const app::Run& run)
     if (!resumed) start(app, o, *sim);
 
     app::Log log(o.log, last);
-    const sim::SnapshotOptions snapshot{o.y_up, o.unpruned, app::grid_names(o.grids), o.effective_radius,
+    const sim::SnapshotOptions snapshot{o.up, o.unpruned, app::grid_names(o.grids), o.effective_radius,
                                         o.smoke_extinction};
     const auto progress = app.progress("simulate");
     bool warned = false;

@@ -17,7 +17,8 @@ struct Options {
     std::string output, log, checkpoint, resume, init, floor_map;
     std::string preset = "cumulus", sounding, every, grids;
     sim::Accuracy accuracy = sim::Accuracy::Default;
-    bool y_up = true, unpruned = false, strict = false, huge_dt = false;
+    UpAxis up = UpAxis::Y;
+    bool unpruned = false, strict = false, huge_dt = false;
     std::optional<double> minutes;
     double effective_radius = 10e-6, smoke_extinction = 0.05;
     int first_frame = 0, checkpoint_every = 10;
@@ -58,6 +59,6 @@ std::vector<std::string> grid_names(const std::string& text);
 
 /// Factors of the floor's fluxes from an image (mean of its channels) or the lowest voxels of the first float grid of a
 /// .vdb, one a cell of the floor. An image spans the floor, its first row at the far end of y.
-std::vector<double> read_floor_map(App&, const std::string& path, const sim::Lattice&, bool y_up);
+std::vector<double> read_floor_map(App&, const std::string& path, const sim::Lattice&, UpAxis);
 
 }  // namespace vdbcloud::app

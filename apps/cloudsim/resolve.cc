@@ -252,7 +252,7 @@ Run resolve(App& app, const Options& o)
     run.frames = int(std::ceil(frames - 1e-9));
     run.sequence = o.output.find('%') != std::string::npos;
     frame_path(o.output, 0);
-    if (!o.floor_map.empty()) p.floor.map = read_floor_map(app, o.floor_map, p.lattice, o.y_up);
+    if (!o.floor_map.empty()) p.floor.map = read_floor_map(app, o.floor_map, p.lattice, o.up);
     return run;
 }
 

@@ -20,11 +20,16 @@ constexpr double water_density = 1000;  // [kg/m^3]
 /// From cells (i, j, k), k up, to voxels: no other code exchanges axes.
 struct Axes {
     const Lattice& l;
-    bool y_up;
+    UpAxis up;
 
-    openvdb::Coord voxel(int i, int j, int k) const { return y_up ? openvdb::Coord(i, k, j) : openvdb::Coord(i, j, k); }
-    Vec3f vector(float u, float v, float w) const { return y_up ? Vec3f(u, w, v) : Vec3f(u, v, w); }
-    Vec3d position(double x, double y, double z) const { return y_up ? Vec3d(x, z, y) : Vec3d(x, y, z); }
+    bool swap() const { return up == UpAxis::Y; }
+
+    openvdb::Coord voxel(int i, int j, int k) const
+    {
+        return swap() ? openvdb::Coord(i, k, j) : openvdb::Coord(i, j, k);
+    }
+    Vec3f vector(float u, float v, float w) const { return swap() ? Vec3f(u, w, v) : Vec3f(u, v, w); }
+    Vec3d position(double x, double y, double z) const { return swap() ? Vec3d(x, z, y) : Vec3d(x, y, z); }
     /// World position of a cell's centre: the box stands on the origin.
     Vec3d centre(int i, int j, int k) const
     {
@@ -143,13 +148,13 @@ void write_budget(const Budget& b, MetaMap& meta)
 GridFile make_snapshot(const Simulation& sim, const SnapshotOptions& o, const Sounding& sounding)
 {
     const Lattice& l = sim.parameters().lattice;
-    const Axes axes{l, o.y_up};
+    const Axes axes{l, o.up};
     const auto wanted = [&](const std::string& name) {
         return o.grids.empty() || std::find(o.grids.begin(), o.grids.end(), name) != o.grids.end();
     };
     GridFile file;
     file.metadata = std::make_shared<MetaMap>();
-    set_text(*file.metadata, schema::up_axis, o.y_up ? "Y" : "Z");
+    write_up_axis(*file.metadata, o.up);
     set_number(*file.metadata, schema::meters_per_unit, 1);
     set_text(*file.metadata, "cloudsim:parameters", text_of(sim.parameters(), sounding));
     write_budget(sim.budget(), *file.metadata);
@@ -210,10 +215,10 @@ GridFile make_snapshot(const Simulation& sim, const SnapshotOptions& o, const So
     return file;
 }
 
-StartReport start_from(Simulation& sim, const GridFile& file, bool y_up)
+StartReport start_from(Simulation& sim, const GridFile& file, UpAxis up)
 {
     const Lattice& l = sim.parameters().lattice;
-    const Axes axes{l, y_up};
+    const Axes axes{l, up};
     StartReport report;
     const auto temperature = openvdb::gridPtrCast<FloatGrid>(grid_of(file, schema::temperature));
     const auto water = openvdb::gridPtrCast<FloatGrid>(find_grid(file, "qt"));
@@ -237,7 +242,8 @@ StartReport start_from(Simulation& sim, const GridFile& file, bool y_up)
     if (velocity) {
         Values u = all(Quantity::U), v = all(Quantity::V), w = all(Quantity::W);
         read(velocity, [&](size_t c, const Vec3f& value) {
-            u[c] = double(value[0]), v[c] = double(value[y_up ? 2 : 1]), w[c] = double(value[y_up ? 1 : 2]);
+            const Vec3f wind = axes.vector(value[0], value[1], value[2]);  // the exchange is its own inverse
+            u[c] = double(wind[0]), v[c] = double(wind[1]), w[c] = double(wind[2]);
         });
         if (sim.has(Quantity::U)) sim.set(Quantity::U, u);
         if (sim.has(Quantity::V)) sim.set(Quantity::V, v);

@@ -2,12 +2,13 @@
 // The state of a simulation as grids, and grids as the state to start from. No other part of this module uses OpenVDB.
 #include "vdbcloud/core/fwd.h"
 #include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/up_axis.h"
 #include "vdbcloud/sim/simulation.h"
 
 namespace vdbcloud::sim {
 
 struct SnapshotOptions {
-    bool y_up = true;                 ///< else z is up in the files
+    UpAxis up = UpAxis::Y;            ///< of the files
     bool unpruned = false;            ///< all voxels of all grids active, also where there is no cloud
     std::vector<std::string> grids;   ///< names to write; empty: all there are
     double effective_radius = 10e-6;  ///< of the droplets [m]
@@ -38,6 +39,6 @@ struct StartReport {
 /// Replaces the initial air by the grids temperature, qt and vel of a file, each where its nearest voxel is active.
 /// The temperature is the actual one: it includes the latent heat of cloud that is there at the start.
 /// Throws InputError for a value that is not finite (with its cell), IoError if there is none of these grids.
-StartReport start_from(Simulation&, const GridFile&, bool y_up);
+StartReport start_from(Simulation&, const GridFile&, UpAxis);
 
 }  // namespace vdbcloud::sim
