@@ -3,6 +3,7 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/sim/effect.h"
+#include "vdbcloud/sim/words.h"
 
 #include <memory>
 
@@ -168,10 +169,8 @@ void declare_air(App& app, Options& o)
 void declare_constants(App& app, Options& o)
 {
     const Declaration constants(app, o, "Constants");
-    constants.choice<sim::SaturationBy>(
-        "saturation", VDBCLOUD_MEMBER(moist.by),
-        {{"height", sim::SaturationBy::Height}, {"temperature", sim::SaturationBy::Temperature}},
-        "saturation of vapour: by height, A exp(-z/H), or by temperature and pressure");
+    constants.choice<sim::SaturationBy>("saturation", VDBCLOUD_MEMBER(moist.by), sim::saturation_words.choices(),
+                                        "saturation of vapour: by height, A exp(-z/H), or by temperature and pressure");
     constants.settings(sim::constant_settings());
 }
 
@@ -179,28 +178,21 @@ void declare_numerics(App& app, Options& o)
 {
     const Declaration numerics(app, o, "Accuracy");
     const auto huge = [&o] { return o.huge_dt; };
+    auto time_schemes = sim::time_scheme_words.choices();
+    time_schemes.pop_back();  // huge steps are a flag of their own
     numerics.keep("accuracy", app.add_choice<sim::Accuracy>("--accuracy", o.accuracy,
                                                             {{"fast", sim::Accuracy::Fast},
                                                              {"default", sim::Accuracy::Default},
                                                              {"accurate", sim::Accuracy::Accurate}},
                                                             "a choice of the following"));
-    numerics.choice<sim::Precision>("precision", VDBCLOUD_MEMBER(precision),
-                                    {{"float", sim::Precision::Float}, {"double", sim::Precision::Double}},
+    numerics.choice<sim::Precision>("precision", VDBCLOUD_MEMBER(precision), sim::precision_words.choices(),
                                     "precision of the fields");
-    numerics.choice<sim::TimeScheme>(
-        "time-scheme", VDBCLOUD_MEMBER(time_scheme),
-        {{"euler", sim::TimeScheme::Euler}, {"rk2", sim::TimeScheme::Rk2}, {"rk3", sim::TimeScheme::Rk3}},
-        "order in time: 1, 2, 3");
-    numerics.choice<sim::ScalarScheme>("scalars", VDBCLOUD_MEMBER(scalar_scheme),
-                                       {{"upwind", sim::ScalarScheme::Upwind},
-                                        {"koren", sim::ScalarScheme::Koren},
-                                        {"limited5", sim::ScalarScheme::Limited5},
-                                        {"plain5", sim::ScalarScheme::Plain5}},
+    numerics.choice<sim::TimeScheme>("time-scheme", VDBCLOUD_MEMBER(time_scheme), time_schemes,
+                                     "order in time: 1, 2, 3");
+    numerics.choice<sim::ScalarScheme>("scalars", VDBCLOUD_MEMBER(scalar_scheme), sim::scalar_scheme_words.choices(),
                                        "transport of heat, water and dye: order 1, 3, 5 without new extrema; 5 with");
-    numerics.choice<sim::MomentumScheme>(
-        "momentum-scheme", VDBCLOUD_MEMBER(momentum_scheme),
-        {{"upwind", sim::MomentumScheme::Upwind}, {"upwind5", sim::MomentumScheme::Upwind5}},
-        "transport of momentum: order 1 or 5");
+    numerics.choice<sim::MomentumScheme>("momentum-scheme", VDBCLOUD_MEMBER(momentum_scheme),
+                                         sim::momentum_scheme_words.choices(), "transport of momentum: order 1 or 5");
     numerics.settings(sim::numeric_settings());
     for (const char* name : {"time-scheme", "scalars", "momentum-scheme", "cfl", "dt-max"})
         o.option.at(name).not_with(huge, "--huge-dt");

@@ -4,6 +4,7 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/sim/checkpoint.h"
 #include "vdbcloud/sim/effect.h"
+#include "vdbcloud/sim/words.h"
 
 #include <algorithm>
 #include <cmath>
@@ -54,10 +55,10 @@ void plan(App& app, const Run& run)
         app.report()["in_force"][name] = value;
     }
     const auto& [n, h, sides] = p.lattice;
-    const char* const names[] = {"periodic", "walls", "open"};
     std::ostringstream box, cost;
     box << n[0] << " x " << n[1] << " x " << n[2] << " cells of " << h[0] << " x " << h[1] << " x " << h[2]
-        << " m, z up, sides " << names[int(sides[0])] << " in x and " << names[int(sides[1])] << " in y";
+        << " m, z up, sides " << sim::side_words.word(sides[0]) << " in x and " << sim::side_words.word(sides[1])
+        << " in y";
     app.say(box.str());
     const double steps = steps_of(run), bytes = double(sim::memory_needed(p));
     const double seconds = steps * double(p.lattice.cells()) / (speed_of(p) * app.threads());

@@ -4,6 +4,7 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/sim/effect.h"
 #include "vdbcloud/sim/sounding.h"
+#include "vdbcloud/sim/words.h"
 
 #include <algorithm>
 #include <cctype>
@@ -47,13 +48,12 @@ void set_sides(const std::string& text, sim::Lattice& lattice)
 {
     const size_t comma = text.find(',');
     const std::string words[2] = {text.substr(0, comma), comma == std::string::npos ? text : text.substr(comma + 1)};
-    const std::pair<const char*, sim::Side> sides[] = {
-        {"periodic", sim::Side::Periodic}, {"wall", sim::Side::Wall}, {"open", sim::Side::Open}};
+    const auto sides = sim::side_words.choices();
     for (const size_t d : {0, 1}) {
-        const auto* found =
-            std::find_if(std::begin(sides), std::end(sides), [&](const auto& side) { return words[d] == side.first; });
-        if (found == std::end(sides))
-            throw UsageError("--sides " + text + ": expected periodic, wall or open, once or for x,y");
+        const auto found =
+            std::find_if(sides.begin(), sides.end(), [&](const auto& side) { return words[d] == side.first; });
+        if (found == sides.end())
+            throw UsageError("--sides " + text + ": expected " + sim::side_words.list() + ", once or for x,y");
         lattice.side[d] = found->second;
     }
 }

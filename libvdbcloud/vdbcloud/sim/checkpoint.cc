@@ -4,6 +4,7 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
 #include "vdbcloud/sim/effect.h"
+#include "vdbcloud/sim/words.h"
 
 #include <cmath>
 #include <cstdio>
@@ -82,22 +83,20 @@ std::vector<std::pair<std::string, std::string>> describe(const Parameters& p, c
         for (const double x : values) text += (text.empty() ? "" : ",") + exact(x);
         list.emplace_back(name, text);
     };
-    const auto word = [&](const std::string& name, std::initializer_list<const char*> words, int which) {
-        list.emplace_back(name, words.begin()[which]);
-    };
+    const auto word = [&](const std::string& name, const char* text) { list.emplace_back(name, text); };
     const Lattice& l = p.lattice;
     Parameters in_force = p;
     if (p.q_scale_height == 0) in_force.q_scale_height = l.n[2] * l.h[2] / std::log(10.0);
     numbers("cells", {double(l.n[0]), double(l.n[1]), double(l.n[2])});
     numbers("spacing", {l.h[0], l.h[1], l.h[2]});
-    word("side_x", {"periodic", "wall", "open"}, int(l.side[0]));
-    word("side_y", {"periodic", "wall", "open"}, int(l.side[1]));
-    word("precision", {"float", "double"}, int(p.precision));
-    word("time_scheme", {"euler", "rk2", "rk3", "huge"}, int(p.time_scheme));
-    word("scalar_scheme", {"upwind", "koren", "limited5", "plain5"}, int(p.scalar_scheme));
-    word("momentum_scheme", {"upwind", "upwind5"}, int(p.momentum_scheme));
+    word("side_x", side_words.word(l.side[0]));
+    word("side_y", side_words.word(l.side[1]));
+    word("precision", precision_words.word(p.precision));
+    word("time_scheme", time_scheme_words.word(p.time_scheme));
+    word("scalar_scheme", scalar_scheme_words.word(p.scalar_scheme));
+    word("momentum_scheme", momentum_scheme_words.word(p.momentum_scheme));
     flag("maccormack", p.maccormack), flag("fix_budget", p.fix_budget);
-    word("saturation", {"height", "temperature"}, int(p.moist.by));
+    word("saturation", saturation_words.word(p.moist.by));
     const auto settings = [&](const std::vector<Setting>& group) {
         for (const Setting& setting : group) {
             if (setting.kind == Setting::Kind::Switch)
