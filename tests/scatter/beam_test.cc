@@ -158,6 +158,29 @@ TEST(Beam, FluenceOfALampFollowsTheInverseSquareTimesTheExponential)
     }
 }
 
+TEST(Beam, EntersAndLeavesABoxWhereItsInterpolantEnds)
+{
+    // Density falls to 0 half a voxel beyond each exposed face: 12 voxels along y hold a depth of 12 between these
+    // ends.
+    const double sigma = 0.2;
+    const Body body(test::field(Vec3i(9, 12, 9), Vec3d(1.0), [](const Vec3i&) { return 1.0; }));
+    const P1Operator p1 = body.p1(sigma, 0.9, 0);
+    for (const double side : {1.0, -1.0}) {
+        P1Source source(p1);
+        const auto depths = beam_depths(body.index, body.exposed, body.bricks, make_sun(Vec3d(0, side, 0)));
+        add_beam(p1, depths, sigma, {{&source, 2.0}});
+        EXPECT_NEAR(source.beam_in, 2 * 81, 1e-4) << side;
+        EXPECT_NEAR(source.beam_out / (2 * 81 * std::exp(-12 * sigma)), 1, 1e-5) << side;
+    }
+    // A lamp far above is almost such a sun. Its rays spread: 2e-3 of its light, where least is left, goes out
+    // sideways.
+    P1Source source(p1);
+    add_beam(p1, beam_depths(body.index, body.exposed, body.bricks, make_lamp(Vec3d(4, 1e5, 4))), sigma,
+             {{&source, 1e10}});
+    EXPECT_NEAR(source.beam_in / 81, 1, 1e-3);
+    EXPECT_NEAR(source.beam_out / (81 * std::exp(-12 * sigma)), 1, 3e-3);
+}
+
 TEST(Beam, OfALampInsideLosesItsPowerButTheExponentialOfTheWayOut)
 {
     const double h = 0.25, sigma = 0.6;
