@@ -97,11 +97,19 @@ Preset paper()
     return s;
 }
 
+constexpr std::pair<const char*, Preset (*)()> presets[] = {
+    {"cumulus", cumulus}, {"congestus", congestus}, {"stratocumulus", stratocumulus},
+    {"fog", fog},         {"smoke", smoke},         {"paper", paper}};
+
 }  // namespace
 
 const std::vector<std::string>& preset_names()
 {
-    static const std::vector<std::string> names{"cumulus", "congestus", "stratocumulus", "fog", "smoke", "paper"};
+    static const std::vector<std::string> names = [] {
+        std::vector<std::string> list;
+        for (const auto& [name, make] : presets) list.push_back(name);
+        return list;
+    }();
     return names;
 }
 
@@ -117,9 +125,6 @@ Sounding sounding_named(const std::string& name)
 
 Preset preset(const std::string& name)
 {
-    const std::vector<std::pair<std::string, Preset (*)()>> presets{
-        {"cumulus", cumulus}, {"congestus", congestus}, {"stratocumulus", stratocumulus},
-        {"fog", fog},         {"smoke", smoke},         {"paper", paper}};
     for (const auto& [known, make] : presets)
         if (known == name) {
             Preset s = make();
