@@ -22,7 +22,7 @@ struct LightOptions {
 /// --sun-diameter --lamp --lamp-intensity, each as often as wanted.
 void declare_lights(App&, LightOptions&);
 
-/// The lights that were asked for: sun, sun2, ..., then lamp, lamp2, ...; none without any place.
+/// The lights of the command line: sun, sun2, ..., then lamp, lamp2, ...; none without any place.
 /// Throws UsageError if a parameter is given neither once nor once for each light, or a direction has no length.
 std::vector<Light> lights_asked(const LightOptions&);
 

@@ -11,7 +11,7 @@ namespace vdbcloud {
 /// How the optical depth between a voxel and a directional light is found.
 enum class Fidelity {
     Lattice,  ///< persistent rays on a lattice along the light (sweep/light_lattice.h): time proportional to the voxels
-    Exact     ///< a ray of its own for each voxel, exact for the trilinear density: the measure of the other
+    Exact     ///< a ray of its own for each voxel, exact for the trilinear density: the reference for Lattice
 };
 
 struct TransmittanceOptions {

@@ -11,10 +11,10 @@ namespace vdbcloud {
 
 /// Density depth [density x world unit] from face centres to a light.
 ///
-/// An exposed face is asked half a voxel further out, along the beam: the trilinear density reaches that far, and what
-/// it takes from the beam there belongs to the cell behind. In a slab the beam's power then balances exactly; on a
-/// cloud whose density falls to 0 at its edge, to second order. (Stepping along the face's normal would carry the
-/// question across the beam, a first-order error.)
+/// The depth of an exposed face is taken half a voxel further out, along the beam: the trilinear density reaches that
+/// far, and what it takes from the beam there belongs to the cell behind. In a slab the beam's power then balances
+/// exactly; on a cloud whose density falls to 0 at its edge, to second order. (A step along the face's normal would
+/// move the point across the beam, a first-order error.)
 struct BeamDepths {
     explicit BeamDepths(const Light& of) : light(of) {}
 

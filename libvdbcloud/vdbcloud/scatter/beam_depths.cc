@@ -26,8 +26,8 @@ Vec3d unit_vector(int axis, double length)
 
 Vec3d as_double(const Vec3i& v) { return Vec3d(v.x(), v.y(), v.z()); }
 
-/// Where an exposed face is asked, relative to its centre [voxels]: half a voxel out of the cell along the beam, which
-/// travels along `travel` [unit, index space]; at most one voxel.
+/// Where the depth of an exposed face is taken, relative to its centre [voxels]: half a voxel out of the cell along the
+/// beam, which travels along `travel` [unit, index space]; at most one voxel.
 Vec3d beyond_face(const Vec3d& travel, int axis, int up)
 {
     const double along = travel[axis] * (up ? 1 : -1);  // > 0 where the beam leaves
@@ -47,8 +47,7 @@ Vec3d index_travel(const VoxelIndex& index, const Vec3d& world_travel)
 Vec3d direction_of(const Light& light)
 {
     const auto to_light = light->common_direction();
-    if (!to_light)
-        throw InputError("light '" + light.name + "': in a periodic medium expected a distant light (--sun)");
+    if (!to_light) throw InputError("light '" + light.name + "': in a periodic medium expected a light at infinity");
     return *to_light;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// The power of a beam through a voxel's face if nothing is in its way. Private to scatter/.
+// The power of a beam through a voxel's face in a void. Private to scatter/.
 #include "vdbcloud/scatter/p1_problem.h"
 #include "vdbcloud/scene/light.h"
 

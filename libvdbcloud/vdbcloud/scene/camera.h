@@ -10,7 +10,7 @@ namespace vdbcloud {
 
 enum class Projection { Perspective, Orthographic };
 
-/// Where one looks from and to. Any position will do, inside the cloud too.
+/// Position and direction of a view. Any position is admissible, also inside the cloud.
 struct Camera {
     Projection projection = Projection::Perspective;
     Vec3d position{0, 0, 5};  ///< [world]
@@ -81,9 +81,9 @@ private:
     double half_width_, half_height_;  // of the picture, at unit depth or in world units
 };
 
-/// A view that flatters a cloud: three quarters from the front, level with it and a little from below.
-/// The direction in which one looks, unit, given where up is (Y: seen from +Z and +X; turned along for any
-/// other).
+/// The default direction of view, unit: three quarters from the front, nearly level and a little from below.
+/// For up = Y the camera stands towards +Z and +X; for any other `up` the direction is turned by the
+/// smallest rotation from Y to `up`.
 Vec3d default_view_direction(const Vec3d& up);
 
 /// The direction TOWARDS a sun that goes with that view: high to the left, a little on the viewer's side.

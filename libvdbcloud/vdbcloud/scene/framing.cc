@@ -91,7 +91,7 @@ Camera frame_points(const std::vector<Vec3d>& points, const ImageSize& size, con
     camera.fov = options.fov;
     camera.position = Vec3d(0, 0, 0);
     camera.look_at = options.direction.length() > 0 ? options.direction : default_view_direction(options.up);
-    const CameraView axes(camera, size);  // checks the rest, and gives the view's axes
+    const CameraView axes(camera, size);  // checks the other options, and gives the view's axes
     const auto seen = in_view(points, axes);
 
     Range x, y, z;

@@ -2,7 +2,7 @@
 // Lights: what shines from where, by one interface for all kinds, and how a light travels in a file.
 //
 // A new kind of light is a file of its own, as sun.cc and lamp.cc, and a line in the table of light.cc. Metadata,
-// command lines, transmittance grids, sweeps and pictures ask this interface and need no change.
+// command lines, transmittance grids, sweeps and pictures use this interface and need no change.
 #include "vdbcloud/core/affine.h"
 
 #include <array>
@@ -28,7 +28,7 @@ struct PointSource {
 };
 
 /// The light field of one kind of light in a void, at strength 1. All lengths and directions are in world space.
-/// Immutable, so any number of threads may ask it.
+/// Immutable, so any number of threads may use it.
 class LightModel {
 public:
     virtual ~LightModel() = default;
@@ -72,7 +72,7 @@ struct LightParameter {
     double least, most;  ///< limits, inclusive; values must also be finite
 };
 
-/// What there is to know of a kind of light before there is one.
+/// The description of a kind of light: its words, metadata and parameters, and how to make its field.
 struct LightKind {
     const char* word;        ///< in metadata
     const char* name;        ///< of the first light of the kind, and the option: sun, --sun
@@ -88,7 +88,7 @@ struct LightKind {
 /// All kinds of light.
 const std::vector<const LightKind*>& light_kinds();
 
-/// One light: a value. `light->towards(x)` asks its field.
+/// One light: a value. `light->towards(x)` evaluates its field.
 class Light {
 public:
     /// Parameters in the order of the kind's, defaults where there are fewer.

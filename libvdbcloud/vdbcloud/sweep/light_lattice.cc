@@ -109,7 +109,7 @@ __attribute__((target_clones("avx2", "default"))) void add_scaled(double* sum, c
     for (int i = 0; i < n; ++i) sum[i] += weight * double(x[i]);
 }
 
-/// A tile's rays, carried along w.
+/// A tile's rays and their depths, advanced along w.
 class Tile {
 public:
     Tile(const BrickMap& density, const Frame& frame, int rays_per_voxel, int a0, int b0)
@@ -249,7 +249,7 @@ struct VoxelBlocks {
     std::vector<float> value;  // 512 for each block
 };
 
-/// Carries one tile through all it meets; its visits are sorted by layer.
+/// Advances one tile through all blocks on its way; its visits are sorted by layer.
 void run_tile(const BrickMap& density, const Frame& frame, int rays_per_voxel, const Visit* visit, const Visit* end,
               VoxelBlocks& targets)
 {
@@ -297,7 +297,7 @@ void fill(const BrickMap& density, const Vec3d& to_light, int rays_per_voxel, co
     });
 }
 
-/// Refined targets are asked for one offset within a voxel at a time: each such set is a lattice of whole voxels.
+/// Refined targets are found for one offset within a voxel at a time: each such set is a lattice of whole voxels.
 std::vector<float> refined_depths(const BrickMap& density, const Vec3d& to_light, const std::vector<Vec3i>& blocks,
                                   int rays_per_voxel, int m, const Progress& progress)
 {

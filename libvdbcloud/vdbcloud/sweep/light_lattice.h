@@ -1,5 +1,5 @@
 #pragma once
-// Optical depth from a directional light at every voxel asked for, in time proportional to the voxels.
+// Optical depth from a directional light at every target voxel, in time proportional to the voxels.
 #include "vdbcloud/core/progress.h"
 #include "vdbcloud/voxels/brick_map.h"
 
@@ -9,7 +9,7 @@ namespace vdbcloud {
 
 struct LatticeOptions {
     int rays_per_voxel = 2;  ///< along each axis across the light, >= 1
-    Vec3d offset{0, 0, 0};   ///< targets lie at voxel centre + offset [voxels]: (.5,0,0) asks for faces
+    Vec3d offset{0, 0, 0};   ///< targets lie at voxel centre + offset [voxels]: (.5,0,0) for faces
     int refine = 1;          ///< targets a voxel along each axis: target n lies at voxel n / refine, >= 1
 };
 
@@ -17,7 +17,7 @@ struct LatticeOptions {
 ///
 ///     depth(x) = \int_0^infinity rho(x + t to_light) dt      [density x world unit]
 ///
-/// Persistent rays on a lattice aligned with the light are carried through the medium from plane to plane of voxels.
+/// Persistent rays on a lattice aligned with the light run through the medium from plane to plane of voxels.
 /// All rays of one lattice phase cross cell walls at the same distances, so the exact integral of the trilinear density
 /// over one plane step is one fixed stencil for the whole plane. Targets interpolate bilinearly, once, between the four
 /// rays about them: that is the method's only error, O((1/rays_per_voxel)^2), as nothing is interpolated from plane to
