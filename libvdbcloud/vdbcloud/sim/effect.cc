@@ -1,6 +1,6 @@
 #include "vdbcloud/sim/effect.h"
 
-#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/refuse.h"
 
 #include <algorithm>
 #include <cmath>
@@ -37,9 +37,7 @@ void Setting::check(const Parameters& p) const
     if (kind == Kind::Switch || range.holds(number(p))) return;
     std::string words = name;
     std::replace(words.begin(), words.end(), '-', ' ');
-    std::ostringstream text;
-    text << words << " = " << number(p) << ": expected " << range.text() << (unit.empty() ? "" : " ") << unit;
-    throw InputError(text.str());
+    refuse(words, number(p), range.text() + (unit.empty() ? "" : " ") + unit);
 }
 
 const std::vector<Effect>& effects()

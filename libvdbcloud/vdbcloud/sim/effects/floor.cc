@@ -2,10 +2,9 @@
 #include "vdbcloud/sim/air.h"
 #include "vdbcloud/sim/effect.h"
 
-#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/refuse.h"
 
 #include <cmath>
-#include <sstream>
 
 namespace vdbcloud::sim::effect {
 
@@ -54,10 +53,7 @@ void add(Air<T>& air)
 /// One value of a patch or of the map.
 void check_value(const char* name, double value, const Range& range, const char* unit)
 {
-    if (range.holds(value)) return;
-    std::ostringstream text;
-    text << name << " = " << value << ": expected " << range.text() << ' ' << unit;
-    throw InputError(text.str());
+    if (!range.holds(value)) refuse(name, value, range.text() + (*unit ? " " : "") + unit);
 }
 
 void check(const Parameters& p)
