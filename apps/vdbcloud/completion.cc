@@ -79,9 +79,7 @@ std::string fish(const std::vector<Program>& programs)
 std::string completion(const std::string& shell, const std::vector<Program>& programs)
 {
     if (shell == "bash") return bash(programs);
-    if (shell == "zsh") return zsh(programs);
-    if (shell == "fish") return fish(programs);
-    return {};
+    return shell == "zsh" ? zsh(programs) : fish(programs);
 }
 
 }  // namespace vdbcloud::command

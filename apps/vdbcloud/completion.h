@@ -10,7 +10,7 @@ struct Program {
     std::string completion;  ///< what `NAME --completion SHELL` prints
 };
 
-/// The completion script of `vdbcloud` for "bash", "zsh" or "fish"; empty for another shell.
+/// The completion script of `vdbcloud` for a shell: "bash", "zsh" or "fish".
 std::string completion(const std::string& shell, const std::vector<Program>& programs);
 
 }  // namespace vdbcloud::command

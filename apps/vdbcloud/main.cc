@@ -98,14 +98,15 @@ void print_help(std::ostream& out)
 
 int print_completion(const std::string& shell)
 {
+    if (shell != "bash" && shell != "zsh" && shell != "fish") {
+        std::cerr << "vdbcloud: --completion: '" << shell << "': expected bash, zsh or fish\n";
+        return usage_error;
+    }
     std::vector<Program> programs;
     for (const std::string& name : program_names())
         programs.push_back({name, summary_of(name), output_of(name, {"--completion", shell})});
-    const std::string text = completion(shell, programs);
-    std::cout << text;
-    if (!text.empty()) return 0;
-    std::cerr << "vdbcloud: --completion: '" << shell << "': expected bash, zsh or fish\n";
-    return usage_error;
+    std::cout << completion(shell, programs);
+    return 0;
 }
 
 int run(const std::vector<std::string>& words)
