@@ -193,6 +193,28 @@ TEST(TransportSweep, SeesThroughTheVoidWhatLiesUpstream)
     EXPECT_GT(sky, 800);
 }
 
+TEST(TransportSweep, CountsRaysThroughEdgesOfBlocksOnce)
+{
+    // Light along diagonals from a glowing cube meets edges and corners of cubes near (2 blocks) and far (25 blocks).
+    // Radiance is a mean of the source, 1, and the dark sky: at the middle of the far cubes 1 - e^-tau of the cube that
+    // glows, tau = 0.2 x 16 sqrt(2) or sqrt(3), times e^-tau of half a cube; a ray that counted twice would double it.
+    for (int gap : {16, 200})
+        for (const Vec3i& way : {Vec3i(1, 1, 0), Vec3i(0, 1, 1), Vec3i(1, 0, 1), Vec3i(1, 1, 1)}) {
+            const Vec3i far = (16 + gap) * way;
+            Medium m(test::voxel_clouds({{Vec3i(0), Vec3i(15)}, {far, far + Vec3i(15)}}, Vec3d(1.0), 0.2));
+            m.add_source([&](const Vec3i& p) { return std::max({p.x(), p.y(), p.z()}) < 16 ? 1.0 : 0.0; });
+            const Vec3d s = Vec3d(way.x(), way.y(), way.z()).unit();
+            const SweepSet set = one_by_one({s});
+            const SweepResult fast = run(m, set, Which::Blocks), slow = run(m, set, Which::Reference);
+            const size_t middle = m.index.blocks().slot(far + Vec3i(7));
+            EXPECT_NEAR(fast.moments[0][middle], slow.moments[0][middle], 1e-5) << way << gap;
+            const double length = Vec3d(way.x(), way.y(), way.z()).length();
+            EXPECT_NEAR(fast.moments[0][middle], (1 - std::exp(-0.2 * 16 * length)) * std::exp(-0.2 * 7.5 * length),
+                        1e-4)
+                << way << gap;
+        }
+}
+
 /// A tenth of the blocks of a box of n^3, and one block far away.
 Blocks scattered_blocks(int n, int far, const Vec3i& period)
 {
