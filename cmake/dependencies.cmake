@@ -8,6 +8,7 @@ unset(CMAKE_FIND_PACKAGE_NAME)
 find_package(CLI11 REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(tomlplusplus REQUIRED)
+find_package(Eigen3 REQUIRED NO_MODULE)
 
 # Debian's OpenImageIO target names an include folder of OpenCV, which is there only with OpenCV.
 foreach(target OpenImageIO::OpenImageIO OpenImageIO::OpenImageIO_Util)

@@ -1,5 +1,5 @@
 # The libraries that a program linked with libvdbcloud needs. Two callers: this tree, and the installed
-# vdbcloudConfig.cmake, beside which this file and FindFFTW.cmake are installed. A library that libvdbcloud links
+# vdbcloudConfig.cmake, beside which this file and the Find*.cmake of this folder are installed. A library that libvdbcloud links
 # belongs here, and in cmake/vdbcloud.pc.in.
 include(CMakeFindDependencyMacro)
 set(OpenVDB_MODULE_DIR "" CACHE PATH "Folder of FindOpenVDB.cmake, if CMake does not find it")
@@ -12,5 +12,6 @@ find_dependency(OpenVDB)
 find_dependency(TBB)
 find_dependency(OpenImageIO)
 find_dependency(FFTW)
+find_dependency(XxHash)
 
 set(CMAKE_MODULE_PATH ${vdbcloud_module_path})

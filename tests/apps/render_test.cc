@@ -1,6 +1,7 @@
 // render as a user runs it: on small grids, against closed forms where there are any.
 #include "support/run.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/random.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/file/io.h"
@@ -136,7 +137,7 @@ TEST_F(Render, MeetsTheSunAxisIdentitiesPixelByPixel)
     // With the sun behind the camera L = w0 p(-1) E (1 - T^2)/2, looking into it w0 p(1) E tau exp(-tau), for
     // any density.
     write_lump(path("lump.vdb"));
-    const double w0 = 0.8, g = 0.3, E = 2, pi = 3.14159265358979;
+    const double w0 = 0.8, g = 0.3, E = 2;
     for (const double side : {-1.0, 1.0}) {
         const Picture p =
             rendered(path("lump.vdb"), "a.exr",

@@ -1,6 +1,7 @@
 // Phase functions by quadrature: what they must integrate to, and which way is forward.
 #include "vdbcloud/optics/phase_function.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 
 #include <gtest/gtest.h>
@@ -9,8 +10,6 @@
 
 namespace vdbcloud {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// 2 pi int_-1^1 p(c) f(c) dc by the midpoint rule in theta, c = cos theta. Its error is 2 pi h^2/24 times
 /// the change of the integrand's slope, p(1) f(1) + p(-1) f(-1): 4e-5 for the sharpest p here (g = 0.95),

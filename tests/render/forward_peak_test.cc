@@ -1,4 +1,5 @@
 // Light scattered again within the forward peak, against a sum over orders of scattering in closed form.
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/render/forward_peak.h"
 
 #include <gtest/gtest.h>
@@ -40,12 +41,12 @@ TEST(ForwardPeak, IsTheSumOverOrdersOfScattering)
             const ForwardPeak peak(g, degree);
             for (double degrees : {1.0, 7.0, 20.0, 33.0, 44.0})
                 for (double x : {0.1, 1.0, 5.0, 15.0}) {
-                    const double c = std::cos(degrees * 3.14159265358979 / 180), expected = by_orders(g, degree, c, x);
+                    const double c = std::cos(degrees * pi / 180), expected = by_orders(g, degree, c, x);
                     // Bilinear between 96 angles and 64 depths.
                     EXPECT_NEAR(peak(c, x), expected, 0.004) << g << ' ' << degree << ' ' << degrees << ' ' << x;
                 }
         }
-    EXPECT_NEAR(ForwardPeak(0.85, 1)(std::cos(20 * 3.14159265358979 / 180), 8), 0.312, 0.003);
+    EXPECT_NEAR(ForwardPeak(0.85, 1)(std::cos(20 * pi / 180), 8), 0.312, 0.003);
 }
 
 TEST(ForwardPeak, IsOneWhereNothingScattersAgainAndFarFromTheSun)

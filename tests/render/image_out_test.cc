@@ -1,6 +1,7 @@
 // Pictures on disk, read back by OpenImageIO: types, windows, metadata, pixels, and disks that are full.
 #include "vdbcloud/render/image_out.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 
 #include <OpenImageIO/imageio.h>
@@ -154,7 +155,7 @@ TEST_F(ImageOut, ExrHoldsItsMetadataAndMatrices)
     EXPECT_EQ(spec.get_string_attribute("vdbcloud:integrator"), "cells");
     EXPECT_FLOAT_EQ(spec.get_float_attribute("vdbcloud:exposure"), 1.5f);
     EXPECT_EQ(spec.get_string_attribute("DateTime"), metadata().date_time);
-    EXPECT_NEAR(spec.get_float_attribute("screenWindowWidth"), 2 * std::tan(20 * 3.14159265358979 / 180), 1e-6);
+    EXPECT_NEAR(spec.get_float_attribute("screenWindowWidth"), 2 * std::tan(20 * pi / 180), 1e-6);
 
     const auto matrix = [&](const char* key, const Matrix44& expected) {
         const auto* found = spec.find_attribute(key, OIIO::TypeDesc::TypeMatrix44);

@@ -1,6 +1,7 @@
 // Reconstruction filters: their samples are distributed as they say, and belong to the pixel alone.
 #include "vdbcloud/render/pixel_filter.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 
 #include <gtest/gtest.h>
@@ -11,8 +12,6 @@
 
 namespace vdbcloud {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 double density(FilterKind kind, double width, double x)  // unnormalised, from the definitions
 {

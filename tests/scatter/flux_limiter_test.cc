@@ -3,6 +3,7 @@
 #include "vdbcloud/scatter/multiple_scattering.h"
 
 #include "support/voxel_field.h"
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/vdb.h"
 
 #include <gtest/gtest.h>
@@ -11,8 +12,6 @@
 
 namespace vdbcloud {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 TEST(FluxLimiter, IsOneInThickMediaAndKeepsFluxBelowFluenceInThin)
 {

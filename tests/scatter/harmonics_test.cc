@@ -1,4 +1,5 @@
 // The harmonics' matrices against quadrature that integrates them exactly: Gauss-Legendre in z, uniform in azimuth.
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/scatter/harmonics.h"
 
 #include <gtest/gtest.h>
@@ -8,8 +9,6 @@
 
 namespace vdbcloud {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// Calls f(s, weight) for a rule that is exact for polynomials up to 2n-1 in s.
 void sphere_rule(int n, const std::function<void(const Vec3d&, double)>& f)

@@ -1,6 +1,7 @@
 // Quadratures of the sphere: what they integrate exactly, which symmetries they have, how counts are rounded.
 #include "vdbcloud/scatter/ordinates.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/scatter/harmonics.h"
 
@@ -14,8 +15,6 @@
 
 namespace vdbcloud {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// Largest |<Y_lm Y_l'm'> - delta| up to a degree.
 double worst_moment(const Ordinates& set, int degree)

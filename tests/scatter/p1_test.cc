@@ -5,6 +5,7 @@
 #include "scatter/fields.h"
 #include "support/p1_forms.h"
 #include "support/size.h"
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
 
@@ -18,8 +19,6 @@ namespace {
 
 using test::P1Slab;
 using test::P1Sphere;
-
-constexpr double pi = 3.14159265358979323846;
 
 /// A density with all that P1 needs of it, and one solve.
 struct Case {

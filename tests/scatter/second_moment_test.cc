@@ -6,6 +6,7 @@
 #include "support/size.h"
 #include "support/slab_exact.h"
 #include "support/voxel_field.h"
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/random.h"
 #include "vdbcloud/scatter/multiple_scattering.h"
 
@@ -18,8 +19,6 @@
 
 namespace vdbcloud {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 struct Cloud {
     explicit Cloud(const FloatGridPtr& of, std::array<bool, 3> periodic = {false, false, false})

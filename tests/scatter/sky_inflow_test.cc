@@ -1,4 +1,5 @@
 // A sky that changes with height, as what enters a layer: P1 in closed form, sweeps against exact transport.
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/scatter/second_moment.h"
 #include "vdbcloud/scatter/sky_inflow.h"
 
@@ -11,8 +12,6 @@
 
 namespace vdbcloud {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// A layer of n voxels along y, of thickness 1 and optical depth tau, that neither absorbs nor prefers a direction.
 struct Layer {

@@ -1,6 +1,7 @@
 // Auto-framing: everything in the picture, as large as it fits, wherever and however large the cloud is.
 #include "vdbcloud/scene/camera.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
 
@@ -11,8 +12,6 @@
 
 namespace vdbcloud {
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 struct Placement {
     Vec3d axis{0, 1, 0};

@@ -3,6 +3,8 @@
 
 #include "problems.h"
 #include "support/size.h"
+#include "vdbcloud/core/constants.h"
+#include "vdbcloud/core/random.h"
 #include "vdbcloud/fractal/noise.h"
 
 #include <gtest/gtest.h>
@@ -65,7 +67,7 @@ TEST(Stencil, AppliesItsDefinition)
 double manufactured_error(int n)
 {
     const auto blocks = box_blocks(Vec3i(n, n, n));
-    const double h = 1.0 / n, pi = 3.14159265358979323846;
+    const double h = 1.0 / n;
     const auto u = [&](const Vec3i& p) {
         return std::cos(pi * (p.x() + 0.5) * h) * std::cos(2 * pi * (p.y() + 0.5) * h) *
                std::cos(pi * (p.z() + 0.5) * h);
@@ -186,7 +188,7 @@ TEST(ConjugateGradient, SolvesASingularProblemWithMeanZero)
 TEST(ConjugateGradient, SolvesEigenvectorsOnPeriodicAxesOfThreeBlocks)
 {
     const int n = 24;
-    const double pi = 3.14159265358979323846, c = 0.2;
+    const double c = 0.2;
     const auto blocks = box_blocks(Vec3i(n, 16, 8), {true, false, true});
     const Problem problem(blocks, constant(1), 0, constant(c));
     Multigrid multigrid(problem.stencil);

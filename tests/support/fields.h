@@ -1,6 +1,7 @@
 #pragma once
 // Small density grids with known values, and an integral of their interpolant that shares no code with the library's.
 #include "vdbcloud/core/affine.h"
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/random.h"
 #include "vdbcloud/core/vdb.h"
 
@@ -40,7 +41,7 @@ inline double clumps(const openvdb::Coord& ijk, uint64_t seed, double top)
 /// A random point of the unit sphere.
 inline Vec3d direction(uint64_t seed)
 {
-    const double z = 2 * uniform(hash_bits(seed, 1)) - 1, a = 6.283185307179586 * uniform(hash_bits(seed, 2));
+    const double z = 2 * uniform(hash_bits(seed, 1)) - 1, a = 2 * pi * uniform(hash_bits(seed, 2));
     return Vec3d(std::sqrt(1 - z * z) * std::cos(a), std::sqrt(1 - z * z) * std::sin(a), z);
 }
 

@@ -1,5 +1,6 @@
 #include "support/monte_carlo.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/random.h"
 #include "vdbcloud/optics/optical_depth.h"
 
@@ -9,8 +10,6 @@
 namespace vdbcloud::test {
 
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 double phase(double g, double c) { return (1 - g * g) / (4 * pi * std::pow(1 + g * g - 2 * g * c, 1.5)); }
 

@@ -1,3 +1,5 @@
+#include "vdbcloud/core/constants.h"
+
 #include "support/slab_exact.h"
 
 #include <algorithm>
@@ -7,8 +9,6 @@
 namespace vdbcloud::test {
 
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// Gauss-Legendre on (0, 1).
 void half_range_gauss(int n, std::vector<double>& x, std::vector<double>& w)

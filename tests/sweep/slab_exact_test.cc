@@ -1,4 +1,6 @@
 // The slab solution that others are tested against, held to published numbers and to limits in closed form.
+#include "vdbcloud/core/constants.h"
+
 #include "support/slab_exact.h"
 
 #include <gtest/gtest.h>
@@ -53,7 +55,6 @@ TEST(SlabExact, OfGreatDepthHasTheHFunctionsRadianceAndMilnesExtrapolation)
     EXPECT_NEAR(h_function(1), 2.9078, 2e-3);
     const double tau = 3e4;  // transmits 4e-5
     SlabExact slab({tau, 1, 0, 0.6, {0.2, 1.0}, 24});
-    const double pi = 3.14159265358979;
     EXPECT_NEAR(slab.emergent_top(0) / (0.6 / 0.8 * h_function(0.2) * h_function(0.6) / (4 * pi)), 1, 2e-3);
     EXPECT_NEAR(slab.emergent_top(1) / (0.6 / 1.6 * h_function(1.0) * h_function(0.6) / (4 * pi)), 1, 2e-3);
     // T of isotropic inflow = (4/3) / (tau + 2 q), q = 0.7104461 (Hopf).
@@ -79,7 +80,7 @@ TEST(SlabExact, ConservesWhatItDoesNotAbsorbAndIsContinuousInside)
 TEST(SlabExact, OfThinSlabsScattersOnce)
 {
     SlabExact slab({1e-4, 0.8, 0, 0.5, {0.5}, 24});
-    const double expected = 0.8 / (4 * 3.14159265358979) * 1e-4 / 0.5;  // w0 p tau / mu
+    const double expected = 0.8 / (4 * pi) * 1e-4 / 0.5;  // w0 p tau / mu
     EXPECT_NEAR(slab.emergent_top(0) / expected, 1, 1e-3);
     EXPECT_NEAR(slab.emergent_bottom(0) / expected, 1, 1e-3);
 }

@@ -3,6 +3,7 @@
 
 #include "support/voxel_field.h"
 #include "swept_medium.h"
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
 
@@ -199,12 +200,12 @@ TEST(TransportSweep, StaysBetweenSkyAndSourceAtAnyOpticalDepth)
             if (clumps(p, 31) == 0) return 0.0;
             return scale > 0 ? scale * (0.5 + u) : scales[size_t(5 * u)];
         }));
-        m.add_source([](const Vec3i& p) { return std::sqrt(4 * M_PI) * ((p.x() + p.y() + p.z()) % 3 ? 0.25 : 2.0); });
+        m.add_source([](const Vec3i& p) { return std::sqrt(4 * pi) * ((p.x() + p.y() + p.z()) % 3 ? 0.25 : 2.0); });
         const SweepSet set = set_of(ordinates(OrdinateKind::Product, 32, 1), 0, 0, 0.5);
         SweepResult fast, slow;
         TransportSweep(m.index, m.faces).run(set, m.fields(), fast);
         reference_sweep(m.index, m.faces, set, m.fields(), slow);
-        const double unit = std::sqrt(4 * M_PI);  // M_00 of L = 1
+        const double unit = std::sqrt(4 * pi);  // M_00 of L = 1
         for (size_t slot = 0; slot < m.index.blocks().count() * 512; ++slot) {
             if (!m.index.blocks().active(slot)) continue;
             ASSERT_TRUE(std::isfinite(fast.moments[0][slot])) << scale;
@@ -239,20 +240,20 @@ TEST(TransportSweep, IsZeroWithoutVoxelsOrDirections)
 TEST(TransportSweep, KeepsTheWhiteFurnace)
 {
     Medium m(test::voxel_field(Vec3i(40, 40, 40), Vec3d(0.7), [](const Vec3i& p) { return clumps(p, 5); }));
-    m.add_source([](const Vec3i&) { return std::sqrt(4 * M_PI); });  // Y_00 times this is 1
+    m.add_source([](const Vec3i&) { return std::sqrt(4 * pi); });  // Y_00 times this is 1
     const SweepSet set = set_of(ordinates(OrdinateKind::Product, 32, 1), 0, 2, 1.0);
     SweepResult result;
     TransportSweep(m.index, m.faces).run(set, m.fields(), result);
     const Blocks& blocks = m.index.blocks();
     for (size_t slot = 0; slot < blocks.count() * 512; ++slot) {
         if (!blocks.active(slot)) continue;
-        ASSERT_NEAR(result.moments[0][slot], std::sqrt(4 * M_PI), 2e-5);
+        ASSERT_NEAR(result.moments[0][slot], std::sqrt(4 * pi), 2e-5);
         for (int k = 1; k < 9; ++k) ASSERT_NEAR(result.moments[k][slot], 0, 2e-5);
     }
     ASSERT_FALSE(m.faces.empty());
     for (const FaceTally& tally : result.tally) {
         ASSERT_NEAR(tally.current, 0, 2e-5);
-        ASSERT_NEAR(tally.fluence, 4 * M_PI, 5e-5);
+        ASSERT_NEAR(tally.fluence, 4 * pi, 5e-5);
         ASSERT_NEAR(tally.second, 0, 2e-5);
     }
 }
@@ -354,14 +355,13 @@ TEST(TransportSweep, BalancesEmissionAndOutflowToFirstOrder)
                 const double inside = 1 - x.dot(x) / 0.2;
                 return inside < 0 ? 0.0 : hard ? 10.0 : 20 * inside;
             }));
-            m.add_source([](const Vec3i&) { return std::sqrt(4 * 3.14159265358979323846); });
+            m.add_source([](const Vec3i&) { return std::sqrt(4 * pi); });
             SweepResult result;
             TransportSweep(m.index, m.faces)
                 .run(set_of(ordinates(OrdinateKind::Product, 32, 1), 0, 0, 0), m.fields(), result);
             double gain = 0, out = 0;
             for (size_t slot = 0; slot < m.index.blocks().count() * 512; ++slot)
-                gain += m.sigma[slot] * h * std::sqrt(4 * 3.14159265358979323846) *
-                        (std::sqrt(4 * 3.14159265358979323846) - result.moments[0][slot]);
+                gain += m.sigma[slot] * h * std::sqrt(4 * pi) * (std::sqrt(4 * pi) - result.moments[0][slot]);
             for (const FaceTally& face : result.tally) out += face.current;
             defect[k] = std::abs(out / gain - 1);
         }

@@ -1,12 +1,7 @@
+// Checks the declarations of core/fwd.h against OpenVDB's own.
 #include "vdbcloud/core/vdb.h"
 
 #include <type_traits>
-
-// The only place where trees and grids are instantiated.
-template class openvdb::tree::Tree<openvdb::FloatTree::RootNodeType>;
-template class openvdb::Grid<openvdb::FloatTree>;
-template class openvdb::tree::Tree<openvdb::Vec3STree::RootNodeType>;
-template class openvdb::Grid<openvdb::Vec3STree>;
 
 static_assert(std::is_same_v<vdbcloud::FloatGrid, openvdb::FloatGrid>);
 static_assert(std::is_same_v<vdbcloud::FloatGridPtr, openvdb::FloatGrid::Ptr>);

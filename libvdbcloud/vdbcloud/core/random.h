@@ -1,5 +1,7 @@
 #pragma once
 // Random numbers as a function of (seed, integer position): no state, so no order and no thread matters.
+#include "vdbcloud/core/constants.h"
+
 #include <cmath>
 #include <cstdint>
 
@@ -27,7 +29,7 @@ inline double uniform(uint64_t bits) { return double(bits >> 11) * 0x1p-53; }
 inline double normal(uint64_t bits)
 {
     const double u = 1.0 - uniform(bits), v = uniform(hash_bits(bits));
-    return std::sqrt(-2.0 * std::log(u)) * std::cos(6.283185307179586 * v);
+    return std::sqrt(-2.0 * std::log(u)) * std::cos(2 * pi * v);
 }
 
 }  // namespace vdbcloud

@@ -1,5 +1,6 @@
 #include "vdbcloud/fft/batched_transform.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/fft/fftw_names.h"
 #include "vdbcloud/fft/planner.h"
@@ -10,8 +11,6 @@
 namespace vdbcloud::fft {
 
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 fftw_r2r_kind kind(AxisEnd end, bool forward)
 {

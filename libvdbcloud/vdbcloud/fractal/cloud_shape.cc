@@ -1,5 +1,7 @@
 #include "vdbcloud/fractal/cloud_shape.h"
 
+#include "vdbcloud/core/clones.h"
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/fractal/noise_bounds.h"
 
@@ -19,8 +21,6 @@ namespace {
 constexpr int B = block_edge;
 constexpr int super = 4;  // edge of a group of blocks, which share a first selection of parts [blocks]
 constexpr float nothing = -1e30f;
-
-#define VDBCLOUD_CLONES __attribute__((target_clones("avx2", "default")))
 
 /// Everything the loops need, in world units and single precision.
 struct Shaper {
@@ -305,7 +305,7 @@ CloudBlocks shape_cloud(const fft::RealField<float>& noise, const Box& domain, c
     const Vec3i size = noise.size();
     const Vec3d sides = domain.sides(), step(sides[0] / size[0], sides[1] / size[1], sides[2] / size[2]);
     const double longest = std::max({sides[0], sides[1], sides[2]}), coarsest = std::max({step[0], step[1], step[2]});
-    const double rms = std::sqrt(2 / M_PI);  // mean of |n|
+    const double rms = std::sqrt(2 / pi);  // mean of |n|
     Shaper s{noise,
              envelope,
              size,

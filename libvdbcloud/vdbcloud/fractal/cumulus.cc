@@ -1,5 +1,7 @@
 #include "vdbcloud/fractal/cumulus.h"
 
+#include "vdbcloud/core/clones.h"
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
 
@@ -24,7 +26,7 @@ double between(uint64_t bits, double low, double high) { return low + (high - lo
 std::vector<Sphere> columns(const Vec3d& half, double height, const CumulusOptions& o)
 {
     std::vector<Sphere> out;
-    const double golden = 2.399963229728653, turn = between(hash_bits(o.seed, 1), 0, 2 * M_PI);
+    const double turn = between(hash_bits(o.seed, 1), 0, 2 * pi);
     for (int t = 0; t < o.towers; ++t) {
         const auto random = [&](int what, double low, double high) {
             return between(hash_bits(o.seed, 2, uint64_t(t), uint64_t(what)), low, high);
@@ -32,7 +34,7 @@ std::vector<Sphere> columns(const Vec3d& half, double height, const CumulusOptio
         // The first stands near the middle, the others around it on a spiral, lower and slimmer the further
         // out.
         const double out_by = t == 0 ? random(0, 0.05, 0.3) : std::sqrt((t - 0.2) / o.towers) * random(0, 0.62, 0.8);
-        const double angle = turn + golden * t + random(1, -0.35, 0.35);
+        const double angle = turn + golden_angle * t + random(1, -0.35, 0.35);
         const double top = height * (t == 0 ? 1 : (1.1 - 0.7 * out_by) * random(2, 0.5, 1));
         const double r0 = std::min(height * (t == 0 ? 0.5 : random(3, 0.3, 0.44)), 0.75 * top);
         const Vec3d foot(half[0] * out_by * std::cos(angle), half[1] * out_by * std::sin(angle), 0);
@@ -56,11 +58,11 @@ std::vector<Sphere> bulges(const std::vector<Sphere>& parents, int count, double
 {
     std::vector<Sphere> out;
     for (const auto& parent : parents) {
-        const double turn = between(hash_bits(parent.id, 10), 0, 2 * M_PI);
+        const double turn = between(hash_bits(parent.id, 10), 0, 2 * pi);
         for (int c = 0; c < count; ++c) {
             const uint64_t id = hash_bits(parent.id, 11, uint64_t(c));
             const double z = std::clamp(1 - (2 * c + between(hash_bits(id, 1), 0, 2)) / count * 0.8, -1.0, 1.0);
-            const double angle = turn + 2.399963229728653 * c + between(hash_bits(id, 2), -0.5, 0.5);
+            const double angle = turn + golden_angle * c + between(hash_bits(id, 2), -0.5, 0.5);
             const double flat = std::sqrt(1 - z * z), r = parent.radius * between(hash_bits(id, 3), low, high);
             const Vec3d w(flat * std::cos(angle), flat * std::sin(angle), z);
             const Sphere child{parent.centre + w * (parent.radius * between(hash_bits(id, 4), 0.82, 0.95)), r, id};
@@ -104,8 +106,8 @@ void pad(Envelope::Parts& parts)
 }
 
 /// The largest least and most depth of any sphere over a ball; most[i] becomes that of sphere i.
-__attribute__((target_clones("avx2", "default"))) Envelope::Range
-bound(int n, const float* __restrict data, const Envelope::Ball& ball, float* __restrict most)
+VDBCLOUD_CLONES Envelope::Range bound(int n, const float* __restrict data, const Envelope::Ball& ball,
+                                      float* __restrict most)
 {
     const float x = ball.centre[0], y = ball.centre[1], z = ball.centre[2], radius = ball.radius;
     float low[lanes], high[lanes];
@@ -125,10 +127,8 @@ bound(int n, const float* __restrict data, const Envelope::Ball& ball, float* __
 }
 
 /// out[p] = the largest depth of any sphere at point p.
-__attribute__((target_clones("avx2", "default"))) void deepest(int n, int spheres, const float* __restrict data,
-                                                               int count, const float* __restrict x,
-                                                               const float* __restrict y, const float* __restrict z,
-                                                               float* __restrict out)
+VDBCLOUD_CLONES void deepest(int n, int spheres, const float* __restrict data, int count, const float* __restrict x,
+                             const float* __restrict y, const float* __restrict z, float* __restrict out)
 {
     int p = 0;
     for (; p + 2 * lanes <= count; p += 2 * lanes) {

@@ -1,6 +1,7 @@
 #include "vdbcloud/fractal/mountain.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/refuse.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/fractal/cloud_grid.h"
 #include "vdbcloud/grid/schema.h"
@@ -17,9 +18,6 @@ namespace {
 
 void check(const Vec3i& size, const MountainOptions& o)
 {
-    const auto refuse = [](const std::string& name, double value, const char* expected) {
-        throw InputError(name + " = " + std::to_string(value) + ": expected " + expected);
-    };
     if (!(o.relief > 0 && o.relief <= 100)) refuse("relief", o.relief, "above 0, at most 100");
     if (!(o.ridges >= 0 && o.ridges <= 1)) refuse("ridges", o.ridges, "0..1");
     if (!(o.peak >= 0 && o.peak <= 1)) refuse("peak", o.peak, "0..1");

@@ -1,14 +1,15 @@
 #include "vdbcloud/fractal/noise.h"
 
+#include "vdbcloud/core/clones.h"
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
+#include "vdbcloud/core/refuse.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <string>
-
-#define VDBCLOUD_CLONES __attribute__((target_clones("avx2", "default")))
 
 namespace vdbcloud {
 
@@ -86,7 +87,7 @@ __attribute__((always_inline)) inline void modes_of_row(const Synthesis& s, int 
         const float power = exp2_of(exponent * log2_of(s.outer2 + kappa2)) * s.scale;
         const int kept = (kappa2 > 0) & (kappa2 >= s.low2) & (kappa2 <= s.high2) & (inside_xy + fz * fz * Z.limit < 1);
         const float r = std::sqrt(log2_of(uniform) * -0.6931471806f * power) * float(kept);
-        const float h = float(int32_t(v)) * float(0x1p-32 * M_PI),
+        const float h = float(int32_t(v)) * float(0x1p-32 * pi),
                     h2 = h * h;  // half the phase: |h| <= pi / 2
         const float sine = h * (1 - h2 * (1 / 6.f - h2 * (1 / 120.f - h2 * (1 / 5040.f - h2 * (1 / 362880.f)))));
         const float cosine =
@@ -144,9 +145,6 @@ double variance(const Spectrum& spectrum, const Vec3i& size, const Vec3d& kappa,
 
 void check(const Spectrum& s, const Vec3d& sides)
 {
-    const auto refuse = [](const std::string& name, double value, const char* expected) {
-        throw InputError(name + " = " + std::to_string(value) + ": expected " + expected);
-    };
     if (!(s.beta >= 0 && s.beta <= 12)) refuse("beta", s.beta, "0..12");
     if (!(s.outer >= 0 && s.outer < 1e6)) refuse("outer", s.outer, "0..1e6");
     if (!(s.low_cut >= 0 && s.low_cut <= 256)) refuse("low_cut", s.low_cut, "0..256");

@@ -1,53 +1,30 @@
 #include "vdbcloud/grid/digest.h"
 
-#include "vdbcloud/core/random.h"
+#include "vdbcloud/core/tiles.h"
 #include "vdbcloud/core/vdb.h"
 
-#include <algorithm>
+#include <xxhash.h>
+
 #include <cstdio>
-#include <cstring>
+#include <new>
 
 namespace vdbcloud {
 
-void Digest::block(const unsigned char* bytes)
+Digest::Digest() : state_(XXH3_createState())
 {
-    uint64_t word[4];
-    std::memcpy(word, bytes, sizeof word);
-    for (int k = 0; k < 4; ++k) {
-        // The product carries changes upwards only, so its high half is brought down for the next round.
-        const uint64_t product = (lane_[k] ^ word[k]) * 0x9fb21c651e98df25ull;
-        lane_[k] = product ^ (product >> 32);
-    }
+    if (!state_ || XXH3_128bits_reset(state_.get()) != XXH_OK) throw std::bad_alloc();
 }
 
-void Digest::add(const void* data, size_t count)
-{
-    const auto* bytes = static_cast<const unsigned char*>(data);
-    if (const size_t held = count_ % 32; held + count < 32 || held > 0) {
-        const size_t taken = std::min(count, 32 - held);
-        std::memcpy(rest_ + held, bytes, taken);
-        count_ += taken;
-        bytes += taken;
-        count -= taken;
-        if (count_ % 32 != 0 || taken == 0) return;
-        block(rest_);
-    }
-    for (; count >= 32; count -= 32, bytes += 32, count_ += 32) block(bytes);
-    std::memcpy(rest_, bytes, count);
-    count_ += count;
-}
+void Digest::Free::operator()(XXH3_state_s* state) const { XXH3_freeState(state); }
+
+void Digest::add(const void* data, size_t count) { XXH3_128bits_update(state_.get(), data, count); }
 
 std::string Digest::hex() const
 {
-    Digest last = *this;
-    const size_t held = count_ % 32;
-    std::memset(last.rest_ + held, 0, 32 - held);
-    last.block(last.rest_);
-    const uint64_t a = hash_bits(count_, last.lane_[0], last.lane_[1], last.lane_[2], last.lane_[3]);
-    const uint64_t b = hash_bits(a, last.lane_[3], last.lane_[2], last.lane_[1], last.lane_[0]);
+    const XXH128_hash_t hash = XXH3_128bits_digest(state_.get());
     char text[33];
-    std::snprintf(text, sizeof text, "%016llx%016llx", static_cast<unsigned long long>(a),
-                  static_cast<unsigned long long>(b));
+    std::snprintf(text, sizeof text, "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
+                  static_cast<unsigned long long>(hash.low64));
     return text;
 }
 
@@ -67,13 +44,11 @@ std::string grid_digest(const FloatGrid& grid)
     digest.add_text(affine ? "" : grid.transform().mapType());
     digest.add_value(grid.background());
 
-    auto tile = grid.tree().cbeginValueOn();
-    tile.setMaxDepth(FloatGrid::TreeType::DEPTH - 2);  // all above the leaves
-    for (; tile; ++tile) {
+    for_each_active_tile(grid, [&](const auto& tile) {
         digest.add_value(tile.getCoord());
         digest.add_value(uint32_t(tile.getDepth()));
         digest.add_value(*tile);
-    }
+    });
     constexpr int size = FloatGrid::TreeType::LeafNodeType::SIZE;
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
         if (leaf->getValueMask().isOff()) continue;  // a leaf without active voxels is topology of no one

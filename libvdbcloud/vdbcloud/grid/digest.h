@@ -1,17 +1,20 @@
 #pragma once
-// Fingerprints of bytes: fast, 128 bits, equal on every little-endian machine. Not for security.
+// Fingerprints of bytes: XXH3, 128 bits. Not for security.
 #include "vdbcloud/core/fwd.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
+
+struct XXH3_state_s;
 
 namespace vdbcloud {
 
-/// Four lanes of 64 bits, each taking every fourth word by a product and a shift; mixed at the end. One
-/// changed word always changes its lane, as each step is a bijection of it.
+/// XXH3 (128 bits) of all bytes added so far, however they were cut into pieces.
 class Digest {
 public:
+    Digest();
     void add(const void* bytes, size_t count);
 
     template<typename T>
@@ -26,19 +29,18 @@ public:
         add(text.data(), text.size());
     }
 
-    std::string hex() const;   ///< 32 digits
+    std::string hex() const;   ///< 32 digits, those that `xxhsum -H128` prints
     std::string uuid() const;  ///< the same as 8-4-4-4-12 digits
 
 private:
-    void block(const unsigned char* bytes);
-
-    uint64_t lane_[4] = {0x243f6a8885a308d3ull, 0x13198a2e03707344ull, 0xa4093822299f31d0ull, 0x082efa98ec4e6c89ull};
-    unsigned char rest_[32] = {};
-    uint64_t count_ = 0;  // bytes so far; the last count_ % 32 are in rest_
+    struct Free {
+        void operator()(XXH3_state_s*) const;
+    };
+    std::unique_ptr<XXH3_state_s, Free> state_;
 };
 
-/// A fingerprint of a grid's transform, active topology and values, equal for equal grids on any machine, in
-/// hex.
+/// Fingerprint of a grid's transform, background, active topology and active values, in hex. Equal for equal grids on
+/// every little-endian machine; name, metadata and inactive values do not count.
 std::string grid_digest(const FloatGrid&);
 
 }  // namespace vdbcloud

@@ -1,5 +1,6 @@
 #include "vdbcloud/grid/extent.h"
 
+#include "vdbcloud/core/tiles.h"
 #include "vdbcloud/core/vdb.h"
 
 #include <algorithm>
@@ -8,23 +9,10 @@ namespace vdbcloud {
 
 namespace {
 
-/// Calls f(box, value) for each active tile.
-template<typename F>
-void for_each_tile(const FloatGrid& grid, F f)
-{
-    auto tile = grid.tree().cbeginValueOn();
-    tile.setMaxDepth(FloatGrid::TreeType::DEPTH - 2);  // all above the leaves
-    for (; tile; ++tile) {
-        openvdb::CoordBBox box;
-        tile.getBoundingBox(box);
-        f(box, *tile);
-    }
-}
-
 float greatest(const FloatGrid& grid)
 {
     float most = 0;
-    for_each_tile(grid, [&](const openvdb::CoordBBox&, float value) { most = std::max(most, value); });
+    for_each_active_tile(grid, [&](const auto& tile) { most = std::max(most, *tile); });
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf)
         for (auto value = leaf->cbeginValueOn(); value; ++value) most = std::max(most, *value);
     return most;
@@ -44,8 +32,10 @@ std::vector<Vec3d> occupied_corners(const FloatGrid& grid, double fraction)
 {
     std::vector<Vec3d> out;
     const float least = std::max(0.0f, float(fraction * greatest(grid)));
-    for_each_tile(grid, [&](const openvdb::CoordBBox& box, float value) {
-        if (value > least) add_corners(box, grid.transform(), out);
+    for_each_active_tile(grid, [&](const auto& tile) {
+        openvdb::CoordBBox box;
+        tile.getBoundingBox(box);
+        if (*tile > least) add_corners(box, grid.transform(), out);
     });
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
         openvdb::CoordBBox box;

@@ -1,5 +1,6 @@
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/refuse.h"
 
 #include <openvdb/MetaMap.h>
 #include <openvdb/Metadata.h>
@@ -18,9 +19,9 @@ const T* value(const openvdb::Metadata& meta)
     return typed ? &typed->value() : nullptr;
 }
 
-[[noreturn]] void refuse(const std::string& key, const openvdb::Metadata& meta, const std::string& expected)
+[[noreturn]] void refuse_meta(const std::string& key, const openvdb::Metadata& meta, const std::string& expected)
 {
-    throw InputError("metadata '" + printable(key) + "' = " + printable(meta.str()) + ": expected " + expected);
+    refuse("metadata '" + printable(key) + "'", meta.str(), expected);
 }
 
 template<typename T>
@@ -47,7 +48,7 @@ double get_number(const MetaMap& map, const std::string& key, double otherwise)
         x = *i;
     else if (const auto* l = value<int64_t>(*meta))
         x = double(*l);
-    if (!std::isfinite(x)) refuse(key, *meta, "a finite number");
+    if (!std::isfinite(x)) refuse_meta(key, *meta, "a finite number");
     return x;
 }
 
@@ -62,7 +63,7 @@ Vec3d get_vector(const MetaMap& map, const std::string& key, const Vec3d& otherw
         x = Vec3d(*f);
     else if (const auto* i = value<Vec3i>(*meta))
         x = Vec3d(*i);
-    if (!x.isFinite()) refuse(key, *meta, "three finite numbers");
+    if (!x.isFinite()) refuse_meta(key, *meta, "three finite numbers");
     return x;
 }
 
@@ -71,7 +72,7 @@ std::string get_text(const MetaMap& map, const std::string& key, const std::stri
     const auto meta = map[key];
     if (!meta) return otherwise;
     const auto* text = value<std::string>(*meta);
-    if (!text) refuse(key, *meta, "text");
+    if (!text) refuse_meta(key, *meta, "text");
     return *text;
 }
 

@@ -1,5 +1,6 @@
 #include "vdbcloud/grid/statistics.h"
 
+#include "vdbcloud/core/tiles.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/select.h"
 
@@ -39,9 +40,7 @@ bool measure(const GridBase& base, GridStatistics& result)
     const auto* grid = dynamic_cast<const GridT*>(&base);
     if (!grid) return false;
     Tally total;
-    auto tile = grid->tree().cbeginValueOn();
-    tile.setMaxDepth(GridT::TreeType::DEPTH - 2);  // all above the leaves
-    for (; tile; ++tile) total.add(magnitude(*tile), tile.getVoxelCount());
+    for_each_active_tile(*grid, [&](const auto& tile) { total.add(magnitude(*tile), tile.getVoxelCount()); });
     for (auto leaf = grid->tree().cbeginLeaf(); leaf; ++leaf) {
         Tally part;  // summed leaf by leaf, so that a large grid loses no digits
         for (auto value = leaf->cbeginValueOn(); value; ++value) part.add(magnitude(*value), 1);

@@ -1,5 +1,6 @@
 #include "vdbcloud/optics/automatic_extinction.h"
 
+#include "vdbcloud/core/tiles.h"
 #include "vdbcloud/core/vdb.h"
 
 #include <array>
@@ -31,13 +32,11 @@ void add(Columns& columns, const openvdb::Coord& origin, int edge, double value)
 Columns columns_of(const FloatGrid& density)
 {
     Columns columns;
-    auto tile = density.tree().cbeginValueOn();
-    tile.setMaxDepth(FloatGrid::TreeType::DEPTH - 2);
-    for (; tile; ++tile) {
+    for_each_active_tile(density, [&](const auto& tile) {
         openvdb::CoordBBox box;
         tile.getBoundingBox(box);
         if (*tile > 0) add(columns, box.min(), box.dim()[0], *tile);
-    }
+    });
     for (auto leaf = density.tree().cbeginLeaf(); leaf; ++leaf) {
         double sum = 0;
         for (auto value = leaf->cbeginValueOn(); value; ++value) sum += *value;

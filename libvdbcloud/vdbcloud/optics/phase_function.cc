@@ -1,5 +1,6 @@
 #include "vdbcloud/optics/phase_function.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 
 #include <cmath>
@@ -7,7 +8,6 @@
 namespace vdbcloud {
 
 namespace {
-constexpr double pi = 3.14159265358979323846;
 }
 
 PhaseFunction::PhaseFunction(PhaseKind kind, double g) : kind_(kind), g_(kind == PhaseKind::HenyeyGreenstein ? g : 0.0)

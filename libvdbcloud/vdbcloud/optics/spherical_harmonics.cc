@@ -1,12 +1,12 @@
 #include "vdbcloud/optics/spherical_harmonics.h"
 
+#include "vdbcloud/core/constants.h"
+
 #include <cmath>
 
 namespace vdbcloud {
 
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// cos(theta) P_lm = a(l, m) P_{l+1,m} + a(l-1, m) P_{l-1,m} for normalised associated Legendre functions.
 double a(int l, int m) { return std::sqrt(((l + 1.0) * (l + 1.0) - m * m) / ((2 * l + 1.0) * (2 * l + 3.0))); }

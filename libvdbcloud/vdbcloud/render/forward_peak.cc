@@ -1,5 +1,7 @@
 #include "vdbcloud/render/forward_peak.h"
 
+#include "vdbcloud/core/constants.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -7,7 +9,6 @@ namespace vdbcloud {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr double deepest = 64, full = pi / 4, none = 5 * pi / 12;  // beyond `none` the ratio is 1
 constexpr int angles = 96, depths = 64;
 

@@ -1,6 +1,7 @@
 #include "vdbcloud/render/image_out.h"
 
 #include "vdbcloud/core/atomic_file.h"
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 
 #include <OpenImageIO/filesystem.h>
@@ -21,7 +22,6 @@ namespace {
 using Bytes = std::vector<unsigned char>;
 
 constexpr float largest_half = 65504.0f;
-constexpr double pi = 3.14159265358979323846;
 
 /// Where each channel of the file comes from.
 struct Channels {

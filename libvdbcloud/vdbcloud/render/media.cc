@@ -1,5 +1,6 @@
 #include "vdbcloud/render/media.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/optics/optical_depth.h"
@@ -36,9 +37,9 @@ std::unique_ptr<BrickMap> map_of(const Vec3SGridPtr& grid, float outside = 0)
 
 /// Collided light is known in active voxels; the medium reaches up to a voxel further, and light does not end before
 /// it.
-std::unique_ptr<BrickMap> carried_on(const Vec3SGridPtr& grid)
+std::unique_ptr<BrickMap> fringe_map(const Vec3SGridPtr& grid)
 {
-    return grid ? std::make_unique<BrickMap>(*extended(*grid)) : nullptr;
+    return grid ? std::make_unique<BrickMap>(*with_fringe(*grid)) : nullptr;
 }
 
 /// The largest channel of a grid, which says where a ray has to stop.
@@ -66,7 +67,7 @@ void add_moments(const Volume& volume, PreparedVolume& prepared)
     const size_t channels = g == r && b == r ? 1 : 3;
     for (size_t c = 0; c < channels; ++c)
         for (const auto& moment : volume.moments[c])
-            prepared.moments[c].push_back(std::make_unique<BrickMap>(*extended(*moment)));
+            prepared.moments[c].push_back(std::make_unique<BrickMap>(*with_fringe(*moment)));
     prepared.moment_scale = volume.moment_scale;
 }
 
@@ -93,8 +94,8 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
         prepared.mean_cosine = volume.mean_cosine;
         scaled = scaled || volume.forward != 0;
         prepared.colour = map_of(volume.colour, 1);
-        prepared.phi = carried_on(volume.phi);
-        for (int c = 0; c < 3; ++c) prepared.flux[c] = carried_on(volume.flux[size_t(c)]);
+        prepared.phi = fringe_map(volume.phi);
+        for (int c = 0; c < 3; ++c) prepared.flux[c] = fringe_map(volume.flux[size_t(c)]);
         add_moments(volume, prepared);
         const double g = prepared.phase.moment(1);
         if (volume.phi && volume.forward > 0 && g > 0 && volume.medium.phase == PhaseKind::HenyeyGreenstein)
@@ -213,7 +214,7 @@ Vec3d RayMedia::collided(size_t volume, double t) const
         if (v.flux[c] && v.mean_cosine != 0)
             sum[c] +=
                 3 * v.mean_cosine * (-ray_.direction).dot(v.flux[c]->sample3(ray_of(volume, size_t(4 + c)).at(t)));
-    sum /= 4 * M_PI;
+    sum /= 4 * pi;
     const auto& weights = weights_[volume];
     if (weights.empty()) return sum;
     const Vec3d p = ray_of(volume, 3).at(t);

@@ -1,5 +1,6 @@
 #include "vdbcloud/render/pixel_filter.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
 
@@ -10,7 +11,6 @@ namespace vdbcloud {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr int intervals = 2048;  // of the table: off by less than 1e-3 pixel in the tails, 1e-6 elsewhere
 
 double own_width(FilterKind kind) { return kind == FilterKind::Box ? 1 : 3; }

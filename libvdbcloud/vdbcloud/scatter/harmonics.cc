@@ -1,13 +1,13 @@
 #include "vdbcloud/scatter/harmonics.h"
 
+#include "vdbcloud/core/constants.h"
+
 #include <cmath>
 #include <cstdlib>
 
 namespace vdbcloud {
 
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 double root(double x) { return std::sqrt(x > 0 ? x : 0.0); }
 

@@ -1,5 +1,6 @@
 #include "vdbcloud/scatter/mixing.h"
 
+#include "vdbcloud/solve/dense.h"
 #include "vdbcloud/solve/parallel.h"
 
 #include <algorithm>
@@ -9,39 +10,10 @@ namespace vdbcloud {
 
 namespace {
 
-constexpr size_t piece = 4096;  // of an array, summed apart
+constexpr size_t piece = 4096;     // of an array, summed apart
+constexpr double parallel = 1e-8;  // squared sine below which a difference adds nothing to the span of the others
 
 size_t pieces(size_t length) { return (length + piece - 1) / piece; }
-
-/// Least squares min || f - sum c_i d_i || from a = d.d, b = d.f (scaled so that a's diagonal is 1): Cholesky in the
-/// order given, past those that add nothing new.
-std::vector<double> least_squares(const std::vector<double>& a, const std::vector<double>& b)
-{
-    constexpr double parallel = 1e-8;  // squared sine between a difference and the span of those before it
-    const size_t n = b.size();
-    std::vector<double> l(n * n, 0.0), y, c(n, 0.0);
-    std::vector<size_t> used;
-    for (size_t i = 0; i < n; ++i) {
-        double rest = a[i * n + i], right = b[i];
-        for (size_t p = 0; p < used.size(); ++p) {
-            double sum = a[i * n + used[p]];
-            for (size_t q = 0; q < p; ++q) sum -= l[i * n + q] * l[used[p] * n + q];
-            l[i * n + p] = sum / l[used[p] * n + p];
-            rest -= l[i * n + p] * l[i * n + p];
-            right -= l[i * n + p] * y[p];
-        }
-        if (!(rest > parallel)) continue;
-        l[i * n + used.size()] = std::sqrt(rest);
-        y.push_back(right / std::sqrt(rest));
-        used.push_back(i);
-    }
-    for (size_t p = used.size(); p-- > 0;) {
-        double sum = y[p];
-        for (size_t q = p + 1; q < used.size(); ++q) sum -= l[used[q] * n + p] * c[used[q]];
-        c[used[p]] = sum / l[used[p] * n + p];
-    }
-    return c;
-}
 
 }  // namespace
 
@@ -85,7 +57,8 @@ std::vector<double> Mixing::coefficients() const
         b[i] *= scale[i];
         for (size_t j = 0; j < n; ++j) a[i * n + j] *= scale[i] * scale[j];
     }
-    auto c = least_squares(a, b);
+    // Least squares min || f - sum c_i d_i ||, scaled so that the diagonal of d.d is 1.
+    auto c = SemidefiniteFactor(a, n, parallel).solve(b);
     for (size_t i = 0; i < n; ++i) c[i] *= scale[i];
     return c;
 }

@@ -1,5 +1,6 @@
 #include "vdbcloud/scatter/multiple_scattering.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/digest.h"
@@ -388,7 +389,7 @@ private:
         const int of_axis[3] = {harmonic(1, 1), harmonic(1, -1), harmonic(1, 0)};
         for (int a = 0; a < 3; ++a) {
             flux_[c][a] = to[size_t(of_axis[a])];
-            for (float& f : flux_[c][a]) f *= float(std::sqrt(4 * M_PI / 3));
+            for (float& f : flux_[c][a]) f *= float(std::sqrt(4 * pi / 3));
         }
     }
 

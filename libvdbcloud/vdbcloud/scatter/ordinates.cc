@@ -1,6 +1,9 @@
 #include "vdbcloud/scatter/ordinates.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/words.h"
+#include "vdbcloud/solve/dense.h"
 
 #include <algorithm>
 #include <array>
@@ -10,7 +13,9 @@ namespace vdbcloud {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
+constexpr auto kinds = words<OrdinateKind>(
+    "quadrature", {{OrdinateKind::Product, "product"}, {OrdinateKind::LevelSymmetric, "level-symmetric"}});
+
 constexpr int most_polar = 32;  // points a hemisphere of the largest product set
 
 struct ProductSize {
@@ -69,29 +74,6 @@ Ordinates product_set(const ProductSize& size, int polar)
                     set.weight.push_back(weight[p] / 2 * step);
                 }
     return set;
-}
-
-/// Solves a x = b for a small dense matrix (row-major), by elimination with row exchange.
-std::vector<double> solve_dense(std::vector<double> a, std::vector<double> b)
-{
-    const int n = int(b.size());
-    for (int k = 0; k < n; ++k) {
-        int pivot = k;
-        for (int i = k + 1; i < n; ++i)
-            if (std::abs(a[i * n + k]) > std::abs(a[pivot * n + k])) pivot = i;
-        for (int j = 0; j < n; ++j) std::swap(a[k * n + j], a[pivot * n + j]);
-        std::swap(b[k], b[pivot]);
-        for (int i = k + 1; i < n; ++i) {
-            const double f = a[i * n + k] / a[k * n + k];
-            for (int j = k; j < n; ++j) a[i * n + j] -= f * a[k * n + j];
-            b[i] -= f * b[k];
-        }
-    }
-    for (int k = n - 1; k >= 0; --k) {
-        for (int j = k + 1; j < n; ++j) b[k] -= a[k * n + j] * b[j];
-        b[k] /= a[k * n + k];
-    }
-    return b;
 }
 
 /// S_N: cosines mu_1 < ... < mu_{N/2}; a point (i, j, k) of an octant has i + j + k = N/2 + 2 and a weight by its
@@ -180,14 +162,9 @@ constexpr LevelSize level_sizes[] = {{2, 1, 0.577},  {4, 2, 0.350},   {6, 3, 0.2
 
 }  // namespace
 
-const char* name(OrdinateKind kind) { return kind == OrdinateKind::Product ? "product" : "level-symmetric"; }
+const char* name(OrdinateKind kind) { return kinds.word(kind); }
 
-OrdinateKind ordinate_kind(const std::string& text)
-{
-    for (OrdinateKind kind : {OrdinateKind::Product, OrdinateKind::LevelSymmetric})
-        if (text == name(kind)) return kind;
-    throw InputError("quadrature '" + printable(text) + "': expected product or level-symmetric");
-}
+OrdinateKind ordinate_kind(const std::string& text) { return kinds.value(text); }
 
 Ordinates ordinates(OrdinateKind kind, int count, int degree, int polar, bool layered)
 {

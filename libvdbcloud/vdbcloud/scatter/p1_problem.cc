@@ -1,5 +1,6 @@
 #include "vdbcloud/scatter/p1_problem.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/scatter/active_slots.h"
 #include "vdbcloud/solve/relaxation.h"
@@ -114,16 +115,16 @@ void add_sky(const P1Operator& p1, double radiance, P1Source& source)
 
 void add_sky(const P1Operator& p1, const std::array<double, 6>& radiance, P1Source& source)
 {
-    for (int face = 0; face < 6; ++face) source.sky_inflow[face] += 4 * M_PI * radiance[face];
+    for (int face = 0; face < 6; ++face) source.sky_inflow[face] += 4 * pi * radiance[face];
     for (const ExposedVoxel& voxel : p1.exposed())
         for (int face = 0; face < 6; ++face)
             if (voxel.faces >> face & 1)
-                source.rhs[voxel.slot] += p1.conductance(voxel, face / 2) * 4 * M_PI * radiance[face];
+                source.rhs[voxel.slot] += p1.conductance(voxel, face / 2) * 4 * pi * radiance[face];
 }
 
 void add_emission(const P1Operator& p1, const std::vector<float>& emission, double factor, P1Source& source)
 {
-    const double scale = 4 * M_PI * factor * p1.hbar();
+    const double scale = 4 * pi * factor * p1.hbar();
     each_active(p1.blocks(), [&](size_t slot) { source.rhs[slot] += scale * emission[slot]; });
     source.emitted +=
         scale * p1.hbar() * p1.hbar() * total(p1.blocks(), [&](size_t slot) { return double(emission[slot]); });

@@ -1,5 +1,6 @@
 #include "vdbcloud/scatter/multiple_scattering.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/random.h"
 
 #include <tbb/parallel_for.h>
@@ -65,7 +66,7 @@ double reentry_share(const P1Operator& p1, const P1Source& source, const std::ve
                     u = normal.cross(t);
         const Vec3i at = blocks.voxel(voxel.slot);
         for (size_t r = 0; r < each; ++r) {
-            const double z2 = uniform(hash_bits(17, k, r, 0)), turn = 2 * M_PI * uniform(hash_bits(17, k, r, 1));
+            const double z2 = uniform(hash_bits(17, k, r, 0)), turn = 2 * pi * uniform(hash_bits(17, k, r, 1));
             const double c = std::sqrt(z2), s = std::sqrt(1 - z2);
             Vec3d d = normal * c + t * (s * std::cos(turn)) + u * (s * std::sin(turn));
             for (int a = 0; a < 3; ++a) d[a] /= p1.index().spacing()[a] / p1.hbar();

@@ -1,5 +1,6 @@
 #include "vdbcloud/scatter/second_moment.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/scatter/active_slots.h"
 #include "vdbcloud/scatter/mixing.h"
@@ -12,8 +13,6 @@
 namespace vdbcloud {
 
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// Contraction as the mean of the last steps, as mixing does not make them alike, and what is left after the last one.
 void estimate_error(ClosureReport& report)

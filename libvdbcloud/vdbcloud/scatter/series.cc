@@ -1,8 +1,10 @@
 #include "vdbcloud/scatter/series.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/scatter/active_slots.h"
 #include "vdbcloud/scatter/free_flux.h"
+#include "vdbcloud/solve/dense.h"
 
 #include <algorithm>
 #include <cmath>
@@ -157,29 +159,6 @@ private:
     std::vector<std::array<double, 6>> outside_, leaving_;  // through exposed faces, outward, with area
 };
 
-/// Solves the symmetric positive definite n x n system h a = b by Cholesky factors.
-std::vector<double> solve_dense(std::vector<double> h, std::vector<double> b)
-{
-    const size_t n = b.size();
-    for (size_t j = 0; j < n; ++j) {
-        for (size_t k = 0; k < j; ++k) h[j * n + j] -= h[j * n + k] * h[j * n + k];
-        h[j * n + j] = std::sqrt(std::max(h[j * n + j], 1e-300));
-        for (size_t i = j + 1; i < n; ++i) {
-            for (size_t k = 0; k < j; ++k) h[i * n + j] -= h[i * n + k] * h[j * n + k];
-            h[i * n + j] /= h[j * n + j];
-        }
-    }
-    for (size_t i = 0; i < n; ++i) {
-        for (size_t k = 0; k < i; ++k) b[i] -= h[i * n + k] * b[k];
-        b[i] /= h[i * n + i];
-    }
-    for (size_t i = n; i-- > 0;) {
-        for (size_t k = i + 1; k < n; ++k) b[i] -= h[k * n + i] * b[k];
-        b[i] /= h[i * n + i];
-    }
-    return b;
-}
-
 /// Galerkin solution at one albedo on a basis: the direct operator and its sources, projected.
 std::vector<double> galerkin(const P1Operator& p1, const SeriesSources& sources,
                              const std::vector<std::vector<double>>& basis)
@@ -196,11 +175,11 @@ std::vector<double> galerkin(const P1Operator& p1, const SeriesSources& sources,
         for (size_t i = 0; i < n; ++i) h[i * n + j] = dot(p1.blocks(), basis[i].data(), product.data());
         b[j] = dot(p1.blocks(), basis[j].data(), source.rhs.data());
     }
-    return solve_dense(std::move(h), std::move(b));
+    return SemidefiniteFactor(h, n, 0).solve(b);
 }
 
 /// Nodes of the table: Chebyshev-Lobatto points in (beta / beta_max)^(1/4).
-double node_of(int k, int nodes) { return 0.5 - 0.5 * std::cos(M_PI * k / (nodes - 1)); }
+double node_of(int k, int nodes) { return 0.5 - 0.5 * std::cos(pi * k / (nodes - 1)); }
 
 }  // namespace
 

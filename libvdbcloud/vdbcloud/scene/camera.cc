@@ -1,6 +1,8 @@
 #include "vdbcloud/scene/camera.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/refuse.h"
 
 #include <cmath>
 #include <sstream>
@@ -9,17 +11,8 @@ namespace vdbcloud {
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr int most_pixels = 65536;      // on a side
 constexpr double near_fraction = 1e-3;  // near plane over the distance to look_at, for worldToNDC
-
-template<typename T>
-[[noreturn]] void refuse(const char* what, const T& value, const char* expected)
-{
-    std::ostringstream sentence;
-    sentence << what << " " << value << ": expected " << expected;
-    throw InputError(sentence.str());
-}
 
 /// v / |v|, or a refusal. Scaled first, so that a length of 1e-200 or 1e200 is as good as any.
 Vec3d unit_or_refuse(const char* what, const Vec3d& v, const char* expected)

@@ -1,4 +1,5 @@
 // Auto-framing: the camera that shows everything, as large as it fits.
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/scene/camera.h"
 
@@ -9,8 +10,6 @@
 namespace vdbcloud {
 
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
 
 /// v turned by the smallest rotation that takes +Y to `up` (unit); half a turn about X if up is -Y.
 Vec3d turned_with_up(const Vec3d& v, const Vec3d& up)

@@ -1,5 +1,6 @@
 #include "vdbcloud/scene/sky.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/metadata.h"
@@ -41,15 +42,14 @@ Vec3d Sky::mean_inflow(const Vec3d& normal) const
     // circle.
     const double along = std::clamp(normal.dot(up), -1.0, 1.0), across = std::sqrt(1 - along * along),
                  kink = std::asin(across);
-    constexpr double half_turn = 3.14159265358979323846;
     const auto around = [&](double a) {
         const double constant = along * std::sin(a), swing = across * std::cos(a);
-        if (constant >= swing) return 2 * half_turn * constant;
+        if (constant >= swing) return 2 * pi * constant;
         if (constant <= -swing) return 0.0;
         const double open = std::acos(-constant / swing);
         return 2 * (constant * open + swing * std::sin(open));
     };
-    const double ends[] = {-half_turn / 2, -kink, 0, kink, half_turn / 2};
+    const double ends[] = {-pi / 2, -kink, 0, kink, pi / 2};
     constexpr int parts = 256;
     Vec3d sum(0.0);
     double weights = 0;

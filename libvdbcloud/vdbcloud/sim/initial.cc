@@ -1,4 +1,5 @@
 // The air at the start.
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
 #include "vdbcloud/sim/model.h"
@@ -29,7 +30,7 @@ void Model<T>::set_initial_air()
                     const double y = air_.lattice.flat(1) ? 0 : ((j + 0.5) * dy - b.centre[1]) / b.radius;
                     const double r = std::hypot(x, y, (level.z - b.centre[2]) / b.height);
                     if (r >= 1) continue;
-                    const double shape = std::pow(std::cos(M_PI / 2 * r), 2);
+                    const double shape = std::pow(std::cos(pi / 2 * r), 2);
                     theta += b.theta * shape, water += b.water * shape, smoke += b.dye * shape;
                 }
                 if (air_.theta) air_.theta.a[0](i, j, k) = T(theta);

@@ -1,6 +1,7 @@
 #include "vdbcloud/sim/parameters.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/refuse.h"
 #include "vdbcloud/sim/effect.h"
 
 #include <algorithm>
@@ -10,13 +11,6 @@
 namespace vdbcloud::sim {
 
 namespace {
-
-[[noreturn]] void refuse(const std::string& name, double value, const std::string& expected)
-{
-    std::ostringstream text;
-    text << name << " = " << value << ": expected " << expected;
-    throw InputError(text.str());
-}
 
 void expect(const char* name, double value, const Range& range)
 {

@@ -1,6 +1,6 @@
 #include "vdbcloud/sim/projection.h"
 
-#include "vdbcloud/sim/clones.h"
+#include "vdbcloud/core/clones.h"
 #include "vdbcloud/sim/parallel.h"
 
 #include <cmath>

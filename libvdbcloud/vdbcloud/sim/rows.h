@@ -1,7 +1,7 @@
 #pragma once
 // The arithmetic of the model, one row of cells at a time: each function is a loop over contiguous values that the
 // compiler vectorises. No function allocates; neighbours are reached through strides.
-#include "vdbcloud/sim/clones.h"
+#include "vdbcloud/core/clones.h"
 
 #include <cstddef>
 

@@ -4,7 +4,7 @@
 // The model transports theta_l = theta - (L / cp Pi) q_l and total water q_t, which condensation does not change. Cloud
 // water q_l follows from both, so the equations have no latent heat term. Fields hold deviations of theta_l and q_t
 // from a Reference, so that single precision resolves differences.
-#include "vdbcloud/sim/clones.h"
+#include "vdbcloud/core/clones.h"
 
 #include <string>
 #include <vector>

@@ -2,6 +2,8 @@
 // The coarsest level of the multigrid, solved directly. Private to solve/.
 #include "vdbcloud/solve/graph.h"
 
+#include <memory>
+
 namespace vdbcloud {
 
 /// Cholesky factors of a graph's operator, in double. If it is singular (nothing absorbs or leaves), the last unknown
@@ -9,11 +11,13 @@ namespace vdbcloud {
 class DenseFactor {
 public:
     explicit DenseFactor(const Graph&);
+    ~DenseFactor();
     /// x = A^-1 b
     void solve(const std::vector<float>& b, std::vector<float>& x);
 
 private:
-    std::vector<double> factor_, work_;
+    struct Factor;
+    std::unique_ptr<Factor> factor_;
 };
 
 }  // namespace vdbcloud

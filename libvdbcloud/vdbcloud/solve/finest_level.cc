@@ -1,5 +1,6 @@
 #include "vdbcloud/solve/finest_level.h"
 
+#include "vdbcloud/core/clones.h"
 #include "vdbcloud/solve/block_kernels.h"
 #include "vdbcloud/solve/chebyshev.h"
 #include "vdbcloud/solve/parallel.h"
@@ -10,8 +11,6 @@ using namespace kernels;
 using namespace chebyshev;
 
 namespace {
-
-#define VDBCLOUD_CLONES __attribute__((target_clones("avx2", "default")))
 
 /// Both smoothing steps from a zero guess, in one pass.
 VDBCLOUD_CLONES void smooth_from_zero(const StencilArrays& a, const float* inverse, const double* b, float* x,

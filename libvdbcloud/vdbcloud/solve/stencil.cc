@@ -1,5 +1,6 @@
 #include "vdbcloud/solve/stencil.h"
 
+#include "vdbcloud/core/clones.h"
 #include "vdbcloud/solve/block_kernels.h"
 #include "vdbcloud/solve/parallel.h"
 
@@ -35,19 +36,17 @@ VDBCLOUD_INLINE double apply_rows(const StencilArrays& a, size_t block, const T*
     return total;
 }
 
-__attribute__((target_clones("avx2", "default"))) double apply_block(const StencilArrays& a, size_t block,
-                                                                     const double* x, double* y)
+VDBCLOUD_CLONES double apply_block(const StencilArrays& a, size_t block, const double* x, double* y)
 {
     return apply_rows(a, block, x, y);
 }
 
-__attribute__((target_clones("avx2", "default"))) double apply_block_float(const StencilArrays& a, size_t block,
-                                                                           const float* x, double* y)
+VDBCLOUD_CLONES double apply_block_float(const StencilArrays& a, size_t block, const float* x, double* y)
 {
     return apply_rows(a, block, x, y);
 }
 
-__attribute__((target_clones("avx2", "default"))) double dot_block(const double* a, const double* b)
+VDBCLOUD_CLONES double dot_block(const double* a, const double* b)
 {
     double lanes[8] = {};
     for (int row = 0; row < 64; ++row)

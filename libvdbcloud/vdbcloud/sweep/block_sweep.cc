@@ -1,4 +1,5 @@
 #include "vdbcloud/sweep/block_sweep.h"
+#include "vdbcloud/core/clones.h"
 
 #include "vdbcloud/sweep/lanes.h"
 
@@ -12,8 +13,6 @@ namespace vdbcloud::block_sweep {
 using namespace lanes;
 
 namespace {
-
-#define VDBCLOUD_CLONES __attribute__((target_clones("avx2", "default")))
 
 constexpr float series_below = 0.3f;
 

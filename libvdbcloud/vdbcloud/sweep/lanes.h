@@ -1,6 +1,8 @@
 #pragma once
 // Arithmetic on eight floats at a time, one row of a block. Private to sweep/: inlined into loops that are compiled for
 // several instruction sets.
+#include "vdbcloud/core/clones.h"
+
 #include <cstdint>
 #include <cstring>
 
@@ -8,8 +10,6 @@ namespace vdbcloud::lanes {
 
 // Every function here is inlined: nobody needs the calling convention of these vectors.
 #pragma GCC diagnostic ignored "-Wpsabi"
-
-#define VDBCLOUD_INLINE inline __attribute__((always_inline))
 
 // Eight lanes: one row of a block. Operations are element by element, so both clones give equal values.
 using Lanes = float __attribute__((vector_size(32)));

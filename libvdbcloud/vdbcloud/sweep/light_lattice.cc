@@ -1,4 +1,5 @@
 #include "vdbcloud/sweep/light_lattice.h"
+#include "vdbcloud/core/clones.h"
 
 #include <tbb/parallel_for.h>
 
@@ -104,7 +105,7 @@ struct Plane {
     std::array<float, span * span> value;
 };
 
-__attribute__((target_clones("avx2", "default"))) void add_scaled(double* sum, const float* x, double weight, int n)
+VDBCLOUD_CLONES void add_scaled(double* sum, const float* x, double weight, int n)
 {
     for (int i = 0; i < n; ++i) sum[i] += weight * double(x[i]);
 }

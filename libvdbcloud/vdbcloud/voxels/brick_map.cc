@@ -1,6 +1,7 @@
 #include "vdbcloud/voxels/brick_map.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/tiles.h"
 #include "vdbcloud/core/vdb.h"
 
 #include <tbb/parallel_for.h>
@@ -45,15 +46,14 @@ std::vector<Block<GridT>> blocks_of(const GridT& grid)
         }
         blocks.push_back({brick_of(leaf->origin()), leaf.getLeaf(), {}, low});
     }
-    for (auto tile = grid.cbeginValueOn(); tile; ++tile) {
-        if (tile.isVoxelValue()) continue;
+    for_each_active_tile(grid, [&](const auto& tile) {
         openvdb::CoordBBox box;
         tile.getBoundingBox(box);
         const Vec3i lo = brick_of(box.min()), hi = brick_of(box.max());
         for (int x = lo[0]; x <= hi[0]; ++x)
             for (int y = lo[1]; y <= hi[1]; ++y)
                 for (int z = lo[2]; z <= hi[2]; ++z) blocks.push_back({{x, y, z}, nullptr, *tile, 7});
-    }
+    });
     std::sort(blocks.begin(), blocks.end(), [](auto& p, auto& q) { return before(p.b, q.b); });
     return blocks;
 }

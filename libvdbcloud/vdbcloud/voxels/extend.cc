@@ -14,7 +14,7 @@ openvdb::Vec3d wide(const openvdb::Vec3f& v) { return openvdb::Vec3d(v); }
 double wide(float v) { return v; }
 
 template<typename Grid>
-typename Grid::Ptr carried_on(const Grid& grid)
+typename Grid::Ptr fringed(const Grid& grid)
 {
     using Tree = typename Grid::TreeType;
     using Value = typename Grid::ValueType;
@@ -51,7 +51,7 @@ typename Grid::Ptr carried_on(const Grid& grid)
 
 }  // namespace
 
-Vec3SGridPtr extended(const Vec3SGrid& grid) { return carried_on(grid); }
-FloatGridPtr extended(const FloatGrid& grid) { return carried_on(grid); }
+Vec3SGridPtr with_fringe(const Vec3SGrid& grid) { return fringed(grid); }
+FloatGridPtr with_fringe(const FloatGrid& grid) { return fringed(grid); }
 
 }  // namespace vdbcloud

@@ -1,10 +1,11 @@
 #include "vdbcloud/voxels/voxel_index.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/tiles.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/voxels/brick_map.h"
-
-#include <openvdb/tools/Morphology.h>
+#include "vdbcloud/voxels/extend.h"
 
 #include <tbb/parallel_for.h>
 
@@ -48,10 +49,8 @@ Builder masks_of(const FloatGrid& grid, const openvdb::Coord& origin)
         BlockMask& into = builder.at(at.x() >> 3, at.y() >> 3, at.z() >> 3);
         for (int w = 0; w < 8; ++w) into[w] |= mask[w];
     }
-    auto tile = grid.tree().cbeginValueOn();
-    tile.setMaxDepth(tile.getLeafDepth() - 1);
-    for (; tile; ++tile) {
-        if (!(*tile > 0)) continue;
+    for_each_active_tile(grid, [&](const auto& tile) {
+        if (!(*tile > 0)) return;
         const openvdb::CoordBBox box = tile.getBoundingBox();
         for (auto p = box.begin(); p; ++p)
             if (!aligned)
@@ -59,7 +58,7 @@ Builder masks_of(const FloatGrid& grid, const openvdb::Coord& origin)
             else if (((*p).x() | (*p).y() | (*p).z()) % 8 == 0)
                 builder.at(((*p).x() - origin.x()) >> 3, ((*p).y() - origin.y()) >> 3, ((*p).z() - origin.z()) >> 3)
                     .fill(~uint64_t(0));
-    }
+    });
     return builder;
 }
 
@@ -70,7 +69,7 @@ void check_axes(const std::array<Vec3d, 3>& axis, const std::string& name)
         const double cosine = axis[a].dot(axis[b]);
         if (std::abs(cosine) > right_angle)
             throw InputError("grid '" + printable(name) + "': its transform shears voxels (axes " + "xyz"[a] + " and " +
-                             "xyz"[b] + " at " + std::to_string(std::acos(cosine) * 180 / M_PI) +
+                             "xyz"[b] + " at " + std::to_string(std::acos(cosine) * 180 / pi) +
                              " degrees): expected axes at right angles");
     }
 }
@@ -149,41 +148,20 @@ std::vector<float> VoxelIndex::gather(const Vec3SGrid& grid, int component) cons
 
 namespace {
 
-/// A grid of value(slot) at the active voxels, and at their fringe the mean of the voxels beside.
+/// A grid of value(slot) at the active voxels, with a fringe.
 template<typename GridT, typename F>
 typename GridT::Ptr grid_of(const VoxelIndex& index, const F& value)
 {
-    using Value = typename GridT::ValueType;
     const Blocks& blocks = index.blocks();
-    auto grid = GridT::create(Value(0.0f));
-    auto& tree = grid->tree();
-    for (size_t slot = 0; slot < blocks.count() * 512; ++slot) {
+    const auto inside = GridT::create(typename GridT::ValueType(0.0f));
+    auto& tree = inside->tree();
+    for (size_t slot = 0; slot < blocks.count() * Blocks::size; ++slot) {
         if (!blocks.active(slot)) continue;
         const Vec3i p = blocks.voxel(slot) + index.origin();
         const openvdb::Coord at(p.x(), p.y(), p.z());
         tree.touchLeaf(at)->setValueOn(at, value(slot));
     }
-    const auto inside = grid->deepCopy();
-    openvdb::tools::dilateActiveValues(tree, 1, openvdb::tools::NN_FACE_EDGE_VERTEX);
-    std::vector<typename GridT::TreeType::LeafNodeType*> leaves;
-    tree.getNodes(leaves);
-    tbb::parallel_for(size_t(0), leaves.size(), [&](size_t l) {
-        auto known = inside->getConstAccessor();
-        for (auto v = leaves[l]->beginValueOn(); v; ++v) {
-            const openvdb::Coord p = v.getCoord();
-            if (known.isValueOn(p)) continue;
-            Value total(0.0f), beside;
-            int count = 0;
-            for (int n = 0; n < 27; ++n)
-                if (known.probeValue(p.offsetBy(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1), beside)) {
-                    total += beside;
-                    ++count;
-                }
-            if (count) v.setValue(total * (1.0f / float(count)));
-        }
-    });
-    grid->setGridClass(openvdb::GRID_UNKNOWN);
-    return grid;
+    return with_fringe(*inside);
 }
 
 }  // namespace

@@ -1,0 +1,3 @@
+#include "vdbcloud/core/vdb.h"
+
+template class openvdb::Grid<openvdb::Vec3STree>;
