@@ -7,8 +7,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/metadata.h"
-#include "vdbcloud/grid/scatter_schema.h"
-#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/statistics.h"
 
 #include <unistd.h>
@@ -57,11 +56,8 @@ nlohmann::json described(const GridFile& file)
 /// Grids that no --keep drops: results of earlier stages, and the density they belong to.
 bool ours(const std::string& name)
 {
-    const std::vector<std::string> densities = schema::aliases(schema::density);
-    return std::count(densities.begin(), densities.end(), name) > 0 ||
-           name.rfind(schema::transmittance_prefix, 0) == 0 || name == schema::phi ||
-           name.rfind(schema::flux_prefix, 0) == 0 || name.rfind(schema::moment_prefix, 0) == 0 ||
-           name == schema::solid;
+    const schema::GridKind* kind = schema::kind_of(name);
+    return kind && kind->kept;
 }
 
 }  // namespace

@@ -117,6 +117,7 @@ void illuminate(app::App& app, const Options& o)
 {
     auto file = app.read(o.input);
     const auto density = density_of(file, o.density, app.warnings());
+    app.uses(density->getName());
     const Medium medium = app::chosen_medium(app, o.medium, *density);
     const auto tasks = tasks_of(app, o, file, *density, medium);
     const auto disc = [](const Task& task) { return !task.done && task.light.parts(2).size() > 1; };

@@ -17,8 +17,7 @@
 #include "vdbcloud/grid/density.h"
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/metadata.h"
-#include "vdbcloud/grid/scatter_schema.h"
-#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/select.h"
 #include "vdbcloud/grid/up_axis.h"
 #include "vdbcloud/light/transmittance_grid.h"
@@ -33,8 +32,7 @@ namespace {
 /// Moments of an earlier run: they belong to a phi that is replaced.
 void drop_moments(GridFile& file)
 {
-    const auto is_moment = [](const GridBasePtr& grid) { return grid->getName().rfind(schema::moment_prefix, 0) == 0; };
-    file.grids.erase(std::remove_if(file.grids.begin(), file.grids.end(), is_moment), file.grids.end());
+    remove_grids(file, [](const std::string& name) { return schema::has_role(name, schema::Role::Moment); });
 }
 
 /// The vec3s grid of a role, if there is one.
@@ -125,6 +123,7 @@ void solve(app::App& app, P1solveOptions& o)
     finish(app, o);
     auto file = app.read(o.input);
     const auto density = density_of(file, o.density, app.warnings());
+    app.uses(density->getName());
     const Medium medium = app::chosen_medium(app, o.medium, *density);
     const auto lights = lights_for(app, o, file, *density, medium);
     const UpAxis up = read_up_axis(*file.metadata).value_or(UpAxis::Y);
@@ -134,6 +133,8 @@ void solve(app::App& app, P1solveOptions& o)
 
     const auto tint = vectors(app, file, grid_of(file, schema::colour));
     const auto emission = vectors(app, file, find_grid(file, schema::emission));
+    if (tint) app.uses(grid_of(file, schema::colour)->getName());
+    if (emission) app.uses(emission->getName());
     ScatterReport report;
     ScatterFields fields;
     {

@@ -9,8 +9,7 @@
 #include "vdbcloud/grid/extent.h"
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/metadata.h"
-#include "vdbcloud/grid/scatter_schema.h"
-#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/select.h"
 #include "vdbcloud/scatter/series_grids.h"
 
@@ -72,7 +71,7 @@ Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
     volume.colour = vectors(app, file, grid_of(file, schema::colour));
     volume.emission = vectors(app, file, find_grid(file, schema::emission));
     volume.phi = vectors(app, file, find_grid(file, schema::phi));
-    if (const GridBasePtr series = find_grid(file, "series_phi_0");
+    if (const GridBasePtr series = find_grid(file, schema::series_phi_name(0));
         series && (!volume.phi || read_medium(*volume.phi).albedo != volume.medium.albedo)) {
         volume.phi = nullptr;  // made from the series, once its light is known
         volume.forward = get_number(*series, schema::delta_f, 0);
@@ -80,9 +79,7 @@ Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
     }
     if (volume.phi) {
         app::require_same_medium(file.path + ": multiple scattering", *volume.phi, volume.medium);
-        const char* const channels[] = {"r", "g", "b"};
-        for (size_t c = 0; c < 3; ++c)
-            volume.flux[c] = vectors(app, file, find_grid(file, std::string(schema::flux_prefix) + channels[c]));
+        for (size_t c = 0; c < 3; ++c) volume.flux[c] = vectors(app, file, find_grid(file, schema::flux_name(int(c))));
         volume.forward = get_number(*volume.phi, schema::delta_f, 0);
         volume.mean_cosine = get_number(*volume.phi, schema::scaled_g, 0);
         add_moments(app, file, volume);
@@ -157,7 +154,7 @@ GridBasePtr light_grid(app::App& app, const GridFile& file, const Volume& volume
 void relight_volume(app::App& app, const GridFile& file, Volume& volume, const std::vector<Light>& lights,
                     const RenderOptions& o)
 {
-    if (volume.phi || !find_grid(file, "series_phi_0") || app.dry_run()) return;
+    if (volume.phi || !find_grid(file, schema::series_phi_name(0)) || app.dry_run()) return;
     if (!has_series(file, *volume.density, volume.medium, lights))
         throw UsageError(file.path +
                          ": its series was computed for another density, medium or light: run p1solve again");

@@ -41,15 +41,15 @@ enum class Compression { Blosc, Zip, None };
 
 struct WriteOptions {
     Compression compression = Compression::Blosc;
-    bool half = false;        ///< density, Cd and moments (scatter_schema.h) as 16-bit floats; an InputError if a
-                              ///< value is above 65504
+    bool half = false;        ///< the kinds that grid/registry.h allows (density, Cd, moments) as 16-bit floats; an
+                              ///< InputError if a value is above 65504
     bool no_clobber = false;  ///< refuse to replace a file that is there
 };
 
 /// Writes all grids. To a file: to a temporary beside it, checked, synchronised, then renamed, so that the
 /// path never holds half a file. "-" writes a stream to standard output. Names are made unique and plain for
 /// viewers only where this program made the grid; what was passed on keeps its name. is_local_space is
-/// written false.
+/// written false. The file's metadata gains vdbcloud:format, the version of docs/format.md.
 ///
 /// Throws IoError naming the path (full disk, missing folder, closed pipe).
 void write_grid_file(const std::string& path, const GridFile&, const WriteOptions& = {});

@@ -8,8 +8,7 @@
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/metadata.h"
-#include "vdbcloud/grid/scatter_schema.h"
-#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/registry.h"
 
 #include <openvdb/io/Archive.h>
 #include <openvdb/io/Compression.h>
@@ -50,26 +49,6 @@ Archive archive_for(Compression compression)
         flags |= COMPRESS_ZIP;
     archive.setCompression(flags);
     return archive;
-}
-
-bool is_one_of(const std::string& name, const std::vector<std::string>& names)
-{
-    return std::find(names.begin(), names.end(), name) != names.end();
-}
-
-bool is_density_or_colour(const std::string& name)
-{
-    return is_one_of(name, schema::aliases(schema::density)) || is_one_of(name, schema::aliases(schema::colour));
-}
-
-/// Moments only colour what phi and flux carry.
-bool is_moment(const std::string& name) { return name.rfind(schema::moment_prefix, 0) == 0; }
-
-/// Results that a later stage reads back in full precision, whatever flag they inherited with a transform.
-bool is_result(const std::string& name)
-{
-    return name.rfind(schema::transmittance_prefix, 0) == 0 || name.rfind(schema::flux_prefix, 0) == 0 ||
-           name == schema::phi;
 }
 
 [[noreturn]] void refuse_half(const GridBase& grid, double value, const std::string& where)
@@ -136,15 +115,17 @@ std::vector<GridBasePtr> prepared(const GridFile& file, const WriteOptions& opti
         const auto grid = original->copyGrid();
         grid->setIsInWorldSpace(true);  // written as is_local_space = false
         grid->removeMeta(GridBase::META_FILE_DELAYED_LOAD);
-        if (options.half && (is_density_or_colour(grid->getName()) || is_moment(grid->getName())))
-            grid->setSaveFloatAsHalf(true);
-        if (is_result(grid->getName())) grid->setSaveFloatAsHalf(false);
+        if (const schema::GridKind* kind = schema::kind_of(grid->getName())) {
+            if (options.half && kind->half) grid->setSaveFloatAsHalf(true);
+            if (kind->result) grid->setSaveFloatAsHalf(false);
+        }
         if (grid->saveFloatAsHalf()) check_half(*grid);
         grids.push_back(grid);
     }
     for (const auto& grid : grids) {
         const auto* density = dynamic_cast<const FloatGrid*>(grid.get());
-        if (density && density->saveFloatAsHalf() && !is_moment(grid->getName())) follow_rounding(*density, grids);
+        if (density && density->saveFloatAsHalf() && !schema::has_role(grid->getName(), schema::Role::Moment))
+            follow_rounding(*density, grids);
     }
     return grids;
 }
@@ -172,7 +153,8 @@ std::string stream_identifier(const std::vector<GridBasePtr>& grids, const MetaM
 void put(const std::string& path, int descriptor, bool seekable, const GridFile& file, const WriteOptions& options)
 {
     const auto grids = prepared(file, options);
-    const MetaMap none, &metadata = file.metadata ? *file.metadata : none;
+    MetaMap metadata = file.metadata ? *file.metadata : MetaMap();
+    set_number(metadata, schema::format, schema::format_version);
     DescriptorSink sink(descriptor, seekable, seekable ? std::string() : stream_identifier(grids, metadata));
     std::ostream stream(&sink);
     stream.exceptions(std::ios_base::badbit | std::ios_base::failbit);

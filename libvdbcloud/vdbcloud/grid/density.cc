@@ -1,9 +1,10 @@
 // The density of a file: which grid it is, and whether its values can be used.
 #include "vdbcloud/grid/density.h"
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/tiles.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/grid_file.h"
-#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/select.h"
 
 #include <algorithm>
@@ -22,23 +23,14 @@ std::string called(const GridFile& file, const GridBase& grid)
 
 bool is_real(const GridBase& grid) { return grid.isType<FloatGrid>() || grid.isType<openvdb::DoubleGrid>(); }
 
-/// True of a name that the schema or its aliases give to something else than a density.
-bool has_other_role(const std::string& name)
-{
-    for (const char* role : {schema::temperature, schema::flame, schema::velocity, schema::colour, schema::emission,
-                             schema::phi, schema::solid})
-        for (const auto& alias : schema::aliases(role))
-            if (name == alias) return true;
-    return name.rfind(schema::transmittance_prefix, 0) == 0 || name.rfind(schema::flux_prefix, 0) == 0;
-}
-
-/// Where no name fits: the only real grid of class fog, else the only one of unknown class.
+/// Where no name fits: among real grids whose names no stage knows, the only grid of class fog, else the only grid of
+/// unknown class.
 GridBasePtr only_fog(const GridFile& file)
 {
     for (const auto wanted : {openvdb::GRID_FOG_VOLUME, openvdb::GRID_UNKNOWN}) {
         std::vector<GridBasePtr> found;
         for (const auto& grid : file.grids)
-            if (grid && is_real(*grid) && grid->getGridClass() == wanted && !has_other_role(grid->getName()))
+            if (grid && is_real(*grid) && grid->getGridClass() == wanted && !schema::kind_of(grid->getName()))
                 found.push_back(grid);
         if (found.size() == 1) return found.front();
         if (found.size() > 1)
@@ -72,7 +64,7 @@ GridBasePtr pick(const GridFile& file, const std::string& asked)
 /// interpolated. Throws at the first that is not finite.
 uint64_t negatives(const FloatGrid& grid, const std::string& what)
 {
-    const auto refuse = [&](float value, const auto& where) {
+    const auto refuse_value = [&](float value, const auto& where) {
         std::ostringstream text;
         text << what << ": value " << value << " " << where << ": expected finite";
         throw InputError(text.str());
@@ -82,14 +74,12 @@ uint64_t negatives(const FloatGrid& grid, const std::string& what)
         text << "at voxel " << ijk;
         return text.str();
     };
-    if (!std::isfinite(grid.background())) refuse(grid.background(), "as background");
+    if (!std::isfinite(grid.background())) refuse_value(grid.background(), "as background");
     uint64_t count = grid.background() < 0;
-    auto tile = grid.tree().cbeginValueAll();
-    tile.setMaxDepth(FloatGrid::TreeType::DEPTH - 2);
-    for (; tile; ++tile) {
-        if (!std::isfinite(*tile)) refuse(*tile, at(tile.getCoord()));
+    for_each_tile(grid, [&](const auto& tile) {
+        if (!std::isfinite(*tile)) refuse_value(*tile, at(tile.getCoord()));
         count += *tile < 0;
-    }
+    });
     constexpr int size = int(FloatGrid::TreeType::LeafNodeType::SIZE);
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
         const float* values = leaf->buffer().data();
@@ -99,7 +89,7 @@ uint64_t negatives(const FloatGrid& grid, const std::string& what)
             finite += std::abs(values[k]) <= std::numeric_limits<float>::max();
         }
         for (int k = 0; finite != size && k < size; ++k)
-            if (!std::isfinite(values[k])) refuse(values[k], at(leaf->offsetToGlobalCoord(k)));
+            if (!std::isfinite(values[k])) refuse_value(values[k], at(leaf->offsetToGlobalCoord(k)));
         count += below;
     }
     return count;
@@ -108,10 +98,9 @@ uint64_t negatives(const FloatGrid& grid, const std::string& what)
 void clamp(FloatGrid& grid)
 {
     if (grid.background() < 0) grid.tree().root().setBackground(0.0f, /*updateChildNodes=*/true);
-    auto tile = grid.tree().beginValueAll();
-    tile.setMaxDepth(FloatGrid::TreeType::DEPTH - 2);
-    for (; tile; ++tile)
+    for_each_tile(grid, [](const auto& tile) {
         if (*tile < 0) tile.setValue(0.0f);
+    });
     for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) {
         float* values = leaf->buffer().data();
         for (int k = 0; k < int(FloatGrid::TreeType::LeafNodeType::SIZE); ++k) values[k] = std::max(values[k], 0.0f);

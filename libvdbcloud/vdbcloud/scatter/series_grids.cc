@@ -4,8 +4,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/metadata.h"
-#include "vdbcloud/grid/scatter_schema.h"
-#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/registry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,14 +13,6 @@
 namespace vdbcloud {
 
 namespace {
-
-constexpr const char* phi_prefix = "series_phi_";
-constexpr const char* flux_prefix = "series_flux_";
-constexpr const char* raw_prefix = "series_I_";
-constexpr const char* key_albedo = "vdbcloud:series_albedo";
-constexpr const char* key_table = "vdbcloud:series_table";
-constexpr const char* key_map = "vdbcloud:series_map";
-constexpr const char* key_scale = "vdbcloud:series_scale";
 
 std::string text_of(const std::vector<double>& v)
 {
@@ -110,7 +101,7 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
         grids.push_back(grid);
     };
     for (size_t k = 0; k < series.size(); ++k) {
-        add(index.to_grid(series.basis[k].data(), phi_prefix + std::to_string(k)));
+        add(index.to_grid(series.basis[k].data(), schema::series_phi_name(k)));
         if (k < series.flux.size()) {
             auto flux = series.flux[k];
             for (size_t slot = 0; slot < index.blocks().count() * 512; ++slot) {
@@ -118,7 +109,7 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
                 for (int a = 0; a < 3; ++a) f += double(flux[a][slot]) * index.axis(a);
                 for (int a = 0; a < 3; ++a) flux[a][slot] = float(f[a]);
             }
-            add(index.to_grid({flux[0].data(), flux[1].data(), flux[2].data()}, flux_prefix + std::to_string(k)));
+            add(index.to_grid({flux[0].data(), flux[1].data(), flux[2].data()}, schema::series_flux_name(k)));
         }
         if (!raw) continue;
         std::vector<float> order(series.basis[k].size(), 0.0f);
@@ -127,7 +118,7 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
             for (size_t j = 0; j <= k; ++j) sum += series.map[k * series.size() + j] * double(series.basis[j][slot]);
             order[slot] = float(sum);
         }
-        add(index.to_grid(order.data(), raw_prefix + std::to_string(k)));
+        add(index.to_grid(order.data(), schema::series_raw_name(k)));
     }
     MetaMap& first = *grids.front();
     const DeltaScaling scaling = scatter.delta ? delta_scaling(1, channel.g) : no_scaling(1, channel.g);
@@ -135,16 +126,16 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
     set_number(first, schema::scaled_g, scaling.g);
     set_text(first, schema::lit_by, lights_text(lights));
     write_sky(first, scatter.sky);
-    set_text(first, key_albedo, text_of(series.albedo));
-    set_text(first, key_table, text_of(series.table));
-    set_text(first, key_map, text_of(series.map));
-    set_vector(first, key_scale, scale);
+    set_text(first, schema::series_albedo, text_of(series.albedo));
+    set_text(first, schema::series_table, text_of(series.table));
+    set_text(first, schema::series_map, text_of(series.map));
+    set_vector(first, schema::series_scale, scale);
     return grids;
 }
 
 bool has_series(const GridFile& file, const FloatGrid& density, const Medium& medium, const std::vector<Light>& lights)
 {
-    const GridBasePtr first = find_grid(file, std::string(phi_prefix) + "0");
+    const GridBasePtr first = find_grid(file, schema::series_phi_name(0));
     if (!first) return false;
     const Medium theirs = read_medium(*first);
     const auto close = [](double a, double b) { return std::abs(a - b) <= 1e-9 * std::abs(a); };
@@ -160,21 +151,22 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
     std::vector<FloatGridPtr> basis;
     std::vector<Vec3SGridPtr> gradients;
     for (size_t k = 0;; ++k) {
-        const auto grid = find_grid(file, phi_prefix + std::to_string(k));
+        const auto grid = find_grid(file, schema::series_phi_name(k));
         const auto phi = grid ? openvdb::gridPtrCast<FloatGrid>(grid) : nullptr;
         if (!phi) break;
         basis.push_back(phi);
-        const auto flux = find_grid(file, flux_prefix + std::to_string(k));
+        const auto flux = find_grid(file, schema::series_flux_name(k));
         if (const auto found = flux ? openvdb::gridPtrCast<Vec3SGrid>(flux) : nullptr) gradients.push_back(found);
     }
     if (basis.empty())
         throw InputError(file.path + ": no grid 'series_phi_0': expected the output of p1solve --series");
     const MetaMap& first = *basis[0];
-    const auto albedo = numbers_of(get_text(first, key_albedo, "")), table = numbers_of(get_text(first, key_table, ""));
+    const auto albedo = numbers_of(get_text(first, schema::series_albedo, "")),
+               table = numbers_of(get_text(first, schema::series_table, ""));
     if (table.size() != albedo.size() * basis.size())
         throw InputError(file.path + ": the series' table of " + std::to_string(table.size()) +
                          " numbers does not fit its " + std::to_string(basis.size()) + " grids");
-    const Vec3d scale = get_vector(first, key_scale, Vec3d(1.0));
+    const Vec3d scale = get_vector(first, schema::series_scale, Vec3d(1.0));
     const double f = get_number(first, schema::delta_f, 0), scaled_g = get_number(first, schema::scaled_g, 0);
     const double g = effective_g(medium);
     std::vector<double> c[3];
@@ -194,7 +186,7 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
         }
         v.setValue(Vec3f(sum * scale));
     }
-    const auto stamp = [&](GridBase& grid, const char* name) {
+    const auto stamp = [&](GridBase& grid, const std::string& name) {
         grid.setName(name);
         grid.setTransform(basis[0]->transform().copy());
         for (auto m = first.beginMeta(); m != first.endMeta(); ++m)
@@ -208,7 +200,6 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
     const auto fluence = fields.phi->getConstAccessor();
     std::vector<Vec3SGrid::ConstAccessor> slopes;
     for (const auto& grid : gradients) slopes.push_back(grid->getConstAccessor());
-    const char* const names[] = {"flux_r", "flux_g", "flux_b"};
     for (int channel = 0; channel < 3; ++channel) {
         const double w0 = medium.albedo[channel], ratio = (1 - g) / (1 - w0 * g), q = w0 * (g - f) / (1 - w0 * g);
         auto& flux = fields.flux[channel] = Vec3SGrid::create(Vec3f(0.0f));
@@ -233,7 +224,7 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
                          length = sum.length();
             v.setValue(Vec3f(length > longest ? sum * (longest / length) : sum));
         }
-        stamp(*flux, names[channel]);
+        stamp(*flux, schema::flux_name(channel));
     }
     return fields;
 }

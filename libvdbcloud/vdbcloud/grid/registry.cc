@@ -1,0 +1,180 @@
+#include "vdbcloud/grid/registry.h"
+
+#include <algorithm>
+
+namespace vdbcloud::schema {
+
+namespace {
+
+constexpr bool yes = true, no = false;
+
+std::string lower(std::string text)
+{
+    for (char& c : text)
+        if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
+    return text;
+}
+
+bool digits(const std::string& text)
+{
+    return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+/// "20", "2m1", "2p1", each perhaps with "_r", "_g" or "_b".
+bool harmonic(std::string text)
+{
+    if (text.size() > 2 && text[text.size() - 2] == '_' && std::string("rgb").find(text.back()) != std::string::npos)
+        text.resize(text.size() - 2);
+    const size_t sign = text.find_first_of("mp");
+    if (sign == std::string::npos) return text.size() >= 2 && digits(text);
+    return digits(text.substr(0, sign)) && digits(text.substr(sign + 1));
+}
+
+bool follows(const std::string& rest, Rest kind)
+{
+    switch (kind) {
+    case Rest::Nothing: return rest.empty();
+    case Rest::Light: return !rest.empty();
+    case Rest::Channel: return rest == "r" || rest == "g" || rest == "b";
+    case Rest::Harmonic: return harmonic(rest);
+    case Rest::Order: return digits(rest);
+    }
+    return false;
+}
+
+bool matches(const GridKind& kind, const std::string& name)
+{
+    const std::string begin = kind.name;
+    if (name.compare(0, begin.size(), begin) == 0 && follows(name.substr(begin.size()), kind.rest)) return true;
+    if (kind.rest != Rest::Nothing) return false;
+    return lower(name) == lower(begin) || std::any_of(kind.aliases.begin(), kind.aliases.end(),
+                                                      [&](const char* alias) { return lower(name) == lower(alias); });
+}
+
+}  // namespace
+
+// clang-format off
+const std::vector<GridKind>& grid_kinds()
+{
+    static const std::vector<GridKind> table = {
+        // role, name, rest, aliases, type, unit, class, background, stages, result, half, kept
+        {Role::Density, density, Rest::Nothing, "", {"smoke", "soot", "voxel_fog_density"},
+         "float", "any; sigma_t = vdbcloud:sigma_t_per_density x density", "fog volume", "0", "fractalgen, cloudsim", no, yes, yes},
+        {Role::Temperature, temperature, Rest::Nothing, "", {"heat"},
+         "float", "K", "fog volume", "0", "cloudsim", no, no, no},
+        {Role::Flame, flame, Rest::Nothing, "", {"flames", "fire"},
+         "float", "any", "fog volume", "0", "other programs", no, no, no},
+        {Role::Velocity, velocity, Rest::Nothing, "", {"v", "velocity"},
+         "vec3s", "world unit/s", "staggered", "0 0 0", "cloudsim", no, no, no},
+        {Role::Colour, colour, Rest::Nothing, "", {"color", "colour", "albedo"},
+         "vec3s", "1 (0 to 1)", "unknown", "1 1 1", "other programs", no, yes, no},
+        {Role::Emission, emission, Rest::Nothing, "", {},
+         "vec3s", "radiance/world unit", "unknown", "0 0 0", "other programs", no, no, no},
+        {Role::Transmittance, transmittance_prefix, Rest::Light, "LIGHT", {},
+         "float or vec3s", "1 (0 to 1)", "unknown", "1", "illuminate, p1solve", yes, no, yes},
+        {Role::Fluence, phi, Rest::Nothing, "", {},
+         "vec3s", "radiance x sr", "unknown", "0 0 0", "p1solve", yes, no, yes},
+        {Role::Flux, flux_prefix, Rest::Channel, "C", {},
+         "vec3s", "radiance x sr", "unknown", "0 0 0", "p1solve", yes, no, yes},
+        {Role::Moment, moment_prefix, Rest::Harmonic, "LM_C", {},
+         "float", "radiance x sr", "unknown", "0", "p1solve", no, yes, yes},
+        {Role::SeriesFluence, series_phi_prefix, Rest::Order, "K", {},
+         "float", "1", "unknown", "0", "p1solve", yes, no, yes},
+        {Role::SeriesFlux, series_flux_prefix, Rest::Order, "K", {},
+         "vec3s", "1", "unknown", "0 0 0", "p1solve", yes, no, yes},
+        {Role::SeriesOrder, series_raw_prefix, Rest::Order, "K", {},
+         "float", "radiance x sr", "unknown", "0", "p1solve", yes, no, yes},
+        {Role::Solid, solid, Rest::Nothing, "", {},
+         "float", "world unit", "level set", "band", "fractalgen", no, no, yes},
+        {Role::Water, water, Rest::Nothing, "", {},
+         "float", "kg/kg", "fog volume", "0", "cloudsim", no, no, no},
+        {Role::Rain, rain, Rest::Nothing, "", {},
+         "float", "kg/kg", "fog volume", "0", "cloudsim", no, no, no},
+        {Role::Dye, dye, Rest::Nothing, "", {},
+         "float", "1", "fog volume", "0", "cloudsim", no, no, no},
+    };
+    return table;
+}
+
+const std::vector<MetaKey>& meta_keys()
+{
+    static const std::vector<MetaKey> table = {
+        {creator, "string", "file"},
+        {history, "string", "file"},
+        {format, "double", "file"},
+        {up_axis, "string", "file"},
+        {meters_per_unit, "double", "file"},
+        {"cloudsim:parameters", "string", "file"},
+        {"cloudsim:pressure", "string", "file"},
+        {"cloudsim:time", "double", "file"},
+        {"cloudsim:steps", "double", "file"},
+        {"cloudsim:w_max", "double", "file"},
+        {"cloudsim:courant", "double", "file"},
+        {"cloudsim:water_drift", "double", "file"},
+        {"cloudsim:theta_drift", "double", "file"},
+        {"cloudsim:divergence", "double", "file"},
+        {"cloudsim:cloud_base", "double", "file"},
+        {"cloudsim:cloud_top", "double", "file"},
+        {"cloudsim:cloud_max", "double", "file"},
+        {sigma_t_per_density, "vec3d", "density"},
+        {sigma_t_origin, "string", "density"},
+        {albedo, "vec3d", "density"},
+        {g, "double", "density"},
+        {phase, "string", "density"},
+        {"vdbcloud:air_density", "double", "density"},
+        {"vdbcloud:effective_radius", "double", "density"},
+        {"vdbcloud:extinction", "string", "density"},
+        {"vdbcloud:unit", "string", "grids of cloudsim"},
+        {light_kind, "string", "transmittance_LIGHT"},
+        {light_to, "vec3d", "transmittance_LIGHT"},
+        {light_position, "vec3d", "transmittance_LIGHT"},
+        {light_irradiance, "vec3d", "transmittance_LIGHT"},
+        {light_angular_diameter, "double", "transmittance_LIGHT"},
+        {density_digest, "string", "transmittance_LIGHT, phi, flux_C, sh_LM_C, series_phi_K"},
+        {delta_f, "double", "phi"},
+        {scaled_g, "double", "phi"},
+        {lit_by, "string", "phi"},
+        {lit_sky, "vec3d", "phi"},
+        {lit_sky_horizon, "vec3d", "phi"},
+        {lit_sky_ground, "vec3d", "phi"},
+        {lit_sky_haze, "double", "phi"},
+        {lit_sky_up, "vec3d", "phi"},
+        {degree, "double", "phi"},
+        {channel_scale, "vec3d", "sh_LM"},
+        {series_albedo, "string", "series_phi_0"},
+        {series_table, "string", "series_phi_0"},
+        {series_map, "string", "series_phi_0"},
+        {series_scale, "vec3d", "series_phi_0"},
+    };
+    return table;
+}
+// clang-format on
+
+const GridKind* kind_of(const std::string& grid_name)
+{
+    for (const GridKind& kind : grid_kinds())
+        if (matches(kind, grid_name)) return &kind;
+    return nullptr;
+}
+
+bool has_role(const std::string& grid_name, Role role)
+{
+    const GridKind* kind = kind_of(grid_name);
+    return kind && kind->role == role;
+}
+
+bool is_known_key(const std::string& key)
+{
+    const auto same = [&](const MetaKey& known) { return key == known.key; };
+    return std::any_of(meta_keys().begin(), meta_keys().end(), same);
+}
+
+std::vector<std::string> aliases(const std::string& name)
+{
+    std::vector<std::string> all{name};
+    for (const GridKind& kind : grid_kinds())
+        if (name == kind.name) all.insert(all.end(), kind.aliases.begin(), kind.aliases.end());
+    return all;
+}
+
+}  // namespace vdbcloud::schema
