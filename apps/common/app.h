@@ -143,8 +143,7 @@ public:
     /// the report. Does nothing under --dry-run.
     void write(const std::string& path, GridFile& file);
 
-    /// Names a grid that --keep never drops: this stage used it and later stages need it. Kinds that grid/registry.h
-    /// calls kept need not be named.
+    /// Names a grid that --keep never drops, for it was used here and later stages need it. The density is, always.
     void uses(const std::string& grid_name);
 
     /// `inherited` plus one line for this run: version, and every option with its value, in --config syntax; no clock

@@ -1,5 +1,7 @@
 #include "vdbcloud/fractal/noise_bounds.h"
 
+#include "vdbcloud/core/clones.h"
+
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -45,8 +47,7 @@ NoiseBounds::Range NoiseBounds::over(const Vec3i& o, const Vec3i& shift) const
     return out;
 }
 
-__attribute__((target_clones("avx2", "default"))) void NoiseBounds::measure(const fft::RealField<float>& noise, int bi,
-                                                                            int bj)
+VDBCLOUD_CLONES void NoiseBounds::measure(const fft::RealField<float>& noise, int bi, int bj)
 {
     const int whole = size_[2] / B;
     Range* out = &ranges_[size_t((bi * blocks_[1] + bj) * blocks_[2])];

@@ -1,11 +1,10 @@
 #pragma once
 // What the loops over one block share: values with the neighbours' apron, and one row of the seven-point operator.
 // Private to solve/. Everything here is inlined into loops that are compiled for several instruction sets.
+#include "vdbcloud/core/clones.h"
 #include "vdbcloud/solve/stencil.h"
 
 namespace vdbcloud::kernels {
-
-#define VDBCLOUD_INLINE inline __attribute__((always_inline))
 
 /// Where value (x, y, z), each -1..8, of a padded block is.
 constexpr int pad_x = 100, pad_y = 10, pad_size = 1000;

@@ -1,4 +1,5 @@
 // Near open sides everything returns to the environment, so that what leaves is not seen again.
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/sim/air.h"
 #include "vdbcloud/sim/effect.h"
 
@@ -18,7 +19,7 @@ double weight(const Lattice& lattice, double depth, int axis, double position)
     const int n = lattice.n[size_t(axis)];
     if (lattice.side[size_t(axis)] != Side::Open || lattice.flat(axis)) return 0;
     const double inside = std::min(position, n - position);
-    return inside >= depth ? 0.0 : std::pow(std::cos(M_PI / 2 * inside / depth), 2);
+    return inside >= depth ? 0.0 : std::pow(std::cos(pi / 2 * inside / depth), 2);
 }
 
 /// dq/dt = -weight / time (q - environment(level)).

@@ -1,4 +1,5 @@
 // Rayleigh damping below the lid, so that waves are not reflected: Klemp and Lilly 1978. Velocities only: budgets stay.
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/sim/air.h"
 #include "vdbcloud/sim/effect.h"
 #include "vdbcloud/sim/rows.h"
@@ -18,7 +19,7 @@ void add(Air<T>& air)
     const int nz = air.lattice.n[2];
     const double dz = air.lattice.h[2], lid = nz * dz, start = lid * (1 - p.sponge_depth);
     const auto rate = [&](double z) {
-        return z <= start ? 0 : p.sponge * std::pow(std::sin(M_PI / 2 * (z - start) / (lid - start)), 2);
+        return z <= start ? 0 : p.sponge * std::pow(std::sin(pi / 2 * (z - start) / (lid - start)), 2);
     };
     for (int c = 0; c < 3; ++c) {
         Variable<T>& v = air.wind[size_t(c)];
