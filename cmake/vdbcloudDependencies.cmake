@@ -1,6 +1,6 @@
 # The libraries that a program linked with libvdbcloud needs. Two callers: this tree, and the installed
-# vdbcloudConfig.cmake, beside which this file and the Find*.cmake of this folder are installed. A library that libvdbcloud links
-# belongs here, and in cmake/vdbcloud.pc.in.
+# vdbcloudConfig.cmake, beside which this file and the Find*.cmake of this folder are installed. A library that
+# libvdbcloud links belongs here, and in cmake/vdbcloud.pc.in.
 include(CMakeFindDependencyMacro)
 set(OpenVDB_MODULE_DIR "" CACHE PATH "Folder of FindOpenVDB.cmake, if CMake does not find it")
 set(vdbcloud_module_path ${CMAKE_MODULE_PATH})
