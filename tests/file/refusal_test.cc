@@ -67,8 +67,8 @@ TEST(Reading, RefusesWhatIsNoFile)
     write_text(folder / "empty.vdb", "");
     EXPECT_EQ(refusal(folder / "empty.vdb"), "expected a .vdb, found only 0 bytes");
     write_text(folder / "text.vdb", "a text that is longer than a header\n");
-    EXPECT_EQ(refusal(folder / "text.vdb"), "not a .vdb: it begins otherwise");
-    EXPECT_EQ(refusal("/dev/zero"), "not a .vdb: it begins otherwise");
+    EXPECT_EQ(refusal(folder / "text.vdb"), wrong_magic);
+    EXPECT_EQ(refusal("/dev/zero"), wrong_magic);
     EXPECT_EQ(refusal("/dev/null").find("nothing came"), 0u);
 }
 
@@ -236,7 +236,7 @@ TEST(Writing, ThatFailsKeepsTheOldFile)
     EXPECT_EQ(said, "grid 'density': value 65505 at [1, 2, 3]: expected at most 65504 to store it as half");
     WriteOptions keep;
     keep.no_clobber = true;
-    EXPECT_EQ(write_refusal(folder / "a.vdb", file_of({bright}), keep), "not replaced, as asked: File exists");
+    EXPECT_EQ(write_refusal(folder / "a.vdb", file_of({bright}), keep), "file exists and --no-clobber was given");
     EXPECT_EQ(read_text(folder / "a.vdb"), before);
     EXPECT_EQ(folder.list(), std::vector<std::string>{"a.vdb"});
     EXPECT_NO_THROW(write_grid_file(folder / "b.vdb", file_of({bright}), keep));

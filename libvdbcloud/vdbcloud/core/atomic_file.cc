@@ -87,7 +87,7 @@ AtomicFile::AtomicFile(const std::string& path, bool no_clobber) : path_(path), 
         if (descriptor_ < 0) throw IoError(system_message(path, "cannot write", errno));
         return;
     }
-    if (exists && no_clobber) throw IoError(system_message(path, "not replaced, as asked", EEXIST));
+    if (exists && no_clobber) throw IoError(printable(path, 4096) + ": file exists and --no-clobber was given");
 
     const fs::path target = followed(path), folder = target.has_parent_path() ? target.parent_path() : ".";
     std::error_code failed;

@@ -119,7 +119,7 @@ void check_header(const std::string& path, int descriptor, uint64_t size)
     if (size < 8)
         throw IoError(printable(path, 4096) + ": expected a .vdb, found only " + std::to_string(size) + " bytes");
     const auto magic = file.take<int64_t>();
-    if (!has_magic(&magic)) throw IoError(printable(path, 4096) + ": not a .vdb: it begins otherwise");
+    if (!has_magic(&magic)) throw IoError(printable(path, 4096) + ": " + wrong_magic);
 
     const auto version = file.take<uint32_t>();
     if (version > openvdb::OPENVDB_FILE_VERSION)

@@ -9,7 +9,11 @@ namespace vdbcloud {
 /// place is known its name, type and extent in the file. Throws IoError beginning with `path`.
 void check_header(const std::string& path, int descriptor, uint64_t size);
 
-/// True if `bytes` (4 or more) begin as a .vdb does.
+/// True if `bytes` (4 or more) begin with the magic number of a .vdb.
 bool has_magic(const void* bytes);
+
+/// What messages say of a file that does not.
+inline constexpr const char* wrong_magic =
+    "not a .vdb file (wrong magic number). A NanoVDB file? nanovdb_convert in.nvdb out.vdb";
 
 }  // namespace vdbcloud

@@ -100,7 +100,7 @@ void Input::spool(uint64_t max_bytes)
         held += size_t(n);
         if (n > 0 && held < 4) continue;
         if (size_ == 0 && held >= 4 && !has_magic(part.data()))  // before a wrong source is taken in whole
-            refuse(printable(path_, 4096) + ": not a .vdb: it begins otherwise");
+            refuse(printable(path_, 4096) + ": " + wrong_magic);
         for (size_t done = 0; done < held;) {
             const ssize_t written = ::write(kept, part.data() + done, held - done);
             if (written < 0 && errno == EINTR) continue;
