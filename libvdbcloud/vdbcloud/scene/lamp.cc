@@ -2,6 +2,7 @@
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/scene/light_kinds.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/vdb.h"
 
 #include <algorithm>
@@ -50,7 +51,7 @@ public:
         return std::copysign(std::abs(angle), (from[0] + from[2]).dot(normal));
     }
 
-    std::optional<PointSource> source() const override { return PointSource{position_, 4 * M_PI}; }
+    std::optional<PointSource> source() const override { return PointSource{position_, 4 * pi}; }
 
 private:
     Vec3d position_;

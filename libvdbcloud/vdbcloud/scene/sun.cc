@@ -2,6 +2,7 @@
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/scene/light_kinds.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/vdb.h"
 
 #include <cmath>
@@ -10,8 +11,6 @@
 namespace vdbcloud {
 
 namespace {
-
-constexpr double golden_angle = 2.399963229728653;  // [rad]
 
 class Sun : public LightModel {
 public:
@@ -35,7 +34,7 @@ public:
         if (!(diameter_ > 0) || count < 2) return parts;
         const Vec3d& z = to_;
         const Vec3d x = (std::abs(z[0]) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).cross(z).unit(), y = z.cross(x);
-        const double cos_edge = std::cos(diameter_ / 2 * M_PI / 180);
+        const double cos_edge = std::cos(diameter_ / 2 * pi / 180);
         for (int n = 0; n < count; ++n) {
             const double c = 1 - (1 - cos_edge) * (n + 0.5) / count, s = std::sqrt(1 - c * c);
             const double turn = n * golden_angle;
