@@ -31,7 +31,7 @@ struct Wanted {
 
     Wanted(const FloatGrid& density, int refine_by) : refine(refine_by)
     {
-        const FloatGridPtr coarse = extended(density);
+        const FloatGridPtr coarse = with_fringe(density);
         if (refine == 1) {
             tree = coarse->treePtr();
         } else {
