@@ -222,6 +222,14 @@ void declare(App& app, Options& o)
     declare_air(app, o);
     declare_constants(app, o);
     declare_numerics(app, o);
+    app.examples(
+        {{"a small cumulus of ten minutes, a frame each minute, and the picture of the last",
+          "cloudsim --cells 32 --minutes 10 --every 1min -o cumulus.%02d.vdb && render cumulus.10.vdb "
+          "--resolution 128 -o cumulus.png"},
+         {"the simulation of the paper, its last frame alone", "cloudsim --preset paper --minutes 5 -o paper.vdb"},
+         {"a run that continues after an interruption",
+          "cloudsim --cells 32 --minutes 4 --every 1min --checkpoint run.state --resume run.state -o "
+          "again.%02d.vdb"}});
 }
 
 }  // namespace vdbcloud::app

@@ -246,6 +246,7 @@ Run resolve(App& app, const Options& o)
     if (o.minutes) run.preset.minutes = *o.minutes;
     if (!o.every.empty()) run.preset.every = seconds_of("--every", o.every);
     refuse_idle_options(o, p);
+    o.option.at("pressure").check_effect(!(run.preset.sounding.pressure > 0), "a sounding that has no pressure");
 
     const double frames = run.seconds() / run.preset.every;
     if (frames > 1e6) throw UsageError("--every: expected at most a million frames");

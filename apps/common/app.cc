@@ -44,6 +44,16 @@ void check_target(const std::string& path, bool no_clobber)
         throw IoError(one_line(path) + ": there is no folder " + one_line(folder.string()));
 }
 
+/// A command in lines of help: where it is long, a line ends after each && and |, where the shell reads on.
+std::string broken(std::string command)
+{
+    if (command.size() < 96) return command;
+    for (const std::string end : {" && ", " | "})
+        for (size_t at = 0; (at = command.find(end, at)) != std::string::npos;)
+            command.replace(at + end.size() - 1, 1, "\n    ");
+    return command;
+}
+
 }  // namespace
 
 App::App(const std::string& name, const std::string& summary)
@@ -59,6 +69,13 @@ App::~App() = default;
 
 void App::reads_grids() { shared_->reads = true; }
 void App::writes_grids() { shared_->writes = shared_->may_clobber = true; }
+void App::examples(const std::vector<std::pair<std::string, std::string>>& examples)
+{
+    std::string text = "Examples:\n";
+    for (const auto& [purpose, command] : examples) text += "  # " + purpose + "\n  " + broken(command) + "\n";
+    footer(text);
+}
+
 void App::never_clobbers() { shared_->may_clobber = true; }
 
 /// After the tool's own options, so that its help begins with those.
@@ -69,22 +86,32 @@ void App::declare_shared()
         if (CLI::Option* option = get_option_no_throw(path)) option->type_name("FILE");
     const auto in = [](const char* group, const Option& option) { return option.group(group); };
     if (s.reads) {
-        in(reading, add_flag("--trust-input", s.trust_input, "read without the guard process against damaged files"))
+        in(reading, add_flag("--trust-input", s.trust_input,
+                             "read in this process, without the guard against damaged files; use it for files of your "
+                             "own, it is faster"))
             ->configurable(false);
-        in(reading, add_option("--max-input", s.max_input, "refuse larger inputs [GiB]"))
+        in(reading, add_option("--max-input", s.max_input, "refuse inputs larger than this [GiB]"))
             ->check(positive)
             ->configurable(false);
     }
     if (s.may_clobber)
-        in(writing, add_flag("--no-clobber", s.no_clobber, "never replace a file that is there"))->configurable(false);
+        in(writing, add_flag("--no-clobber", s.no_clobber,
+                             "end with status 1 if an output file exists, instead of replacing it"))
+            ->configurable(false);
     if (s.writes) {
         in(writing, add_choice<Compression>(
                         "--compression", s.compression,
                         {{"blosc", Compression::Blosc}, {"zip", Compression::Zip}, {"none", Compression::None}},
-                        "of the grids written"));
-        in(writing, add_flag("--half", s.half, "write density, Cd and moments as 16-bit floats"));
+                        "compression of the output; blosc is fast, zip is smaller, none suits pipes"));
         in(writing,
-           add_option("--keep", s.keep, "grids to pass on that were not used here: all, none, or names a,b,c"));
+           add_flag("--half", s.half, "write density, Cd and moments as 16-bit floats: half the size, three digits"));
+        if (s.reads) {
+            const Option keep = in(writing, add_option("--keep", s.keep,
+                                                       "grids to copy from the input that this program does not use: "
+                                                       "all, none, or names a,b,c"));
+            CLI::Option* input = get_option_no_throw("input");
+            if (input && !input->get_required()) keep.needs(Option(*this, input));
+        }
     }
     declare_common();
 }
@@ -96,26 +123,30 @@ void App::declare_common()
         return Option(*this, option).configurable(false).group(common);
     };
     const auto shared = [](const Option& option) { return option.configurable(false).group(common); };
-    shared(add_option("--threads", s.threads, "how many to use; 0: all this process is allowed"))
+    shared(add_option("--threads", s.threads,
+                      "number of threads; 0: all that this process may use. Results do not depend on it"))
         ->check(within(0, 4096));
-    shared(add_choice<int>("--progress", s.progress_choice, {{"auto", 0}, {"always", 1}, {"never", 2}, {"machine", 3}},
-                           "a bar on a terminal; lines; nothing; a JSON line a second"));
-    shared(add_flag("-q,--quiet", s.quiet, "only warnings and errors on standard error"));
-    machine(CLI::App::add_flag("-v,--verbose", s.verbosity, "say more on standard error"));
-    shared(add_flag("--werror", s.werror, "the first warning ends the run with status 1"));
-    shared(add_option("--json", s.json, "write a report of the run to FILE, or - for standard output"))
+    shared(add_choice<int>(
+        "--progress", s.progress_choice, {{"auto", 0}, {"always", 1}, {"never", 2}, {"machine", 3}},
+        "auto: a bar on a terminal; always: lines, too; never: none; machine: a JSON line each second"));
+    shared(add_flag("-q,--quiet", s.quiet, "print warnings and errors alone on standard error"));
+    machine(CLI::App::add_flag("-v,--verbose", s.verbosity, "print the time of each phase and more on standard error"));
+    shared(add_flag("--werror", s.werror, "end with status 1 at the first warning; use it in scripts"));
+    shared(add_option("--json", s.json, "write a report of the run as JSON to FILE, or - for standard output"))
         ->type_name("FILE");
-    shared(add_flag("--dry-run", s.dry_run, "look at the input and estimate, compute and write nothing"));
-    shared(add_flag("-f,--force", s.force, "write binary data to a terminal, too"));
-    machine(set_config("--config", "", "read options from FILE, lines key = value; the command line wins"))
+    shared(add_flag("--dry-run", s.dry_run, "read the input and estimate memory and time, compute and write nothing"));
+    shared(add_flag("-f,--force", s.force, "write binary data even to a terminal"));
+    machine(set_config("--config", "", "read options from FILE (TOML, lines key = value); the command line wins"))
         ->type_name("FILE");
-    shared(add_flag("--print-config", s.print_config, "print all options as a --config file, and exit"));
+    shared(add_flag("--print-config", s.print_config, "print all options as a file for --config, and exit"));
     const std::string name = get_name();
     set_version_flag(
         "--version", [name] { return version_text(name); }, "print versions and codecs, and exit")
         ->group(common);
-    set_help_flag("-h,--help", "print this and exit")->group(common);
-    set_help_all_flag("--help-all", "the same with files, exit status and signals, and exit")->group(common);
+    set_help_flag("-h,--help", "print this help, and exit")->group(common);
+    set_help_all_flag("--help-all",
+                      "print this help with the options of every program, files, exit status and signals, and exit")
+        ->group(common);
     CLI::App::add_option("--completion", s.completion)->configurable(false)->group("");
 }
 

@@ -26,8 +26,8 @@ enum Exit { ok = 0, failed = 1, usage = 2, unconverged = 3 };
 
 /// A CLI::App with the options every tool has:
 /// --threads --quiet --verbose --progress --json --config --print-config --dry-run --werror --force --version --help
-/// --help-all, and for tools that write grids: --compression --half --no-clobber --keep; for tools that read grids:
-/// --trust-input --max-input.
+/// --help-all, and for tools that write grids: --compression --half --no-clobber; for tools that read grids:
+/// --trust-input --max-input; for those that do both: --keep.
 ///
 /// A tool declares its output as "-o,--output", a required option of one path: run() then looks at the folder, the
 /// terminal and --no-clobber before the work begins. Paths are plain std::string, without CLI::ExistingFile: a file
@@ -42,6 +42,10 @@ public:
     void writes_grids();
     /// The same for --no-clobber alone, for tools that write no grids.
     void never_clobbers();
+
+    /// What --help ends with: commands that run as printed, one after the other, in an empty folder. The first is what
+    /// a newcomer needs. Each is a line, {"what it is for", "command"}.
+    void examples(const std::vector<std::pair<std::string, std::string>>&);
 
     /// An option bound to `value`, whose present value is the default (shown in help, in --print-config and in the
     /// history, exactly). Numbers must be finite. A Vec3d takes one word of three numbers, "0.3,1,0.2"; a vector

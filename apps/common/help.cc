@@ -9,7 +9,7 @@ namespace {
 
 constexpr size_t column = 30, width = 100;
 
-constexpr const char* footer = R"(Files:
+constexpr const char* contract = R"(Files:
   A file named - is standard input or standard output; binary data is not written to a terminal. An output
   appears whole or not at all: it is written beside its place and then renamed. What a program does not use
   of a .vdb passes through it, and every output says how it was made in its metadata `history`.
@@ -110,7 +110,8 @@ std::string Help::make_help(const CLI::App* app, std::string, CLI::AppFormatMode
     }
     if (!listed.empty()) body += "\n" + std::string(common) + ": (--help-all explains)\n  " + wrapped(listed, 2) + "\n";
     return wrapped(app->get_name() + ": " + app->get_description(), 0) + "\n\n" + usage + "\n" +
-           (positionals.empty() ? "" : "\nArguments:\n" + positionals) + body + (all ? "\n" + std::string(footer) : "");
+           (positionals.empty() ? "" : "\nArguments:\n" + positionals) + body +
+           (all ? "\n" + std::string(contract) : "") + (app->get_footer().empty() ? "" : "\n" + app->get_footer());
 }
 
 }  // namespace vdbcloud::app

@@ -8,20 +8,24 @@ namespace vdbcloud::app {
 
 void declare_sky_shape(App& app, SkyOptions& o, const std::string& group)
 {
-    o.option.zenith = app.add_rgb("--sky-zenith", o.zenith, "radiance straight up; without it a clear blue day")
+    o.option.zenith = app.add_rgb("--sky-zenith", o.zenith,
+                                  "radiance of the sky straight up, one number or r,g,b; without it a clear blue day")
                           ->check(nonnegative)
                           ->default_str("")
                           ->group(group);
-    o.option.horizon = app.add_rgb("--sky-horizon", o.horizon, "radiance along the horizon")
-                           ->check(nonnegative)
-                           ->default_str("")
-                           ->group(group);
-    o.option.ground = app.add_rgb("--sky-ground", o.ground, "radiance straight down")
+    o.option.horizon =
+        app.add_rgb("--sky-horizon", o.horizon, "radiance of the sky along the horizon, one number or r,g,b")
+            ->check(nonnegative)
+            ->default_str("")
+            ->group(group);
+    o.option.ground = app.add_rgb("--sky-ground", o.ground, "radiance of the ground straight down, one number or r,g,b")
                           ->check(nonnegative)
                           ->default_str("")
                           ->group(group);
     o.option.haze =
-        app.add_option("--sky-haze", o.haze, "how narrow the horizon's band is")->check(nonnegative)->group(group);
+        app.add_option("--sky-haze", o.haze, "how narrow the bright band at the horizon is; larger is narrower")
+            ->check(nonnegative)
+            ->group(group);
 }
 
 bool sky_asked(const SkyOptions& o)

@@ -6,75 +6,23 @@
 //
 // Spectral synthesis of 1/f^beta noise (Voss 1985) shapes the surface of an envelope, by default a cumulus of
 // towers.
-#include "options.h"
+#include "envelope_grid.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/fractal/cloud_grid.h"
-#include "vdbcloud/fractal/mask_envelope.h"
-#include "vdbcloud/grid/density.h"
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
-#include "vdbcloud/grid/select.h"
 
-#include <algorithm>
 #include <cmath>
 
 using namespace vdbcloud;
-using app::Region;
 
 namespace {
 
-/// How far beyond the envelope noise carries the cloud [fraction of the longest side].
-double reach(const app::Options& o) { return 3 * (o.shape.warp + (o.shape.coverage ? 0 : o.shape.roughness)); }
-
-double longest(const Box& box) { return std::max({box.sides()[0], box.sides()[1], box.sides()[2]}); }
-
-/// The envelope within the domain, with room around it for what noise adds.
-EnvelopePtr envelope_of(const app::Options& o, const app::Domain& domain, const FloatGrid* mask)
-{
-    if (mask) return mask_envelope(*mask, domain.box, domain.size);
-    const Vec3d sides = domain.box.sides();
-    const double shortest = std::min({sides[0], sides[1], sides[2]});
-    Box box = domain.box.inset(std::min(reach(o) * longest(domain.box), shortest / 4));
-    switch (o.envelope) {
-    case Region::Sphere: return sphere_envelope(box);
-    case Region::Ellipsoid: return ellipsoid_envelope(box);
-    case Region::Box: return box_envelope(box);
-    case Region::Slab: return slab_envelope(box, index_of(o.up));
-    case Region::Cumulus: break;
-    }
-    box.low[index_of(o.up)] = domain.box.low[index_of(o.up)];  // a flat base needs no room
-    return cumulus_envelope(box, o.cumulus);
-}
-
-/// The grid of --envelope-from: the one that is named, else a density, else a level set. Null without a file.
-FloatGridPtr mask_of(app::App& app, const app::Options& o)
-{
-    if (o.envelope_from.empty()) return nullptr;
-    GridFile file = app.read(o.envelope_from);
-    GridBasePtr surface;
-    for (const auto& grid : file.grids)
-        if (!surface && grid->getGridClass() == openvdb::GRID_LEVEL_SET) surface = grid;
-    if (!o.mask_grid.empty()) {
-        const auto named = find_grid(file, o.mask_grid);
-        surface = named && named->getGridClass() == openvdb::GRID_LEVEL_SET ? named : nullptr;
-    } else if (grid_of(file, schema::density)) {
-        surface = nullptr;
-    }
-    if (!surface) return density_of(file, o.mask_grid, app.warnings());
-    if (const auto grid = openvdb::gridPtrCast<FloatGrid>(surface)) return grid;
-    throw InputError(o.envelope_from + ": level set '" + surface->getName() + "' is not of floats");
-}
-
-Box bounds_around(const FloatGrid& mask, const app::Options& o)
-{
-    const Box box = mask_bounds(mask);
-    return box.inset(-std::min(reach(o), 0.5) * longest(box));
-}
-
-void write_flags(const app::Options& o, FloatGrid& density)
+/// Into the metadata of the density: what later programs take over.
+void write_medium_given(const app::Options& o, FloatGrid& density)
 {
     const bool extinction = o.extinction.given();
     if (!extinction && !o.albedo.given() && !o.g.given()) return;
@@ -115,7 +63,7 @@ FloatGridPtr make_cloud(app::App& app, const app::Options& o, const app::Domain&
     }
     const auto phase = app.phase("grid");
     auto density = cloud_grid(cloud);
-    write_flags(o, *density);
+    write_medium_given(o, *density);
     if (density->empty()) app.warnings()("the density is empty: nothing of the envelope is above the threshold");
     return density;
 }
@@ -126,9 +74,8 @@ void run(app::App& app, app::Options& o)
     o.spectrum.beta = o.beta.value_or(o.mountain ? app::mountain_beta : app::cloud_beta);
     o.spectrum.outer = o.outer.value_or(o.mountain ? app::mountain_outer : app::cloud_outer);
     o.cumulus.up = o.shape.up = o.relief.up = index_of(o.up);
-    if (o.mountain && !o.envelope_from.empty())
-        throw UsageError("--envelope-from shapes clouds, --mountain makes none");
-    if (o.input == "-" && o.envelope_from == "-") throw UsageError("the input and --envelope-from cannot both be -");
+    if (o.input == "-" && o.envelope_from == "-")
+        throw UsageError("the input and --envelope-from are both standard input: name one of them as a file");
 
     GridFile file;
     file.metadata = std::make_shared<MetaMap>();

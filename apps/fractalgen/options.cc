@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace vdbcloud::app {
 
@@ -12,80 +13,112 @@ namespace {
 void declare_noise(App& app, Options& o)
 {
     const auto group = "Noise";
-    app.add_option("--seed", o.seed, "chooses one of 2^64 clouds")->group(group);
+    app.add_option("--seed", o.seed, "number of the cloud; another seed makes another cloud of the same kind")
+        ->group(group);
     app.add_option("--beta", o.beta,
-                   "mean power of a wave falls as its wave number to -beta; else 4.2, a mountain's 3.5")
+                   "power of the noise falls as (wave number)^-beta; without it 4.2, for a mountain 3.5. Smaller is "
+                   "rougher")
         ->check(within(0, 12))
         ->group(group);
-    app.add_option("--outer", o.outer,
-                   "wave number below which the spectrum is flat [per longest side]; else 4, a mountain's 0")
+    app.add_option(
+           "--outer", o.outer,
+           "wave number below which the spectrum is flat [waves per longest side]; without it 4, for a mountain "
+           "0")
         ->check(nonnegative)
         ->group(group);
-    app.add_option("--low-cut", o.spectrum.low_cut, "leave out waves below this wave number [per longest side]")
+    app.add_option("--low-cut", o.spectrum.low_cut,
+                   "leave out waves below this wave number [waves per longest side]; removes large lumps")
         ->check(within(0, 256))
         ->group(group);
-    app.add_option("--high-cut", o.spectrum.high_cut, "leave out waves above this wave number [per longest side]")
+    app.add_option("--high-cut", o.spectrum.high_cut,
+                   "leave out waves above this wave number [waves per longest side]; removes fine detail")
         ->check(positive)
         ->group(group);
-    app.add_vec3("--stretch", o.spectrum.stretch, "how many times longer features are along x,y,z")
+    app.add_vec3("--stretch", o.spectrum.stretch,
+                 "features are so many times longer along x,y,z; 1,3,1 makes streaks along y")
         ->check(within(0.01, 100))
         ->group(group);
 }
 
-void declare_shape(App& app, Options& o)
+void declare_envelope(App& app, Options& o, const char* group, const std::function<bool()>& mountain)
 {
-    const auto group = "Shape; lengths are fractions of the longest side";
+    const auto mask = [&o] { return !o.envelope_from.empty(); };
+    const auto cumulus = [&o] { return o.envelope == Region::Cumulus && o.envelope_from.empty(); };
     app.add_choice<Region>("--envelope", o.envelope,
                            {{"cumulus", Region::Cumulus},
                             {"sphere", Region::Sphere},
                             {"ellipsoid", Region::Ellipsoid},
                             {"slab", Region::Slab},
                             {"box", Region::Box}},
-                           "what the cloud fills")
+                           "body that the cloud fills; slab: a layer over the whole bounds")
+        ->not_with(mountain, "--mountain")
+        ->not_with(mask, "--envelope-from")
         ->group(group);
-    app.add_option("--envelope-from", o.envelope_from,
-                   "fill the fog or level set of this .vdb instead; - for standard input")
+    const Option from = app.add_option("--envelope-from", o.envelope_from,
+                                       "fill the fog or level set of this .vdb instead of a body; - for standard input")
+                            ->not_with(mountain, "--mountain")
+                            ->type_name("FILE")
+                            ->group(group);
+    app.add_option("--envelope-grid", o.mask_grid,
+                   "grid of the --envelope-from file, NAME or NAME[k]; without it the density, else a level set")
+        ->needs(from)
         ->group(group);
-    app.add_option("--envelope-grid", o.mask_grid, "which grid of that file: NAME or NAME[k]")->group(group);
-    app.add_option("--towers", o.cumulus.towers, "towers of a cumulus")->check(within(1, 64))->group(group);
-    app.add_option("--height", o.cumulus.height, "of a cumulus, over the broader side of its footprint")
-        ->check(positive)
-        ->group(group);
-    app.add_option("--generations", o.cumulus.generations, "of bulges upon bulges of a cumulus")
-        ->check(within(1, 4))
-        ->group(group);
-    app.add_option("--coverage", o.shape.coverage, "fraction of the envelope to fill, by a threshold of the noise")
-        ->check(within(0, 1))
-        ->group(group);
-    app.add_option("--edge", o.shape.edge, "width of the edge, from no density to 1")
-        ->check(within(0, 1))
-        ->group(group);
-    app.add_option("--roughness", o.shape.roughness, "how far noise moves the surface")
-        ->check(within(0, 10))
-        ->group(group);
-    app.add_option("--warp", o.shape.warp, "how far noise displaces the envelope: wisps")
-        ->check(within(0, 1))
-        ->group(group);
-    app.add_option("--billow", o.shape.billow, "0: plain noise, 1: round outwards and creased inwards")
-        ->check(within(0, 1))
-        ->group(group);
+    const auto shapes_cumulus = [&](const Option& option) {
+        return option.not_with(mountain, "--mountain").only_with(cumulus, "--envelope cumulus").group(group);
+    };
+    shapes_cumulus(app.add_option("--towers", o.cumulus.towers, "number of rising columns of a cumulus"))
+        ->check(within(1, 64));
+    shapes_cumulus(app.add_option("--height", o.cumulus.height,
+                                  "height of the tallest tower over the broader side of the footprint"))
+        ->check(positive);
+    shapes_cumulus(app.add_option("--generations", o.cumulus.generations,
+                                  "levels of bulges upon bulges of a cumulus; each adds finer ones"))
+        ->check(within(1, 4));
+}
+
+void declare_shape(App& app, Options& o)
+{
+    const auto group = "Shape; lengths are fractions of the longest side";
+    const auto mountain = [&o] { return o.mountain; };
+    declare_envelope(app, o, group, mountain);
+    const auto of_cloud = [&](const Option& option) { return option.not_with(mountain, "--mountain").group(group); };
+    of_cloud(app.add_option("--coverage", o.shape.coverage,
+                            "fraction of the envelope that holds cloud; the noise decides where. Use it for broken "
+                            "decks"))
+        ->check(within(0, 1));
+    of_cloud(app.add_option("--edge", o.shape.edge,
+                            "width over which density rises from 0 to 1; larger is softer, at least 1.5 voxels"))
+        ->check(within(0, 1));
+    of_cloud(app.add_option("--roughness", o.shape.roughness,
+                            "distance by which noise moves the surface, one standard deviation"))
+        ->check(within(0, 10));
+    of_cloud(app.add_option("--warp", o.shape.warp,
+                            "distance by which noise displaces the envelope, one standard deviation; makes wisps"))
+        ->check(within(0, 1));
+    of_cloud(app.add_option("--billow", o.shape.billow,
+                            "0: plain noise; 1: folded noise, round outwards and creased inwards"))
+        ->only_with([&o] { return o.shape.roughness > 0; }, "--roughness above 0")
+        ->check(within(0, 1));
 }
 
 void declare_mountain(App& app, Options& o)
 {
     const auto group = "Mountain";
-    app.add_flag("--mountain", o.mountain, "a mountain as a level set named 'solid', instead of a cloud")->group(group);
-    app.add_option("--relief", o.relief.relief,
-                   "from its lowest to its highest point, over the longest horizontal side")
-        ->check(positive)
+    const auto mountain = [&o] { return o.mountain; };
+    const auto of_mountain = [&](const Option& option) {
+        return option.only_with(mountain, "--mountain").group(group);
+    };
+    app.add_flag("--mountain", o.mountain, "make a mountain, a level set named 'solid', instead of a cloud")
         ->group(group);
-    app.add_option("--ridges", o.relief.ridges, "0: rolling land, 1: sharp ridges")->check(within(0, 1))->group(group);
-    app.add_option("--peak", o.relief.peak, "0: as high at the edges as in the middle, 1: one mountain")
-        ->check(within(0, 1))
-        ->group(group);
-    app.add_option("--band", o.relief.half_width, "half the width of the level set's narrow band [voxels]")
-        ->check(within(1.5, 16))
-        ->group(group);
+    of_mountain(app.add_option("--relief", o.relief.relief,
+                               "height from the lowest to the highest point over the longest horizontal side"))
+        ->check(positive);
+    of_mountain(app.add_option("--ridges", o.relief.ridges, "0: rolling land; 1: sharp ridges"))->check(within(0, 1));
+    of_mountain(app.add_option("--peak", o.relief.peak,
+                               "0: land as high at the edges as in the middle; 1: one mountain in the middle"))
+        ->check(within(0, 1));
+    of_mountain(app.add_option("--band", o.relief.half_width, "half the width of the level set's narrow band [voxels]"))
+        ->check(within(1.5, 16));
 }
 
 }  // namespace
@@ -94,33 +127,47 @@ void declare(App& app, Options& o)
 {
     app.reads_grids();
     app.writes_grids();
-    app.add_option("input", o.input, "a .vdb to add the grid to, or - for standard input; without it a new file");
-    app.add_option("-o,--output", o.output, "output .vdb, or - for standard output")->required();
+    app.add_option("input", o.input, ".vdb to add the grid to, or - for standard input; without it a new file");
+    app.add_option("-o,--output", o.output, ".vdb to write, or - for standard output")->required();
     declare_noise(app, o);
     declare_shape(app, o);
 
     const auto space = "Space";
-    app.add_option("--size", o.size, "voxels along the longest side, or NX,NY,NZ; at most 512 each")->group(space);
-    app.add_option("--bounds", o.bounds,
-                   "x0,y0,z0,x1,y1,z1 in world units; else two units broad, 1.25 high, standing on the origin")
+    app.add_option(
+           "--size", o.size,
+           "voxels along the longest side, or NX,NY,NZ; 1 to 512 each. Time and memory grow with the third power")
         ->group(space);
-    app.add_choice<UpAxis>("--up", o.up, {{"y", UpAxis::Y}, {"z", UpAxis::Z}}, "axis that points up")->group(space);
+    app.add_option("--bounds", o.bounds,
+                   "domain x0,y0,z0,x1,y1,z1 [world units]; without it 2 x 1.25 x 2, standing on the origin")
+        ->group(space);
+    app.add_choice<UpAxis>("--up", o.up, {{"y", UpAxis::Y}, {"z", UpAxis::Z}},
+                           "axis that points up; z for Blender, y for Houdini")
+        ->group(space);
 
     declare_mountain(app, o);
-    const auto medium = "Medium, written for later stages if given";
-    o.extinction = app.add_rgb("--extinction", o.medium.sigma_t_per_density,
-                               "sigma_t at density 1 [1/world unit], one number or r,g,b")
-                       ->check(positive)
-                       ->default_str("")
-                       ->group(medium);
-    o.albedo = app.add_rgb("--albedo", o.medium.albedo, "share of extinguished light that is scattered")
-                   ->check(within(0, 1))
-                   ->default_str("")
-                   ->group(medium);
-    o.g = app.add_option("--g", o.medium.g, "mean cosine of Henyey-Greenstein")
-              ->check(within(-0.999999, 0.999999))
-              ->default_str("")
-              ->group(medium);
+    const auto of_density = [&o](const Option& option) {
+        return option.not_with([&o] { return o.mountain; }, "--mountain")
+            .default_str("")
+            .group("Medium, written into the density for later programs");
+    };
+    o.extinction = of_density(app.add_rgb("--extinction", o.medium.sigma_t_per_density,
+                                          "sigma_t at density 1 [1/world unit], one number or r,g,b; without it later "
+                                          "programs choose one"))
+                       ->check(positive);
+    o.albedo = of_density(app.add_rgb("--albedo", o.medium.albedo,
+                                      "scattered share of extinguished light, one number or r,g,b; droplets have "
+                                      "nearly 1"))
+                   ->check(within(0, 1));
+    o.g = of_density(app.add_option("--g", o.medium.g,
+                                    "mean cosine of Henyey-Greenstein scattering; 0: isotropic, droplets have 0.85"))
+              ->check(within(-0.999999, 0.999999));
+
+    app.examples(
+        {{"a cumulus cloud of a few seconds, and its picture",
+          "fractalgen --size 96 -o cloud.vdb && render cloud.vdb --resolution 128 -o cloud.png"},
+         {"a broken deck, four times as broad as high",
+          "fractalgen --envelope slab --coverage 0.4 --size 96 --bounds -2,0,-2,2,1,2 -o deck.vdb"},
+         {"a mountain beside the cloud, in one file", "fractalgen cloud.vdb --mountain --size 96 -o both.vdb"}});
 }
 
 Box default_bounds(const Options& o)

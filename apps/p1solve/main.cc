@@ -126,6 +126,7 @@ void solve(app::App& app, P1solveOptions& o)
     app.uses(density->getName());
     const Medium medium = app::chosen_medium(app, o.medium, *density);
     const auto lights = lights_for(app, o, file, *density, medium);
+    o.rays_per_voxel.check_effect(!lights.empty(), "--sun or --lamp");
     const UpAxis up = read_up_axis(*file.metadata).value_or(UpAxis::Y);
     o.scatter.closure.polar = index_of(up);
     o.scatter.sky = chosen_sky(o, lights, vector_of(up));

@@ -6,38 +6,108 @@ namespace vdbcloud {
 
 namespace {
 
-void declare_closure(app::App& app, ScatterOptions& o)
+void declare_closure(app::App& app, P1solveOptions& o)
 {
+    ClosureOptions& c = o.scatter.closure;
     const auto group = "From P1 to the transport equation";
-    app.add_option("--iterations", o.closure.iterations, "transport sweeps at most; 0 is P1")
+    app.add_option("--iterations", c.iterations,
+                   "transport sweeps at most; 0: P1 alone. 5 remove most of P1's error in a cloud")
         ->check(app::within(0, 1000))
         ->group(group);
-    const auto sweeps = [&o] { return o.closure.iterations > 0; };
-    app.add_option("--directions", o.closure.directions,
-                   "of the quadrature, rounded up to what there is and to what the degree needs")
-        ->check(app::within(1, 8192))
-        ->only_with(sweeps, "--iterations above 0")
-        ->group(group);
-    app.add_choice<OrdinateKind>(
-           "--quadrature", o.closure.kind,
-           {{"product", OrdinateKind::Product}, {"level-symmetric", OrdinateKind::LevelSymmetric}},
-           "product: azimuths x half-range Gauss, best in layers; level-symmetric: no axis is special, degree 5 at "
-           "most")
-        ->only_with(sweeps, "--iterations above 0")
-        ->group(group);
-    app.add_option("--degree", o.closure.degree,
-                   "of the expansion of scattered light and of the delta-M scaling: 1 to 7")
+    const auto of_sweeps = [&](const app::Option& option) {
+        return option.only_with([&o] { return o.scatter.closure.iterations > 0; }, "--iterations above 0").group(group);
+    };
+    of_sweeps(app.add_option("--directions", c.directions,
+                             "directions of the quadrature, rounded up to a number that exists and that the degree "
+                             "needs; more where lights are small"))
+        ->check(app::within(1, 8192));
+    of_sweeps(app.add_choice<OrdinateKind>(
+        "--quadrature", c.kind, {{"product", OrdinateKind::Product}, {"level-symmetric", OrdinateKind::LevelSymmetric}},
+        "product: azimuths x half-range Gauss, best in layers; level-symmetric: no axis is special, degree 5 at most"));
+    of_sweeps(app.add_option("--degree", c.degree,
+                             "degree of the Legendre expansion of scattered light and of the delta-M scaling; higher "
+                             "for strong forward scattering"))
+        ->check(app::within(1, 7));
+    of_sweeps(app.add_option("--change", c.change,
+                             "stop when the relative change of collided light between two sweeps falls below this "
+                             "value"))
+        ->check(app::positive);
+    of_sweeps(app.add_option("--keep-moments", o.scatter.keep_moments,
+                             "degree up to which moments are written; 1: phi and flux alone. Less makes smaller files "
+                             "and blunter pictures"))
         ->check(app::within(1, 7))
-        ->only_with(sweeps, "--iterations above 0")
+        ->only_with([&o] { return o.scatter.closure.degree > 1; }, "--degree above 1");
+}
+
+void declare_method(app::App& app, P1solveOptions& o)
+{
+    const auto method = "Method";
+    app.add_choice<bool>("--delta", o.scatter.delta, {{"on", true}, {"off", false}},
+                         "on: delta-Eddington scaling of forward scattering; off: the paper's plain form, for "
+                         "comparison")
+        ->group(method);
+    app.add_option(
+           "--periodic", o.periodic,
+           "axes of the grid on which the medium repeats: x, z, xz and so on; their extent has to be a multiple "
+           "of 8 voxels. For layers without end")
+        ->group(method);
+    app.add_choice<P1Solver>(
+           "--solver", o.scatter.solver, {{"multigrid", P1Solver::Multigrid}, {"relaxation", P1Solver::Relaxation}},
+           "multigrid: conjugate gradients with a multigrid cycle; relaxation: the paper's, for comparison")
+        ->group(method);
+    app.add_choice<bool>("--limiter", o.scatter.limiter, {{"none", false}, {"levermore-pomraning", true}},
+                         "levermore-pomraning: no flux above the fluence, also where the medium is thin; the equations "
+                         "are then not linear, and lights no longer add up")
+        ->group(method);
+    app.add_option("--relaxation", o.scatter.relaxation, "factor of successive over-relaxation")
+        ->check(app::within(0.1, 1.999))
+        ->only_with([&o] { return o.scatter.solver == P1Solver::Relaxation; }, "--solver relaxation")
+        ->group(method);
+}
+
+void declare_series(app::App& app, P1solveOptions& o)
+{
+    const auto group = "Series in absorption";
+    app.add_option("--series", o.series.order,
+                   "order of the expansion in 1 - albedo, I_0 .. I_K, from which render makes a picture at any albedo; "
+                   "0: none")
+        ->check(app::within(0, 32))
         ->group(group);
-    app.add_option("--change", o.closure.change, "stop when a sweep changes the light it was given by less, relative")
+    const auto of_series = [&](const app::Option& option) {
+        return option.only_with([&o] { return o.series.order > 0; }, "--series above 0").group(group);
+    };
+    of_series(app.add_flag("--galerkin", o.series.galerkin,
+                           "solve on the span of I_0 .. I_K, which does not diverge, instead of summing them; for "
+                           "albedos far below 1"));
+    of_series(app.add_option("--least-albedo", o.series.least_albedo,
+                             "lowest albedo that render can reconstruct from the series"))
+        ->check(app::within(0.01, 0.999999));
+    of_series(app.add_flag("--series-raw", o.series_raw, "write the I_k themselves, too"));
+}
+
+void declare_accuracy(app::App& app, P1solveOptions& o)
+{
+    const auto accuracy = "Accuracy";
+    app.add_option("--tolerance", o.scatter.solve.tolerance,
+                   "stop when the relative residual and the relative error estimate fall below this value")
         ->check(app::positive)
-        ->only_with(sweeps, "--iterations above 0")
-        ->group(group);
-    app.add_option("--keep-moments", o.keep_moments, "degree up to which moments are written; 1: phi and flux")
-        ->check(app::within(1, 7))
-        ->only_with(sweeps, "--iterations above 0")
-        ->group(group);
+        ->group(accuracy);
+    app.add_option("--max-iterations", o.scatter.solve.max_iterations,
+                   "iterations of the solver at most; status 3 if they do not suffice")
+        ->check(app::within(1, 1000000))
+        ->group(accuracy);
+    app.add_flag("--allow-unconverged", o.allow_unconverged,
+                 "write the result and end with status 0 where the solver missed its tolerance")
+        ->group(accuracy);
+    o.rays_per_voxel = app.add_option("--rays-per-voxel", o.scatter.rays_per_voxel,
+                                      "rays of the light lattice along each axis; the error falls as the square")
+                           ->check(app::within(1, 8))
+                           ->group(accuracy);
+    app.add_option("--reentry-rays", o.scatter.reentry_rays,
+                   "rays used to estimate light that leaves one part of the medium and hits another, for --json; 0 "
+                   "disables the estimate")
+        ->check(app::within(0, 10000000))
+        ->group(accuracy);
 }
 
 void read_periodic(P1solveOptions& o)
@@ -72,78 +142,37 @@ void read_closure(app::App& app, P1solveOptions& o)
 
 void declare(app::App& app, P1solveOptions& o)
 {
-    app.add_option("input", o.input, ".vdb with a density and its lights' transmittance, '-' for standard input")
+    app.add_option("input", o.input, ".vdb with a density and its lights' transmittance, or - for standard input")
         ->required();
-    app.add_option("-o,--output", o.output, ".vdb to write: all of the input, phi and flux; '-' for standard output")
+    app.add_option("-o,--output", o.output,
+                   ".vdb to write, or - for standard output: all of the input, phi (fluence) and flux")
         ->required();
-    app.add_option("--density", o.density, "the density grid's name, or NAME[k]; without it by common names");
+    app.add_option("--density", o.density,
+                   "name of the density grid, or NAME[k]; without it the usual names are tried");
     app.reads_grids();
     app.writes_grids();
     app::declare_medium(app, o.medium);
     app::declare_lights(app, o.lights);
-    app.add_option(
-           "--sky", o.sky,
-           "day: a clear one over the suns; or the radiance of a uniform sky, one number or r,g,b; without it none")
+    app.add_option("--sky", o.sky,
+                   "day: a clear sky whose brightness follows from the suns; or the radiance of a uniform sky, one "
+                   "number or r,g,b; without it none")
         ->group("Lights");
     app::declare_sky_shape(app, o.sky_shape, "Lights");
-
-    const auto method = "Method";
-    app.add_choice<bool>("--delta", o.scatter.delta, {{"on", true}, {"off", false}},
-                         "delta-Eddington scaling of forward scattering; off: the paper's plain form")
-        ->group(method);
-    app.add_option("--periodic", o.periodic,
-                   "axes [of the grid] on which the medium repeats: x, z, xz, ...; their extent a multiple of 8 voxels")
-        ->group(method);
-    app.add_choice<P1Solver>(
-           "--solver", o.scatter.solver, {{"multigrid", P1Solver::Multigrid}, {"relaxation", P1Solver::Relaxation}},
-           "multigrid: conjugate gradients with a multigrid cycle; relaxation: the paper's, for comparison")
-        ->group(method);
-    app.add_choice<bool>("--limiter", o.scatter.limiter, {{"none", false}, {"levermore-pomraning", true}},
-                         "levermore-pomraning: no flux above the fluence, also where the medium is thin; not linear, "
-                         "so lights no longer add up")
-        ->group(method);
-    app.add_option("--relaxation", o.scatter.relaxation, "over-relaxation factor of --solver relaxation")
-        ->check(app::within(0.1, 1.999))
-        ->only_with([&o] { return o.scatter.solver == P1Solver::Relaxation; }, "--solver relaxation")
-        ->group(method);
-
-    const auto series = "Series in absorption";
-    const auto expands = [&o] { return o.series.order > 0; };
-    const auto with_series = "--series above 0";
-    app.add_option("--series", o.series.order,
-                   "write I_0 .. I_K of the expansion in 1 - albedo, from which render makes any albedo; 0: none")
-        ->check(app::within(0, 32))
-        ->group(series);
-    app.add_flag("--galerkin", o.series.galerkin,
-                 "solve on the span of I_0 .. I_K, which does not diverge, instead of summing them")
-        ->only_with(expands, with_series)
-        ->group(series);
-    app.add_option("--least-albedo", o.series.least_albedo, "the table of coefficients reaches from here to 1")
-        ->check(app::within(0.01, 0.999999))
-        ->only_with(expands, with_series)
-        ->group(series);
-    app.add_flag("--series-raw", o.series_raw, "write the I_k themselves too")
-        ->only_with(expands, with_series)
-        ->group(series);
-
-    declare_closure(app, o.scatter);
-
-    const auto accuracy = "Accuracy";
-    app.add_option("--tolerance", o.scatter.solve.tolerance, "of the residual and of the estimated error, relative")
-        ->check(app::positive)
-        ->group(accuracy);
-    app.add_option("--max-iterations", o.scatter.solve.max_iterations, "of the solver")
-        ->check(app::within(1, 1000000))
-        ->group(accuracy);
-    app.add_flag("--allow-unconverged", o.allow_unconverged, "write the result and end with 0 all the same")
-        ->group(accuracy);
-    app.add_option("--rays-per-voxel", o.scatter.rays_per_voxel, "of the light lattice, along each axis")
-        ->check(app::within(1, 8))
-        ->group(accuracy);
-    app.add_option("--reentry-rays", o.scatter.reentry_rays,
-                   "for the estimate of light that would enter again; 0: none")
-        ->check(app::within(0, 10000000))
-        ->group(accuracy);
+    o.sky_shape.option.haze.only_with([&o] { return o.sky == "day" || app::sky_asked(o.sky_shape); }, "--sky day");
+    declare_method(app, o);
+    declare_series(app, o);
+    declare_closure(app, o);
+    declare_accuracy(app, o);
+    app.examples(
+        {{"multiple scattering in a cloud of droplets, and its picture",
+          "fractalgen --size 64 -o cloud.vdb && illuminate cloud.vdb --sun 0.7,0.5,0.3 -o light.vdb && "
+          "p1solve light.vdb --albedo 0.9999 --g 0.85 -o lit.vdb && render lit.vdb --resolution 128 -o lit.png"},
+         {"beyond P1, by sweeps of the transport equation",
+          "p1solve light.vdb --albedo 0.9999 --g 0.85 --iterations 3 --directions 48 --degree 3 -o "
+          "swept.vdb"},
+         {"a series, then a picture at another albedo without another solve",
+          "p1solve light.vdb --series 6 --galerkin -o series.vdb && render series.vdb --albedo 0.95 "
+          "--resolution 128 -o grey.png"}});
 }
 
 Sky chosen_sky(const P1solveOptions& o, const std::vector<Light>& lights, const Vec3d& up)

@@ -17,6 +17,7 @@ struct P1solveOptions {
     std::string sky;  ///< "day", a colour, or empty: no sky unless its shape is asked for
     app::SkyOptions sky_shape;
     ScatterOptions scatter;
+    app::Option rays_per_voxel;
     bool allow_unconverged = false, series_raw = false;
     SeriesOptions series;
 

@@ -13,125 +13,149 @@ void declare_camera(app::App& app, RenderOptions& o)
 {
     const char* group = "Camera";
     const auto perspective = [&o] { return o.camera.projection == Projection::Perspective; };
-    o.option.camera = app.add_option("--camera", o.camera.position,
-                                     "position x,y,z, inside the cloud if you like; without it framed automatically")
-                          ->default_str("")
-                          ->group(group);
+    o.option.camera =
+        app.add_option("--camera", o.camera.position,
+                       "position of the camera x,y,z, which may be inside the cloud; without it the cloud "
+                       "is framed")
+            ->default_str("")
+            ->group(group);
     o.option.look_at = app.add_option("--look-at", o.camera.look_at,
-                                      "point in the middle of the picture; without it the cloud's middle")
+                                      "point x,y,z in the middle of the picture; without it the cloud's middle")
                            ->default_str("")
                            ->group(group);
     o.option.direction =
-        app.add_option("--direction", o.direction, "in which to look, x,y,z, where the camera is framed automatically")
+        app.add_option("--direction", o.direction,
+                       "direction x,y,z in which the camera looks; use it with framing, to see a cloud from any side")
             ->default_str("")
             ->group(group);
     app.add_choice<Projection>("--projection", o.camera.projection,
                                {{"perspective", Projection::Perspective}, {"orthographic", Projection::Orthographic}},
-                               "how rays run")
+                               "perspective: rays from one point; orthographic: parallel rays, for measurements")
         ->group(group);
-    app.add_option("--fov", o.camera.fov, "angle across the picture's width, perspective [degrees]")
+    app.add_option("--fov", o.camera.fov, "angle across the picture's width [degrees]")
         ->check(app::within(0.001, 179))
         ->only_with(perspective, "--projection perspective")
         ->group(group);
     o.option.ortho_width =
-        app.add_option("--ortho-width", o.camera.width,
-                       "the picture's width, orthographic [world unit]; without it framed")
+        app.add_option("--ortho-width", o.camera.width, "width of the picture [world units]; without it framed")
             ->check(app::positive)
             ->only_with([&o] { return o.camera.projection == Projection::Orthographic; }, "--projection orthographic")
             ->default_str("")
             ->group(group);
-    app.add_option("--margin", o.framing.margin, "share of the picture left free at each edge by framing")
+    app.add_option("--margin", o.framing.margin, "share of the picture that framing leaves free at each edge")
         ->check(app::within(0, 0.49))
+        ->not_with([&o, perspective] { return perspective() && o.option.camera.given(); }, "--camera")
+        ->not_with([&o] { return o.option.ortho_width.given(); }, "--ortho-width")
         ->group(group);
     app.add_choice<std::optional<UpAxis>>("--up", o.up, {{"y", UpAxis::Y}, {"z", UpAxis::Z}},
-                                          "which axis is up; without it the file's, else y")
+                                          "axis that points up; without it the file's, else y")
         ->default_str("")
         ->group(group);
-    app.add_option("--resolution", o.resolution, "pixels, WxH or one number for a square")->group(group);
-    app.add_option("--pixel-aspect", o.pixel_aspect, "width of a pixel over its height")
+    app.add_option("--resolution", o.resolution, "size of the picture [pixels], WxH or one number for a square")
+        ->group(group);
+    app.add_option("--pixel-aspect", o.pixel_aspect, "width of a pixel over its height; 2 for anamorphic film")
         ->check(app::positive)
         ->group(group);
-    app.add_option("--crop", o.crop, "render only these pixels, x0,y0,x1,y1 (the last ones not included)")
+    app.add_option("--crop", o.crop,
+                   "render only the pixels x0,y0 to x1,y1, the last ones not included; to try a detail")
         ->group(group);
+}
+
+void declare_integrator(app::App& app, RenderOptions& o, const char* group)
+{
+    const auto by = [&o](Integrator kind) { return [&o, kind] { return o.integrator.kind == kind; }; };
+    app.add_choice<Integrator>("--integrator", o.integrator.kind,
+                               {{name(Integrator::Cells), Integrator::Cells},
+                                {name(Integrator::Romberg), Integrator::Romberg},
+                                {name(Integrator::Steps), Integrator::Steps}},
+                               "cells: exact optical depth in each voxel, fastest for its error; romberg: the paper's, "
+                               "adaptive; steps: of fixed length, for comparison")
+        ->group(group);
+    app.add_option("--tolerance", o.integrator.tolerance, "error of romberg, relative to the brightest source")
+        ->check(app::positive)
+        ->only_with(by(Integrator::Romberg), "--integrator romberg")
+        ->group(group);
+    app.add_option("--step", o.integrator.step, "length of the integrator's steps [voxel edges]")
+        ->check(app::positive)
+        ->only_with(by(Integrator::Steps), "--integrator steps")
+        ->group(group);
+    app.add_option("--parts", o.integrator.parts, "steps of fourth order in each cell; more where a voxel is opaque")
+        ->check(app::within(1, 64))
+        ->only_with(by(Integrator::Cells), "--integrator cells")
+        ->group(group);
+    app.add_flag("--shadow-rays", o.integrator.shadow_rays,
+                 "find the light at each point by a ray of its own: slow, without light grids, the measure of their "
+                 "error")
+        ->group(group);
+    o.option.fidelity =
+        app.add_choice<Fidelity>("--fidelity", o.light.fidelity,
+                                 {{"lattice", Fidelity::Lattice}, {"exact", Fidelity::Exact}},
+                                 "how the light grids are computed that the input lacks; exact: a ray for each voxel")
+            ->not_with([&o] { return o.integrator.shadow_rays; }, "--shadow-rays")
+            ->group(group);
 }
 
 void declare_sampling(app::App& app, RenderOptions& o)
 {
     const char* group = "Accuracy";
-    const auto by = [&o](Integrator kind) { return [&o, kind] { return o.integrator.kind == kind; }; };
-    const auto several = [&o] { return o.sampling.samples > 1; };
-    const auto several_samples = "--samples above 1";
-    app.add_choice<Integrator>("--integrator", o.integrator.kind,
-                               {{name(Integrator::Cells), Integrator::Cells},
-                                {name(Integrator::Romberg), Integrator::Romberg},
-                                {name(Integrator::Steps), Integrator::Steps}},
-                               "cells: exact optical depth; romberg: the paper's, adaptive; steps: fixed")
-        ->group(group);
-    app.add_option("--tolerance", o.integrator.tolerance, "of romberg, relative to the brightest source")
-        ->check(app::positive)
-        ->only_with(by(Integrator::Romberg), "--integrator romberg")
-        ->group(group);
-    app.add_option("--step", o.integrator.step, "of steps [voxel edge]")
-        ->check(app::positive)
-        ->only_with(by(Integrator::Steps), "--integrator steps")
-        ->group(group);
-    app.add_option("--parts", o.integrator.parts, "of cells: steps of fourth order in each cell")
-        ->check(app::within(1, 64))
-        ->only_with(by(Integrator::Cells), "--integrator cells")
-        ->group(group);
-    app.add_flag("--shadow-rays", o.integrator.shadow_rays,
-                 "find the light at each point by a ray of its own: slow, needs no "
-                 "light grid, the measure of those that do")
-        ->group(group);
-    app.add_choice<Fidelity>("--fidelity", o.light.fidelity,
-                             {{"lattice", Fidelity::Lattice}, {"exact", Fidelity::Exact}},
-                             "how a light is computed that the input does not bring")
-        ->not_with([&o] { return o.integrator.shadow_rays; }, "--shadow-rays")
-        ->group(group);
-    app.add_option("--samples", o.sampling.samples, "per pixel; 1 is taken at its centre")
+    declare_integrator(app, o, group);
+    app.add_option("--samples", o.sampling.samples,
+                   "samples of a pixel; 1 is taken at the pixel's centre, 16 smooth the edges")
         ->check(app::within(1, 65536))
         ->group(group);
-    app.add_choice<FilterKind>("--filter", o.sampling.filter,
-                               {{name(FilterKind::Box), FilterKind::Box},
-                                {name(FilterKind::Gaussian), FilterKind::Gaussian},
-                                {name(FilterKind::BlackmanHarris), FilterKind::BlackmanHarris}},
-                               "reconstruction filter of several samples")
-        ->only_with(several, several_samples)
-        ->group(group);
-    app.add_option("--filter-width", o.sampling.filter_width, "full width [pixels]; 0: the filter's own, 1 or 3")
-        ->check(app::within(0, 64))
-        ->only_with(several, several_samples)
-        ->group(group);
-    app.add_option("--seed", o.sampling.seed, "of the samples' places")
-        ->only_with(several, several_samples)
-        ->group(group);
+    const auto of_several = [&](const app::Option& option) {
+        return option.only_with([&o] { return o.sampling.samples > 1; }, "--samples above 1").group(group);
+    };
+    of_several(app.add_choice<FilterKind>("--filter", o.sampling.filter,
+                                          {{name(FilterKind::Box), FilterKind::Box},
+                                           {name(FilterKind::Gaussian), FilterKind::Gaussian},
+                                           {name(FilterKind::BlackmanHarris), FilterKind::BlackmanHarris}},
+                                          "reconstruction filter of the samples"));
+    of_several(app.add_option("--filter-width", o.sampling.filter_width,
+                              "full width of the filter [pixels]; 0: the filter's own, 1 for box, else 3"))
+        ->check(app::within(0, 64));
+    of_several(app.add_option("--seed", o.sampling.seed, "number of the pattern of samples; another for each frame"));
 }
 
 void declare_picture(app::App& app, RenderOptions& o)
 {
     const char* group = "Picture";
-    app.add_option("--aov", o.aovs,
-                   "layers of the .exr beside R,G,B,A: Z, transmittance, direct, direct_<light>, multiscatter, "
-                   "emission, variance, background, all, none; commas between, or again")
+    const auto exr = [&o] { return image_format(o.output) == ImageFormat::Exr; };
+    const auto of_png = [&](const app::Option& option) {
+        return option.only_with([&o, exr] { return !o.png.empty() || !exr(); }, "--png").group(group);
+    };
+    app.add_option(
+           "--aov", o.aovs,
+           "layers of the .exr beside R,G,B,A: Z, transmittance, direct, direct_<light>, multiscatter, emission, "
+           "variance, background, all, none; commas between, or again")
+        ->only_with(exr, "an .exr for --output")
         ->group(group);
-    app.add_option("--background", o.background,
-                   "none, sky, or r,g,b; drawn into .exr and .png. Without it the .exr has "
-                   "none and alpha, and the .png shows the sky: the one that lit the medium, else a clear blue day")
+    app.add_option(
+           "--background", o.background,
+           "none, sky, or r,g,b, drawn into .exr and .png. Without it the .exr has alpha, and the .png shows the "
+           "sky: the one that lit the medium, else a clear blue day")
         ->group(group);
     app::declare_sky_shape(app, o.sky, group);
     for (const app::Option& shape : {o.sky.option.zenith, o.sky.option.horizon, o.sky.option.ground, o.sky.option.haze})
         shape.only_with([&o] { return o.background.empty() || o.background == "sky"; }, "--background sky");
+    o.sky.option.haze.only_with(
+        [&o, exr] {
+            const bool drawn = !o.background.empty() || app::sky_asked(o.sky);
+            return drawn || !o.png.empty() || !exr() || wants_background_layer(o);
+        },
+        "--background sky");
     o.option.exposure =
-        app.add_option("--exposure", o.view.exposure, "of the .png [EV]; without it found from the picture")
-            ->default_str("")
-            ->group(group);
-    app.add_choice<ViewKind>("--view", o.view.kind,
-                             {{name(ViewKind::Filmic), ViewKind::Filmic},
-                              {name(ViewKind::Srgb), ViewKind::Srgb},
-                              {name(ViewKind::None), ViewKind::None}},
-                             "how the .png shows radiance: highlights rolled off, clipped, or linear")
-        ->group(group);
-    app.add_choice<int>("--png-bits", o.png_bits, {{"8", 8}, {"16", 16}}, "per channel of the .png")->group(group);
+        of_png(app.add_option("--exposure", o.view.exposure,
+                              "brightness of the .png [EV, +1 doubles]; without it found from the picture. Give it for "
+                              "films, so that frames match"))
+            ->default_str("");
+    of_png(app.add_choice<ViewKind>("--view", o.view.kind,
+                                    {{name(ViewKind::Filmic), ViewKind::Filmic},
+                                     {name(ViewKind::Srgb), ViewKind::Srgb},
+                                     {name(ViewKind::None), ViewKind::None}},
+                                    "how the .png shows radiance; filmic: highlights rolled off, srgb: clipped, none: "
+                                    "linear"));
+    of_png(app.add_choice<int>("--png-bits", o.png_bits, {{"8", 8}, {"16", 16}}, "bits a channel of the .png"));
 }
 
 int pixels(const std::string& option, const std::string& word)
@@ -179,14 +203,24 @@ void declare(app::App& app, RenderOptions& o)
     app.add_option("-o,--output", o.output, "picture to write: .exr, .png, or - for an .exr on standard output")
         ->required()
         ->type_name("FILE");
-    app.add_option("--png", o.png, "a second picture, .png, to look at")->type_name("FILE")->configurable(false);
-    app.add_option("--density", o.density, "the density grid's name, or NAME[k]; without it by common names")
+    app.add_option("--png", o.png, "second picture to write, a .png to look at")
+        ->type_name("FILE")
+        ->configurable(false);
+    app.add_option("--density", o.density, "name of the density grid, or NAME[k]; without it the usual names are tried")
         ->group("Medium");
     app::declare_medium(app, o.medium);
     app::declare_lights(app, o.lights);
     declare_camera(app, o);
     declare_sampling(app, o);
     declare_picture(app, o);
+    app.examples({{"a cloud framed, lit and exposed automatically",
+                   "fractalgen --size 96 -o cloud.vdb && render cloud.vdb --resolution 256x192 -o cloud.png"},
+                  {"from below, sun from the right, as .exr with layers and as .png",
+                   "render cloud.vdb --sun 1,0.4,0 --direction 0,0.5,-1 --resolution 128 --aov Z,direct,transmittance "
+                   "-o cloud.exr --png below.png"},
+                  {"a pipe of all stages, with multiple scattering and 4 samples a pixel",
+                   "fractalgen --size 48 -o - | illuminate - --sun 0.3,1,0.2 -o - | p1solve - --albedo 0.999 -o - | "
+                   "render - --samples 4 --resolution 128 -o lit.png"}});
 }
 
 ImageSize image_size(const RenderOptions& o)

@@ -44,7 +44,7 @@ struct RenderOptions {
     int png_bits = 8;
 
     struct {
-        app::Option camera, look_at, direction, ortho_width, exposure;
+        app::Option camera, look_at, direction, ortho_width, fidelity, exposure;
     } option;
 };
 

@@ -130,6 +130,18 @@ std::string misfit(const GridBase& grid, const Light& light, const Volume& volum
     return digest.empty() || digest == grid_digest(*volume.density) ? "" : "was computed from another density";
 }
 
+/// True if the files have the grids of all lights, and the grids serve.
+bool brings_all(const std::vector<GridFile>& files, const Scene& scene)
+{
+    for (size_t v = 0; v < files.size(); ++v)
+        for (const Light& light : scene.lights) {
+            const Volume& volume = scene.volumes[v];
+            const GridBasePtr grid = volume.forward > 0 ? nullptr : find_grid(files[v], transmittance_name(light));
+            if (!grid || !misfit(*grid, light, volume).empty()) return false;
+        }
+    return true;
+}
+
 GridBasePtr light_grid(app::App& app, const GridFile& file, const Volume& volume, const Light& light,
                        const RenderOptions& o)
 {
@@ -209,6 +221,8 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
     for (size_t v = 0; v < files.size(); ++v) require_same_light(files[v], out.scene.volumes[v], out.scene.lights);
     for (size_t v = 0; v < files.size(); ++v) relight_volume(app, files[v], out.scene.volumes[v], out.scene.lights, o);
     if (o.integrator.shadow_rays) return out;
+    if (o.option.fidelity.given())
+        o.option.fidelity.check_effect(!brings_all(files, out.scene), "a light that the input does not bring");
     for (size_t v = 0; v < files.size(); ++v)
         for (const Light& light : out.scene.lights) {
             Volume& volume = out.scene.volumes[v];

@@ -4,12 +4,10 @@
 //
 // Values are compared, not nodes or bytes: a tile is the voxels it covers, and how a file was made and packed does not
 // matter. Exit status 0 within the tolerances, 3 beyond, 1 unreadable, 2 usage.
-#include "app.h"
+#include "report.h"
 
-#include "vdbcloud/grid/compare.h"
+#include "vdbcloud/core/error.h"
 
-#include <cmath>
-#include <cstdio>
 #include <limits>
 
 using namespace vdbcloud;
@@ -26,34 +24,50 @@ struct Options {
 void declare(app::App& app, Options& o)
 {
     app.reads_grids();
-    app.add_option("a", o.a, "a .vdb, or - for standard input")->required();
-    app.add_option("b", o.b, "another")->required();
-    app.add_option("--grid", o.grids, "compare only this grid, NAME or NAME[k]; may be given again");
+    app.add_option("a", o.a, ".vdb, or - for standard input")->required();
+    app.add_option("b", o.b, ".vdb to compare with the first, or - for standard input")->required();
+    app.add_option(
+        "--grid", o.grids,
+        "compare this grid alone, NAME or NAME[k]; again for another; without it all grids, which have to be "
+        "in both files");
     const auto tolerance = "Tolerances";
     o.max = app.add_option("--max", o.allowed.max,
-                           "largest difference of two values; any, if --rms or --relative is given alone")
+                           "largest allowed difference of two values; any, if --rms or --relative is given alone")
                 ->check(app::nonnegative)
                 ->group(tolerance);
     o.rms = app.add_option("--rms", o.allowed.rms,
-                           "root mean square of the differences over the active voxels; any, unless given")
+                           "largest allowed root mean square of the differences over the active voxels; any, unless "
+                           "given")
                 ->check(app::nonnegative)
+                ->default_str("")
                 ->group(tolerance);
     o.relative = app.add_option("--relative", o.allowed.relative,
-                                "that over the root mean square of the first file's values; any, unless given")
+                                "the same over the root mean square of the first file's values; any, unless given. Use "
+                                "it for grids without a natural unit")
                      ->check(app::nonnegative)
+                     ->default_str("")
                      ->group(tolerance);
-    app.add_option("--topology", o.allowed.topology, "part of the voxels that may be active in one file alone")
+    app.add_option("--topology", o.allowed.topology,
+                   "largest allowed share of voxels that are active in one file alone")
         ->check(app::within(0, 1))
         ->group(tolerance);
-    app.add_option("--transform", o.allowed.transform, "difference of the transforms, relative to their largest entry")
+    app.add_option("--transform", o.allowed.transform,
+                   "largest allowed difference of the transforms, relative to their largest entry")
         ->check(app::nonnegative)
         ->group(tolerance);
     app.add_flag("--metadata", o.allowed.metadata,
-                 "metadata has to be equal, but for creator, history and file statistics")
+                 "compare metadata, too, except creator, history and statistics of the file")
         ->group(tolerance);
+    app.examples(
+        {{"two files of equal values have status 0",
+          "fractalgen --size 48 -o a.vdb && fractalgen --size 48 -o b.vdb && vdbdiff a.vdb b.vdb"},
+         {"how far lattice and exact transmittance are apart; status 3 beyond the tolerances",
+          "illuminate a.vdb --sun 0.3,1,0.2 -o l.vdb && illuminate a.vdb --sun 0.3,1,0.2 --fidelity exact -o e.vdb && "
+          "vdbdiff l.vdb e.vdb --grid transmittance_sun --rms 0.02 --topology 0.1"},
+         {"the differences of every grid, as JSON", "vdbdiff l.vdb e.vdb --max 1 --topology 1 --json -"}});
 }
 
-/// What was not asked for is not a criterion: --rms 1e-3 alone says nothing of single values.
+/// A tolerance that was not given is no criterion: --rms 1e-3 alone says nothing of single values.
 Tolerances criteria(const Options& o)
 {
     const double anything = std::numeric_limits<double>::infinity();
@@ -64,67 +78,28 @@ Tolerances criteria(const Options& o)
     return allowed;
 }
 
-/// JSON has no infinity.
-nlohmann::json number(double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json("infinite"); }
-
-nlohmann::json described(const FileDifference& difference)
+void compare(app::App& app, const Options& o)
 {
-    nlohmann::json grids = nlohmann::json::array();
-    for (const auto& d : difference.grids) {
-        nlohmann::json grid = {{"name", d.label}, {"type", d.types}, {"comparable", d.comparable}};
-        if (d.comparable)
-            grid.update({{"by_value", d.by_value},
-                         {"max", number(d.max)},
-                         {"where", d.where},
-                         {"rms", number(d.rms)},
-                         {"relative", number(d.relative)},
-                         {"voxels", d.voxels},
-                         {"only_a", d.only_a},
-                         {"only_b", d.only_b},
-                         {"transform", number(d.transform)}});
-        grid["metadata"] = d.metadata;
-        grids.push_back(grid);
-    }
-    return {{"grids", grids},
-            {"only_a", difference.only_a},
-            {"only_b", difference.only_b},
-            {"metadata", difference.metadata}};
-}
-
-/// One line a grid on standard error: standard output stays free for --json -.
-void tell(app::App& app, const FileDifference& difference)
-{
-    for (const auto& d : difference.grids) {
-        if (!d.comparable || !d.by_value) continue;
-        char line[256];
-        std::snprintf(line, sizeof line,
-                      ": max %.6g at %d,%d,%d, rms %.6g, relative %.6g, active in one alone %llu of %llu", d.max,
-                      d.where[0], d.where[1], d.where[2], d.rms, d.relative,
-                      static_cast<unsigned long long>(d.only_a + d.only_b), static_cast<unsigned long long>(d.voxels));
-        app.say("grid '" + printable(d.label) + "'" + line);
-    }
+    if (o.a == "-" && o.b == "-") throw UsageError("both files are standard input: name one of them as a file");
+    const GridFile a = app.read(o.a), b = app.read(o.b);
+    if (app.dry_run()) return;
+    const auto comparing = app.phase("compare");
+    const FileDifference difference = compare_files(a, b, o.grids);
+    const auto reasons = beyond(difference, criteria(o));
+    app.report()["difference"] = described(difference);
+    app.report()["beyond"] = reasons;
+    print_difference(app, difference);
+    if (reasons.empty()) return;
+    const std::string more = reasons.size() == 1 ? "" : " (and " + std::to_string(reasons.size() - 1) + " more)";
+    throw ConvergenceError(printable(o.a) + ", " + printable(o.b) + ": " + reasons.front() + more);
 }
 
 }  // namespace
 
 int main(int argc, char** argv)
 {
-    app::App app("vdbdiff", "Compare the grids of two .vdb files by value.");
+    app::App app("vdbdiff", "Compares the grids of two .vdb files by value: status 0 within the tolerances, 3 beyond.");
     Options o;
     declare(app, o);
-
-    return app.run(argc, argv, [&] {
-        if (o.a == "-" && o.b == "-") throw UsageError("standard input cannot be both files");
-        const GridFile a = app.read(o.a), b = app.read(o.b);
-        if (app.dry_run()) return;
-        const auto comparing = app.phase("compare");
-        const FileDifference difference = compare_files(a, b, o.grids);
-        const auto reasons = beyond(difference, criteria(o));
-        app.report()["difference"] = described(difference);
-        app.report()["beyond"] = reasons;
-        tell(app, difference);
-        if (reasons.empty()) return;
-        const std::string more = reasons.size() == 1 ? "" : " (and " + std::to_string(reasons.size() - 1) + " more)";
-        throw ConvergenceError(printable(o.a) + ", " + printable(o.b) + ": " + reasons.front() + more);
-    });
+    return app.run(argc, argv, [&] { compare(app, o); });
 }

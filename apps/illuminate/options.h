@@ -1,0 +1,27 @@
+#pragma once
+// What illuminate can be asked for.
+#include "light_options.h"
+#include "medium_options.h"
+
+#include "vdbcloud/light/transmittance_grid.h"
+
+#include <string>
+#include <vector>
+
+namespace vdbcloud {
+
+struct IlluminateOptions {
+    std::string input, output, density;
+    app::MediumOptions medium;
+    app::LightOptions lights;
+    TransmittanceOptions accuracy;
+    app::Option disc_samples;
+    std::vector<app::Option> of_suns;  ///< no effect on lamps
+};
+
+void declare(app::App&, IlluminateOptions&);
+
+/// Throws UsageError for an accuracy option that has no effect on any of the lights that are computed.
+void check_effects(const IlluminateOptions&, const std::vector<Light>& computed);
+
+}  // namespace vdbcloud
