@@ -82,7 +82,9 @@ TEST(Contract, AWrongCommandLineIsStatusTwoAndSaysWhatWasExpected)
         {{}, "the option --output is required"},
         {{"-o"}, "--output: expected a value"},
         {{"-o", "x", "--densty", "3"}, "unknown option '--densty'; did you mean '--density'?"},
-        {{"-o", "x", "--qqqqqqqqq=3"}, "unknown option '--qqqqqqqqq'"},
+        {{"-o", "x", "--qqqqqqqqq=3"}, "unknown option '--qqqqqqqqq'\n"},
+        {{"-o", "x", "--sn", "1,2,3"}, "unknown option '--sn'\n"},
+        {{"-o", "x", "--usn", "1,2,3"}, "unknown option '--usn'; did you mean '--sun'?"},
         {{"--outptu", "x"}, "unknown option '--outptu'; did you mean '--output'?"},
         {{"-o", "x", "--densty=3"}, "unknown option '--densty'; did you mean '--density'?"},
         {{"-o", "x", "in", "--densty", "3"}, "unknown option '--densty'; did you mean '--density'?"},
@@ -139,7 +141,7 @@ TEST(Contract, VectorsMayBeginWithAMinus)
     EXPECT_NE(r.out.find("\nlamp = [[-1, -2, -3]]\n"), std::string::npos) << r.out;
 }
 
-TEST(Contract, AnOutputThatCannotBeIsSeenBeforeTheWork)
+TEST(Contract, AnUnwritableOutputIsRefusedBeforeTheWork)
 {
     const Scratch scratch;
     write_text(scratch / "there", "old");
@@ -217,7 +219,7 @@ TEST(Contract, ShellsCompleteOptionsAndTheirWords)
     EXPECT_EQ(echo({"--completion", "tcsh"}).status, 2);
 }
 
-TEST(Contract, QuietLeavesWarningsOnly)
+TEST(Contract, QuietPrintsWarningsAlone)
 {
     EXPECT_EQ(echo({"-o", "-", "--act", "say"}).err, "echo_tool: hello\n");
     EXPECT_EQ(echo({"-o", "-", "--act", "say", "-q"}).err, "");
@@ -241,7 +243,7 @@ TEST(Contract, DryRunWritesNothing)
     EXPECT_EQ(scratch.list(), Words());
 }
 
-TEST(Contract, HistoryKeepsWhatWasAndHidesFolders)
+TEST(Contract, HistoryGrowsByOneLineWithoutFolders)
 {
     const Words words{"/home/someone/cloud.vdb",
                       "-o",

@@ -48,7 +48,7 @@ protected:
     Scratch folder_;
 };
 
-TEST_F(Fractalgen, StandsOnTheOriginWithVoxelCentresHalfAVoxelIn)
+TEST_F(Fractalgen, BaseIsAtHeightZeroWithVoxelCentresAtHalfVoxels)
 {
     const auto grid = density({}, "64");
     EXPECT_TRUE(grid->indexToWorld(openvdb::Coord(0, 0, 0)).eq(Vec3d(-1, 0, -1) + Vec3d(1 / 64.0), 1e-12));
@@ -62,7 +62,7 @@ TEST_F(Fractalgen, StandsOnTheOriginWithVoxelCentresHalfAVoxelIn)
     EXPECT_GT(box.dim()[0], 35);
 }
 
-TEST_F(Fractalgen, MakesCubesOfOneSizeAndWhatIsAskedOfThree)
+TEST_F(Fractalgen, VoxelsAreCubesForOneSizeAndAsGivenForThree)
 {
     const auto cubes = density({"--bounds", "10,20,30,13,21,32", "--envelope", "box"}, "30");
     EXPECT_TRUE(cubes->voxelSize().eq(Vec3d(0.1), 1e-12));
@@ -77,7 +77,7 @@ TEST_F(Fractalgen, MakesCubesOfOneSizeAndWhatIsAskedOfThree)
     EXPECT_TRUE(uneven->voxelSize().eq(Vec3d(0.2, 4 / 11.0, 4 / 7.0), 1e-9));
 }
 
-TEST_F(Fractalgen, PutsTheBaseDownWhicheverAxisPointsUp)
+TEST_F(Fractalgen, BaseIsLowestForBothUpAxes)
 {
     const auto file = make({"--up", "z"}, "48");
     EXPECT_EQ(get_text(*file.metadata, schema::up_axis, ""), "Z");
@@ -118,7 +118,7 @@ TEST_F(Fractalgen, EveryOptionOfTheShapeChangesIt)
     }
 }
 
-TEST_F(Fractalgen, IsTheSameOnAnyThreadsAndThroughAPipe)
+TEST_F(Fractalgen, DigestIsEqualOnAnyThreadsAndThroughAPipe)
 {
     const auto one = grid_digest(*density({"--threads", "1", "--coverage", "0.7"}, "50"));
     EXPECT_EQ(grid_digest(*density({"--threads", "3", "--coverage", "0.7"}, "50")), one);
@@ -128,7 +128,7 @@ TEST_F(Fractalgen, IsTheSameOnAnyThreadsAndThroughAPipe)
     EXPECT_EQ(grid_digest(*openvdb::gridPtrCast<FloatGrid>(find_grid(file, "density"))), one);
 }
 
-TEST_F(Fractalgen, WritesOfTheMediumWhatIsGiven)
+TEST_F(Fractalgen, DensityHoldsTheGivenPartsOfTheMediumAlone)
 {
     EXPECT_FALSE(has_meta(*density({}), schema::albedo));
     const auto some = density({"--albedo", "0.9,0.8,0.7"});
@@ -140,7 +140,7 @@ TEST_F(Fractalgen, WritesOfTheMediumWhatIsGiven)
     EXPECT_EQ(get_text(*all, schema::sigma_t_origin, ""), "given");
 }
 
-TEST_F(Fractalgen, AddsAMountainToAFile)
+TEST_F(Fractalgen, AMountainJoinsTheGridsOfTheInput)
 {
     const std::string cloud = folder_ / "cloud.vdb";
     ASSERT_EQ(run_it({"--size", "24", "-o", cloud}).status, 0);
@@ -170,7 +170,7 @@ TEST_F(Fractalgen, AddsAMountainToAFile)
     }
 }
 
-TEST_F(Fractalgen, FillsAnyGridAsAnEnvelope)
+TEST_F(Fractalgen, EnvelopeFromFillsFogAndLevelSets)
 {
     const std::string mask = folder_ / "mask.vdb";
     ASSERT_EQ(run_it({"--envelope", "sphere", "--roughness", "0", "--warp", "0", "--bounds", "4,4,4,6,6,6", "--size",
@@ -221,7 +221,7 @@ TEST_F(Fractalgen, RefusesWhatItCannotMake)
     EXPECT_EQ(folder_.list(), Words{});
 }
 
-TEST_F(Fractalgen, EstimatesMemoryWithoutMakingAnything)
+TEST_F(Fractalgen, DryRunEstimatesMemoryAndWritesNothing)
 {
     const auto result = run_it({"--size", "512,512,512", "--dry-run", "--json", "-", "-o", folder_ / "x.vdb"});
     ASSERT_EQ(result.status, 0) << result.err;

@@ -52,7 +52,7 @@ protected:
     Scratch scratch;
 };
 
-TEST_F(Grids, KeepSaysWhatPassesThrough)
+TEST_F(Grids, KeepSelectsTheUnusedGridsOfTheInput)
 {
     const auto kept = [&](const std::string& keep) {
         EXPECT_EQ(copy({scratch / "a.vdb", "-o", scratch / "b.vdb", "--keep", keep}).status, 0) << keep;

@@ -71,7 +71,7 @@ protected:
     test::RunResult result;
 };
 
-TEST_F(P1Solve, BalancesASlabAndMeetsTheLinesToSixDigits)
+TEST_F(P1Solve, BudgetOfASlabClosesAndAgreesWithLinesTo1e6)
 {
     const std::string input = slab(32);
     for (const char* g : {"0", "0.85"}) {
@@ -88,7 +88,7 @@ TEST_F(P1Solve, BalancesASlabAndMeetsTheLinesToSixDigits)
     }
 }
 
-TEST_F(P1Solve, SharesTheSolutionOfEqualChannelsAndSaysSo)
+TEST_F(P1Solve, EqualChannelsShareOneSolveAndTheReportNamesIt)
 {
     const auto j = solve(slab(16), {"--extinction", "4", "--albedo", "0.99,0.99,0.9", "--sun", "0,1,0",
                                     "--sun-irradiance", "1,2,3", "--periodic", "xz"});
@@ -100,7 +100,7 @@ TEST_F(P1Solve, SharesTheSolutionOfEqualChannelsAndSaysSo)
     EXPECT_LT(double(j["channels"]["r"]["residual"]), 1e-6);
 }
 
-TEST_F(P1Solve, TakesOneNumberForAllChannelsOfALight)
+TEST_F(P1Solve, OneNumberIsTheColourOfAllChannelsOfALight)
 {
     const std::string input = slab(16);
     const Words sun{"--extinction", "4", "--sun", "0,1,0", "--periodic", "xz", "--sun-irradiance"};
@@ -113,7 +113,7 @@ TEST_F(P1Solve, TakesOneNumberForAllChannelsOfALight)
     EXPECT_GT(a, 2.5);
 }
 
-TEST_F(P1Solve, TellsWhatTwoSlabsLoseToEachOtherWhateverTheGap)
+TEST_F(P1Solve, ReentryOfTwoSlabsDoesNotDependOnTheGap)
 {
     // Between slabs without end all that leaves an inner side would enter the other slab. In equal slabs that glow
     // alike that is half of all.
@@ -126,7 +126,7 @@ TEST_F(P1Solve, TellsWhatTwoSlabsLoseToEachOtherWhateverTheGap)
     }
 }
 
-TEST_F(P1Solve, TellsWhatTwoBoxesLoseAcrossAVoid)
+TEST_F(P1Solve, ReentryOfTwoBoxesAgreesWithTheirViewFactor)
 {
     const auto lost = [&](int gap) {
         const auto input = density("boxes.vdb", Vec3i(32 + gap, 16, 16), 1.0 / 16,
@@ -144,7 +144,7 @@ TEST_F(P1Solve, TellsWhatTwoBoxesLoseAcrossAVoid)
               0);
 }
 
-TEST_F(P1Solve, RelightsADeepSlabFromTheSeriesInItsFile)
+TEST_F(P1Solve, SeriesInTheFileRelightsADeepSlab)
 {
     const std::string input = slab(128);
     for (const char* g : {"0", "0.5"}) {
@@ -171,7 +171,7 @@ TEST_F(P1Solve, RelightsADeepSlabFromTheSeriesInItsFile)
     }
 }
 
-TEST_F(P1Solve, RefusesTheSumOutsideItsRadius)
+TEST_F(P1Solve, PartialSumsOutsideTheRadiusAreStatusThree)
 {
     const std::string input = slab(32);
     const Words deep{"--extinction", "64", "--albedo", "0.99", "--sun", "0,1,0", "--periodic", "xz", "--series", "4"};
@@ -188,7 +188,7 @@ TEST_F(P1Solve, RefusesTheSumOutsideItsRadius)
     EXPECT_LT(double(inside["series"]["error_against_direct_solve"]), 1e-3);
 }
 
-TEST_F(P1Solve, EndsWithThreeWhereTheToleranceIsMissed)
+TEST_F(P1Solve, AMissedToleranceIsStatusThree)
 {
     const std::string input = slab(64);
     const Words few{"--extinction", "8",  "--albedo",         "1", "--sun", "0,1,0",
@@ -210,7 +210,7 @@ TEST_F(P1Solve, EndsWithThreeWhereTheToleranceIsMissed)
     EXPECT_NEAR(mean_phi(scratch / "out.vdb", [](const auto&) { return true; }) / by_multigrid, 1, 1e-4);
 }
 
-TEST_F(P1Solve, KeepsTheFurnaceAtAnyGrainSize)
+TEST_F(P1Solve, FurnaceHoldsAtAnyGrainSize)
 {
     const auto input = density("balls.vdb", Vec3i(24), 1.0 / 8,
                                [](const Vec3i& p) { return (p.x() / 3 + p.y() / 5 + p.z() / 7) % 2 == 0; });

@@ -115,7 +115,7 @@ protected:
     test::Scratch scratch;
 };
 
-TEST_F(Render, ShowsAFileThatSaysNothingOfItself)
+TEST_F(Render, AFileWithoutMetadataIsFramedLitAndExposed)
 {
     write_lump(path("lump.vdb"));
     const auto result = run({path("lump.vdb"), "-o", path("a.exr"), "--png", path("a.png")});
@@ -160,15 +160,16 @@ TEST_F(Render, MeetsTheSunAxisIdentitiesPixelByPixel)
     }
 }
 
-TEST_F(Render, GivesTheSameBytesAgainAndOnAnyNumberOfThreads)
+TEST_F(Render, PicturesAreByteIdenticalOnAnyNumberOfThreads)
 {
     write_lump(path("lump.vdb"));
-    const std::vector<std::string> line{path("lump.vdb"), "--samples", "4", "--aov", "all", "--resolution", "40x24"};
+    const std::vector<std::string> line{path("lump.vdb"), "--samples", "4", "--resolution", "40x24"};
     std::map<std::string, std::string> bytes;
     for (const std::string threads : {"1", "2", "3"})
         for (const std::string name : {".exr", ".png"}) {
             auto with = line;
             with.insert(with.end(), {"--threads", threads, "-o", path("out" + name)});
+            if (name == ".exr") with.insert(with.end(), {"--aov", "all"});
             EXPECT_EQ(run(with).status, 0);
             const std::string now = read_text(path("out" + name));
             EXPECT_GT(now.size(), 500u);
@@ -176,7 +177,7 @@ TEST_F(Render, GivesTheSameBytesAgainAndOnAnyNumberOfThreads)
         }
 }
 
-TEST_F(Render, APipeOfStagesGivesTheBytesOfFiles)
+TEST_F(Render, APipeOfStagesGivesTheSameBytesAsFiles)
 {
     write_lump(path("lump.vdb"));
     const std::string light = program("illuminate") + " --sun 0.3,1,0.2 -q ",
@@ -203,7 +204,7 @@ TEST_F(Render, ACropIsPartOfTheWhole)
             for (const auto& channel : {"R", "A", "Z"}) ASSERT_EQ(part.at(i, j, channel), whole.at(i, j, channel));
 }
 
-TEST_F(Render, ShowsTheSameScaledMovedAndWithAnotherAxisUp)
+TEST_F(Render, PictureIsInvariantUnderScaleTranslationAndUpAxis)
 {
     write_lump(path("lump.vdb"));
     auto large = scaled(0.25 * 400);
@@ -238,7 +239,7 @@ TEST_F(Render, SeveralInputsAddUp)
     for (const auto& channel : {"R", "A", "transmittance.B"}) EXPECT_LT(difference(once, twice, channel), 2e-3);
 }
 
-TEST_F(Render, DrawsABackgroundWhenAskedAndKeepsAlphaOtherwise)
+TEST_F(Render, BackgroundIsDrawnIfGivenElseAlphaIsKept)
 {
     write_lump(path("lump.vdb"));
     const Picture clear = rendered(path("lump.vdb"), "a.exr"),
@@ -255,7 +256,7 @@ TEST_F(Render, DrawsABackgroundWhenAskedAndKeepsAlphaOtherwise)
     EXPECT_LT(sky.at(1, 1, "R"), 0.1);
 }
 
-TEST_F(Render, LooksFromWhereItIsToldEvenFromWithin)
+TEST_F(Render, ACameraWithinSeesCloudAndOneTurnedAwaySeesNone)
 {
     write_lump(path("lump.vdb"));
     const Picture inside =
@@ -265,7 +266,7 @@ TEST_F(Render, LooksFromWhereItIsToldEvenFromWithin)
     for (int k = 0; k < 32; k += 5) EXPECT_EQ(away.at(k, k, "A"), 0);
 }
 
-TEST_F(Render, ComputesALightAgainThatWasForAnotherMediumAndSaysSo)
+TEST_F(Render, ALightGridOfAnotherExtinctionIsRecomputedWithAWarning)
 {
     write_lump(path("lump.vdb"));
     const auto lit = test::run(
@@ -294,7 +295,7 @@ TEST_F(Render, APrintedConfigurationGivesThePictureAgain)
     for (const auto& channel : {"R", "B", "transmittance.R"}) EXPECT_EQ(difference(direct, other, channel), 0);
 }
 
-TEST_F(Render, AnEmptyDensityIsAnEmptyPictureWithANote)
+TEST_F(Render, AnEmptyDensityShowsTheBackgroundAndANote)
 {
     write_lump(path("empty.vdb"), scaled(1), [](const Coord&) { return false; });
     const auto result = run({path("empty.vdb"), "-o", path("a.exr"), "--resolution", "16", "--background", "0.25"});
@@ -341,7 +342,7 @@ TEST_F(Render, RefusesOptionsThatWouldHaveNoEffect)
     }
 }
 
-TEST_F(Render, TheThreeIntegratorsAgree)
+TEST_F(Render, ThreeIntegratorsAgreeTo2e3)
 {
     write_lump(path("lump.vdb"));
     const std::vector<std::string> light{"--sun", "1,1,1", "--extinction", "1"};

@@ -30,7 +30,7 @@ nlohmann::json report_of(Words words, const RunOptions& options = {})
 
 class Signals : public testing::TestWithParam<int> {};
 
-TEST_P(Signals, EndTheRunAsTheyWouldAndLeaveAReportAlone)
+TEST_P(Signals, EndTheRunByThatSignalAndLeaveAReportAlone)
 {
     const Scratch scratch;
     RunOptions options;
@@ -50,7 +50,7 @@ TEST_P(Signals, EndTheRunAsTheyWouldAndLeaveAReportAlone)
 INSTANTIATE_TEST_SUITE_P(Run, Signals, testing::Values(SIGINT, SIGTERM, SIGHUP),
                          [](const auto& p) { return std::string(sigabbrev_np(p.param)); });
 
-TEST(Run, AReportThatGoesToNoFileIsNotPutInItsPlaceByASignal)
+TEST(Run, ASignalDoesNotReplaceAReportThatIsADevice)
 {
     const Scratch scratch;
     ASSERT_EQ(::mkfifo((scratch / "fifo").c_str(), 0600), 0);
@@ -152,7 +152,7 @@ TEST(Run, ProgressIsLinesOrObjectsWhenAskedFor)
     EXPECT_EQ(echo({"-o", "/dev/null", "--act", "steps", "--progress", "never"}).err, "");
 }
 
-TEST(Run, ThreadsAreAsManyAsAskedForOrAllowed)
+TEST(Run, ThreadsAreAtMostThoseGivenAndThoseAllowed)
 {
     EXPECT_EQ(report_of({"--act", "threads", "--threads", "1"})["counts"]["threads_at_once"], 1);
     const auto two = report_of({"--act", "threads", "--threads", "2"});
@@ -233,7 +233,7 @@ TEST(Report, OfTextThatIsNoUtf8IsStillJson)
     EXPECT_TRUE(r["parameters"]["note"].is_string());
 }
 
-TEST(Run, MemoryThatIsNotThereIsOneSentence)
+TEST(Run, LackOfMemoryIsOneSentence)
 {
     RunOptions little;
     little.memory = uint64_t(1) << 30;

@@ -2,6 +2,7 @@
 // The programs of this build, and how tests call each.
 #include "support/run.h"
 
+#include <array>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -34,5 +35,8 @@ RunResult expect_refused(const Tool& tool, const Words& command, int status);
 
 /// A small lit cloud at `path`, made by fractalgen and illuminate.
 void make_lit_cloud(const std::string& path, const Words& fractalgen_options = {});
+
+/// A density of 1 in five voxels a side at `path`, one of which is not a number.
+void write_density_with_nan(const std::string& path, const std::array<int, 3>& voxel);
 
 }  // namespace vdbcloud::test

@@ -3,15 +3,10 @@
 
 #include "support/size.h"
 
-#include "vdbcloud/core/vdb.h"
-#include "vdbcloud/file/io.h"
-#include "vdbcloud/grid/grid_file.h"
-
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <limits>
 #include <sstream>
 
 namespace vdbcloud::test {
@@ -95,6 +90,28 @@ TEST_P(EveryTool, WrongCommandLinesAreStatusTwo)
     EXPECT_EQ(scratch.list(), Words());
 }
 
+TEST_P(EveryTool, AnUnknownOptionIsNamedWithTheNearestKnownOne)
+{
+    const Words good = tool().command("none.vdb", out("out"));
+    const auto refused = [&](const Words& wrong) {
+        std::string all;
+        for (const size_t at : {size_t(1), good.size()}) {  // first and last on the line
+            Words words = good;
+            words.insert(words.begin() + long(at), wrong.begin(), wrong.end());
+            all += expect_refused(tool(), words, 2).err;
+        }
+        return all;
+    };
+    const std::string nearest = tool().name + ": unknown option '--thraeds'; did you mean '--threads'?\n";
+    EXPECT_EQ(refused({"--thraeds", "3"}), nearest + nearest);
+    EXPECT_EQ(refused({"--thraeds=3"}), nearest + nearest);
+    const std::string one_letter = refused({"-k", "3"});
+    EXPECT_NE(one_letter.find(": unknown option '-k'; expected "), std::string::npos) << one_letter;
+    EXPECT_NE(one_letter.find("-q"), std::string::npos) << one_letter;
+    const std::string one_dash = refused({"-threads", "3"});
+    EXPECT_NE(one_dash.find(": unknown option '-threads'; did you mean '--threads'?"), std::string::npos) << one_dash;
+}
+
 /// Options whose value is a number, from --help-all.
 Words number_options(const Tool& tool)
 {
@@ -154,7 +171,7 @@ TEST_P(EveryTool, UnknownKeysAreRefusedByName)
     EXPECT_NE(expect_refused(tool(), command, 2).err.find("'no-such-key'"), std::string::npos);
 }
 
-TEST_P(EveryTool, TheReportTellsOfSuccess)
+TEST_P(EveryTool, TheReportOfASuccessHasItsParts)
 {
     Words command = tool().command(cloud(), out("out"));
     command.insert(command.end(), {"--json", scratch / "r.json", "-q"});
@@ -206,14 +223,7 @@ TEST_P(ReadingTool, InputsThatCannotBeReadAreStatusOneWithTheirPath)
 TEST_P(ReadingTool, ADensityThatIsNoNumberIsStatusOneWithItsCoordinate)
 {
     if (tool().twice) GTEST_SKIP() << "compares whatever is there";
-    GridFile file;
-    file.metadata = std::make_shared<MetaMap>();
-    auto density = FloatGrid::create(0.0f);
-    density->setName("density");
-    density->fill(openvdb::CoordBBox::createCube({0, 0, 0}, 4), 1.0f);
-    density->tree().setValue({1, 2, 3}, std::numeric_limits<float>::quiet_NaN());
-    file.grids.push_back(density);
-    write_grid_file(scratch / "nan.vdb", file);
+    write_density_with_nan(scratch / "nan.vdb", {1, 2, 3});
     const RunResult r = expect_refused(tool(), tool().command(scratch / "nan.vdb", out("out")), 1);
     EXPECT_NE(r.err.find("density"), std::string::npos) << r.err;
     EXPECT_NE(r.err.find("1, 2, 3"), std::string::npos) << r.err;
