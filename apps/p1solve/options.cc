@@ -180,7 +180,10 @@ Sky chosen_sky(const P1solveOptions& o, const std::vector<Light>& lights, const 
     Sky sky;
     sky.up = up;
     if (o.sky == "day" || (o.sky.empty() && app::sky_asked(o.sky_shape))) {
-        sky = Sky::clear_day(brightest_sun(lights), up);
+        const Vec3d sun = brightest_sun(lights);
+        if (o.sky == "day" && sun == Vec3d(0.0))
+            throw UsageError("--sky day has no effect without --sun: its brightness follows from the suns'");
+        sky = Sky::clear_day(sun, up);
     } else if (!o.sky.empty()) {
         sky = Sky::constant(app::colour_asked("--sky", o.sky, "day, one number or r,g,b"));
         sky.up = up;
