@@ -341,6 +341,27 @@ TEST(Integrators, StepsAreAFractionOfTheShortestVoxelEdge)
     EXPECT_EQ(Picture(scene, one_pixel(Vec3d(15, 3.7, 7.5), Vec3d(0, 0, 1)), o).cost.cells, 24u * 8);
 }
 
+TEST(Integrators, RombergGainsTwoOrdersInEachColumn)
+{
+    // Voxels 1 to 14 of bricks 0 to 16: density's kinks at 0, 1, 14 and 15 are points of every level from 2^4 intervals
+    // on, so that errors of the trapezoid sums are series in h^2 and each column of the table gains two orders.
+    const auto density = box({15, 15, 15}, 1, [](Coord c) { return c[0] && c[1] && c[2] ? 1.0 : 0.0; });
+    for (auto v = density->beginValueOn(); v; ++v)
+        if (*v == 0) v.setValueOff();
+    Scene scene;
+    scene.volumes.push_back(volume_of(density, medium(Vec3d(0.2), Vec3d(0), 0)));
+    scene.volumes[0].emission = constant_like<Vec3SGrid>(*density, Vec3f(0.2f));
+    // Evaluations by a table of the same sums that was worked out apart; a table of half the orders needs four times as
+    // many.
+    for (const auto& [tolerance, evaluations] : {std::pair(1e-4, 65u), {1e-6, 129u}, {1e-8, 257u}}) {
+        IntegratorOptions o = fine(Integrator::Romberg);
+        o.tolerance = tolerance;
+        const Picture picture(scene, one_pixel(Vec3d(7.5, 7.5, 7.5), Vec3d(0, 0, -1)), o);
+        EXPECT_EQ(picture.cost.cells, evaluations) << tolerance;
+        EXPECT_NEAR(picture.at("emission", 0), 1 - std::exp(-0.2 * 14), 1e-6) << tolerance;
+    }
+}
+
 TEST(Integrators, CellsVisitEachCellOnceAndRombergReportsRaysThatDoNotConverge)
 {
     const auto density = box({16, 16, 16}, 1, [](Coord c) { return c[2] % 4 ? 0.0 : 50.0; });
