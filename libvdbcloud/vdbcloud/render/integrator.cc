@@ -2,6 +2,7 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/core/words.h"
 #include "vdbcloud/render/media.h"
 
 #include <atomic>
@@ -11,6 +12,9 @@
 namespace vdbcloud {
 
 namespace {
+
+constexpr auto kinds = words<Integrator>(
+    "integrator", {{Integrator::Cells, "cells"}, {Integrator::Romberg, "romberg"}, {Integrator::Steps, "steps"}});
 
 bool wants(const std::vector<std::string>& wanted, const std::string& layer)
 {
@@ -64,22 +68,9 @@ void check(const IntegratorOptions& o)
 
 }  // namespace
 
-const char* name(Integrator kind)
-{
-    switch (kind) {
-    case Integrator::Cells: return "cells";
-    case Integrator::Romberg: return "romberg";
-    case Integrator::Steps: return "steps";
-    }
-    return "unknown";
-}
+const char* name(Integrator kind) { return kinds.word(kind); }
 
-Integrator integrator_kind(const std::string& text)
-{
-    for (const auto kind : {Integrator::Cells, Integrator::Romberg, Integrator::Steps})
-        if (text == name(kind)) return kind;
-    throw InputError("integrator '" + printable(text) + "': expected cells, romberg or steps");
-}
+Integrator integrator_kind(const std::string& text) { return kinds.value(text); }
 
 std::vector<LayerSpec> render_layers(const Scene& scene, const std::vector<std::string>& wanted)
 {

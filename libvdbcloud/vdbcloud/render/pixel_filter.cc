@@ -3,6 +3,7 @@
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
+#include "vdbcloud/core/words.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +11,10 @@
 namespace vdbcloud {
 
 namespace {
+
+constexpr auto kinds = words<FilterKind>(
+    "filter",
+    {{FilterKind::Box, "box"}, {FilterKind::Gaussian, "gaussian"}, {FilterKind::BlackmanHarris, "blackman-harris"}});
 
 constexpr int intervals = 2048;  // of the table: off by less than 1e-3 pixel in the tails, 1e-6 elsewhere
 
@@ -38,22 +43,9 @@ double inverted(FilterKind kind, double width, double u)
 
 }  // namespace
 
-const char* name(FilterKind kind)
-{
-    switch (kind) {
-    case FilterKind::Box: return "box";
-    case FilterKind::Gaussian: return "gaussian";
-    case FilterKind::BlackmanHarris: return "blackman-harris";
-    }
-    return "unknown";
-}
+const char* name(FilterKind kind) { return kinds.word(kind); }
 
-FilterKind filter_kind(const std::string& text)
-{
-    for (const auto kind : {FilterKind::Box, FilterKind::Gaussian, FilterKind::BlackmanHarris})
-        if (text == name(kind)) return kind;
-    throw InputError("filter '" + printable(text) + "': expected box, gaussian or blackman-harris");
-}
+FilterKind filter_kind(const std::string& text) { return kinds.value(text); }
 
 double cumulative(FilterKind kind, double width, double x)
 {

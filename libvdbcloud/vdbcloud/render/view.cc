@@ -1,6 +1,7 @@
 #include "vdbcloud/render/view.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/words.h"
 #include "vdbcloud/render/film.h"
 
 #include <algorithm>
@@ -9,6 +10,9 @@
 namespace vdbcloud {
 
 namespace {
+
+constexpr auto kinds =
+    words<ViewKind>("view", {{ViewKind::Srgb, "srgb"}, {ViewKind::Filmic, "filmic"}, {ViewKind::None, "none"}});
 
 constexpr double knee = 0.4;
 constexpr double least_alpha = 0.05;
@@ -39,22 +43,9 @@ std::vector<double> luminances(const Film& film, double above_alpha)
 
 }  // namespace
 
-const char* name(ViewKind kind)
-{
-    switch (kind) {
-    case ViewKind::Srgb: return "srgb";
-    case ViewKind::Filmic: return "filmic";
-    case ViewKind::None: return "none";
-    }
-    return "unknown";
-}
+const char* name(ViewKind kind) { return kinds.word(kind); }
 
-ViewKind view_kind(const std::string& text)
-{
-    for (const auto kind : {ViewKind::Srgb, ViewKind::Filmic, ViewKind::None})
-        if (text == name(kind)) return kind;
-    throw InputError("view '" + printable(text) + "': expected srgb, filmic or none");
-}
+ViewKind view_kind(const std::string& text) { return kinds.value(text); }
 
 double filmic(double x)
 {
