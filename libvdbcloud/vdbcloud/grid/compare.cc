@@ -5,7 +5,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/compare_trees.h"
 #include "vdbcloud/grid/digest.h"
-#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/select.h"
 
 #include <openvdb/io/Stream.h>
@@ -120,7 +120,7 @@ void beyond(const GridDifference& d, const Tolerances& allowed, std::vector<std:
 
 bool is_volatile(const std::string& key)
 {
-    return key.rfind("file_", 0) == 0 || key == schema::creator || key == schema::history ||
+    return key.rfind("file_", 0) == 0 || key == schema::creator || key == schema::history || key == schema::format ||
            key == GridBase::META_IS_LOCAL_SPACE || key == GridBase::META_SAVE_HALF_FLOAT;
 }
 

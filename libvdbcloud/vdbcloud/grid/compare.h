@@ -51,7 +51,8 @@ FileDifference compare_files(const GridFile& a, const GridFile& b, const std::ve
 /// Why they are not equal within tolerance, a sentence a reason; empty if they are.
 std::vector<std::string> beyond(const FileDifference&, const Tolerances&);
 
-/// True of metadata that says how a file was made or stored and not what it holds: creator, history, statistics.
+/// True of metadata that says how a file was made or stored and not what it holds: creator, history,
+/// format, statistics.
 bool is_volatile(const std::string& key);
 
 }  // namespace vdbcloud

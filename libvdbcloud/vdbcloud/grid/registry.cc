@@ -132,7 +132,7 @@ const std::vector<MetaKey>& meta_keys()
         {light_angular_diameter, "double", "transmittance_LIGHT"},
         {density_digest, "string", "transmittance_LIGHT, phi, flux_C, sh_LM_C, series_phi_K"},
         {delta_f, "double", "phi"},
-        {scaled_g, "double", "phi"},
+        {"vdbcloud:scaled_g", "double", "phi"},
         {lit_by, "string", "phi"},
         {lit_sky, "vec3d", "phi"},
         {lit_sky_horizon, "vec3d", "phi"},
