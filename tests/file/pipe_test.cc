@@ -50,6 +50,9 @@ TEST(Pipe, EqualGridsAreEqualBytesAndOtherGridsAnotherIdentifier)
     const std::string a = piped(file_of({ball("density")}));
     EXPECT_EQ(a, piped(file_of({ball("density")})));
     EXPECT_NE(a.substr(21, 36), piped(file_of({ball("density", 10)})).substr(21, 36));
+    const auto other = ball("density");
+    other->tree().setValueOn(openvdb::Coord(0), 0.5f);
+    EXPECT_NE(a.substr(21, 36), piped(file_of({other})).substr(21, 36)) << "another value in one voxel";
 }
 
 TEST(Pipe, TakesAFileAsWell)

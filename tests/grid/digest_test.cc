@@ -30,6 +30,16 @@ TEST(Digest, DoesNotDependOnHowTheBytesAreCut)
     EXPECT_EQ(whole.uuid().size(), 36u);
 }
 
+TEST(Digest, IsXxh3OfTheBytes)
+{
+    // As `xxhsum -H128` prints them, of nothing and of "abc".
+    Digest digest;
+    EXPECT_EQ(digest.hex(), "99aa06d3014798d86001c324468d497f");
+    digest.add("abc", 3);
+    EXPECT_EQ(digest.hex(), "06b05ab6733a618578af5f94892f3950");
+    EXPECT_EQ(digest.uuid(), "06b05ab6-733a-6185-78af-5f94892f3950");
+}
+
 TEST(Digest, ChangesWithEachBitAndWithTheLength)
 {
     std::set<std::string> seen;
