@@ -6,6 +6,8 @@
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/optics/automatic_extinction.h"
 
+#include <cmath>
+
 namespace vdbcloud::app {
 
 namespace {
@@ -23,6 +25,56 @@ bool close(const Vec3d& a, const Vec3d& b) { return close(a[0], b[0]) && close(a
                      " is asked for: run the stage that made it again");
 }
 
+void declare_parameter(App& app, const PhaseParameter& parameter, MediumOptions& o, const char* group)
+{
+    const double inside = parameter.open ? 1e-6 : 0;
+    std::string otherwise = "; without it the file's";
+    if (!std::isnan(parameter.otherwise)) otherwise += ", else " + brief(parameter.otherwise);
+    auto& [value, option] = o.parameters[parameter.name];
+    option = app.add_option(std::string("--") + parameter.name, value, parameter.meaning + otherwise)
+                 ->check(within(parameter.low + inside, parameter.high - inside))
+                 ->default_str("")
+                 ->group(group);
+}
+
+bool has(const PhaseForm& form, const std::string& parameter)
+{
+    for (const PhaseParameter& p : form.parameters)
+        if (parameter == p.name) return true;
+    return false;
+}
+
+/// The form asked for; without --phase the file's if it has the parameter that was given, else the first that has.
+const PhaseForm& chosen_form(const MediumOptions& o, const PhaseForm& file)
+{
+    if (o.option.phase.given()) return phase_form(o.phase);
+    for (const auto& [name, parameter] : o.parameters)
+        if (parameter.option.given() && !has(file, name))
+            for (const PhaseForm& form : phase_table())
+                if (has(form, name)) return form;
+    return file;
+}
+
+PhaseFunction chosen_phase(const MediumOptions& o, const PhaseFunction& file)
+{
+    const PhaseForm& form = chosen_form(o, file.form());
+    for (const auto& [name, parameter] : o.parameters)
+        if (parameter.option.given() && !has(form, name))
+            throw UsageError(parameter.option.text() + ": the phase function " + form.name + " has no " + name);
+    std::vector<double> parameters;
+    for (size_t k = 0; k < form.parameters.size(); ++k) {
+        const PhaseParameter& parameter = form.parameters[k];
+        const auto& asked = o.parameters.at(parameter.name);
+        double value = &form == &file.form() ? file.parameters()[k] : parameter.otherwise;
+        if (asked.option.given()) value = asked.value;
+        if (std::isnan(value))
+            throw UsageError(std::string("--phase ") + form.name + ": expected " + asked.option.name() + ", " +
+                             parameter.range());
+        parameters.push_back(value);
+    }
+    return PhaseFunction(form.name, parameters);
+}
+
 }  // namespace
 
 void declare_medium(App& app, MediumOptions& o)
@@ -36,36 +88,31 @@ void declare_medium(App& app, MediumOptions& o)
             ->check(nonnegative)
             ->default_str("")
             ->group(group);
-    o.option.albedo = app.add_rgb("--albedo", o.rest.albedo,
+    o.option.albedo = app.add_rgb("--albedo", o.albedo,
                                   "share of extinguished light that is scattered; without it the file's, else 1")
                           ->check(within(0, 1))
                           ->default_str("")
                           ->group(group);
-    o.option.g = app.add_option("--g", o.rest.g, "mean cosine of Henyey-Greenstein; without it the file's, else 0")
-                     ->check(within(-0.999999, 0.999999))
-                     ->default_str("")
-                     ->group(group);
-    o.option.phase = app.add_choice<PhaseKind>("--phase", o.rest.phase,
-                                               {{name(PhaseKind::Isotropic), PhaseKind::Isotropic},
-                                                {name(PhaseKind::Rayleigh), PhaseKind::Rayleigh},
-                                                {name(PhaseKind::HenyeyGreenstein), PhaseKind::HenyeyGreenstein}},
-                                               "phase function; without it the file's, else henyey-greenstein")
-                         ->default_str("")
-                         ->group(group);
+    std::vector<std::pair<std::string, std::string>> names;
+    std::string meanings;
+    for (const PhaseForm& form : phase_table()) {
+        names.emplace_back(form.name, form.name);
+        meanings += std::string("; ") + form.name + ": " + form.meaning;
+    }
+    o.option.phase =
+        app.add_choice<std::string>("--phase", o.phase, names,
+                                    "phase function; without it the file's, else henyey-greenstein" + meanings)
+            ->default_str("")
+            ->group(group);
+    for (const PhaseForm& form : phase_table())
+        for (const PhaseParameter& parameter : form.parameters) declare_parameter(app, parameter, o, group);
 }
 
 Medium chosen_medium(App& app, const MediumOptions& o, FloatGrid& density)
 {
-    Medium medium = read_medium(density, o.rest);
-    if (o.option.albedo.given()) medium.albedo = o.rest.albedo;
-    if (o.option.phase.given()) medium.phase = o.rest.phase;
-    if (o.option.g.given()) {
-        if (o.option.phase.given() && o.rest.phase != PhaseKind::HenyeyGreenstein && o.rest.g != 0)
-            throw UsageError(std::string("--g ") + shortest(o.rest.g) + ": the phase function " + name(o.rest.phase) +
-                             " has none");
-        if (!o.option.phase.given()) medium.phase = PhaseKind::HenyeyGreenstein;
-        medium.g = o.rest.g;
-    }
+    Medium medium = read_medium(density);
+    if (o.option.albedo.given()) medium.albedo = o.albedo;
+    medium.phase = chosen_phase(o, medium.phase);
     if (o.option.extinction.given() && is_zero(o.extinction))
         throw UsageError("--extinction 0: expected a number above 0");
     std::string origin = get_text(density, schema::sigma_t_origin, "given");
@@ -88,13 +135,11 @@ void require_same_medium(const std::string& what, const MetaMap& made_with, cons
 {
     const Vec3d sigma_t = get_vector(made_with, schema::sigma_t_per_density, medium.sigma_t_per_density);
     const Vec3d albedo = get_vector(made_with, schema::albedo, medium.albedo);
-    const double g = get_number(made_with, schema::g, medium.g);
-    const std::string phase = get_text(made_with, schema::phase, name(medium.phase));
+    const PhaseFunction phase = read_phase(made_with, medium.phase);
     if (!close(sigma_t, medium.sigma_t_per_density))
         contradict(what, "extinction", shortest(sigma_t), shortest(medium.sigma_t_per_density));
     if (!close(albedo, medium.albedo)) contradict(what, "albedo", shortest(albedo), shortest(medium.albedo));
-    if (!close(g, medium.g)) contradict(what, "g", shortest(g), shortest(medium.g));
-    if (phase != name(medium.phase)) contradict(what, "phase function", printable(phase), name(medium.phase));
+    if (phase != medium.phase) contradict(what, "phase function", phase.text(), medium.phase.text());
 }
 
 bool same_extinction(const MetaMap& made_with, const Medium& medium)

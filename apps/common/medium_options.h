@@ -5,27 +5,35 @@
 
 #include "vdbcloud/optics/medium.h"
 
+#include <map>
+
 namespace vdbcloud::app {
 
 struct MediumOptions {
     Vec3d extinction{0, 0, 0};  ///< sigma_t at density 1 [1/world unit]; 0: not given
-    Medium rest;                ///< albedo, g and phase function, for what the file does not say
+    Vec3d albedo{1, 1, 1};
+    std::string phase;  ///< a name of the table of phase functions
+    struct Parameter {
+        double value = 0;
+        Option option;
+    };
+    std::map<std::string, Parameter> parameters;  ///< of all phase functions, by name
     struct {
-        Option extinction, albedo, g, phase;
+        Option extinction, albedo, phase;
     } option;
 };
 
-/// --extinction --albedo --g --phase.
-void declare_medium(App&, MediumOptions&);
+/// --extinction --albedo --phase, and an option for each parameter of a phase function. Keeps references to `o`.
+void declare_medium(App&, MediumOptions& o);
 
-/// The medium of `density`: what its metadata gives, replaced by what the user gave, with an automatic
-/// extinction if neither gives one (which is said on standard error). It is written into the density's
-/// metadata together with its origin, so later stages inherit it. Throws UsageError for --g with a phase
-/// function that has none, and for an extinction of 0.
+/// The medium of `density`: what its metadata gives, replaced by what the user gave, with an automatic extinction if
+/// neither gives one (which is said on standard error). It is written into the density's metadata together with its
+/// origin, so later stages inherit it. Throws UsageError for a parameter that the phase function does not have, for one
+/// that it needs and nobody gives, and for an extinction of 0.
 Medium chosen_medium(App&, const MediumOptions&, FloatGrid& density);
 
-/// Throws UsageError naming both values if a grid was computed with other coefficients than `medium`: `what`
-/// it is called, `made_with` its metadata. Keys that it lacks are passed over.
+/// Throws UsageError naming both values if a grid was computed with other coefficients than `medium`: `what` it is
+/// called, `made_with` its metadata. Keys that it lacks are taken as equal.
 void require_same_medium(const std::string& what, const MetaMap& made_with, const Medium& medium);
 
 /// True if the extinction in a grid's metadata is there and is the medium's.

@@ -7,11 +7,11 @@
 namespace vdbcloud::app {
 
 GridBasePtr scaled_light_grid(App& app, const FloatGrid& density, const Vec3SGrid* colour, const Medium& medium,
-                              double forward, const Light& light, const TransmittanceOptions& options)
+                              const DeltaScaling& delta, const Light& light, const TransmittanceOptions& options)
 {
     Medium scaled = medium;
     if (!colour) {
-        for (int c = 0; c < 3; ++c) scaled.sigma_t_per_density[c] *= 1 - forward * medium.albedo[c];
+        for (int c = 0; c < 3; ++c) scaled.sigma_t_per_density[c] *= delta.extinction(medium.albedo[c]);
         return transmittance_grid(density, scaled, light, options, app.progress("light"));
     }
     Vec3SGridPtr all;
@@ -21,7 +21,7 @@ GridBasePtr scaled_light_grid(App& app, const FloatGrid& density, const Vec3SGri
         auto tint = colour->getConstAccessor();
         for (auto v = scaled_density->beginValueOn(); v; ++v) {
             const double w0 = std::clamp(medium.albedo[c] * tint.getValue(v.getCoord())[c], 0.0, 1.0);
-            v.setValue(float(*v * (1 - forward * w0)));
+            v.setValue(float(*v * delta.extinction(w0)));
         }
         scaled.sigma_t_per_density = Vec3d(medium.sigma_t_per_density[c]);
         const auto one = openvdb::gridPtrCast<FloatGrid>(

@@ -26,7 +26,9 @@ void write_medium_given(const app::Options& o, FloatGrid& density)
 {
     const bool extinction = o.extinction.given();
     if (!extinction && !o.albedo.given() && !o.g.given()) return;
-    write_medium(density, o.medium);
+    Medium medium = o.medium;
+    medium.phase = PhaseFunction::henyey_greenstein(o.mean_cosine);
+    write_medium(density, medium);
     if (extinction)
         set_text(density, schema::sigma_t_origin, "given");
     else

@@ -158,7 +158,7 @@ void declare(App& app, Options& o)
                                       "scattered share of extinguished light, one number or r,g,b; droplets have "
                                       "nearly 1"))
                    ->check(within(0, 1));
-    o.g = of_density(app.add_option("--g", o.medium.g,
+    o.g = of_density(app.add_option("--g", o.mean_cosine,
                                     "mean cosine of Henyey-Greenstein scattering; 0: isotropic, droplets have 0.85"))
               ->check(within(-0.999999, 0.999999));
 

@@ -26,6 +26,7 @@ struct Options {
     std::string size = "256", bounds;
     UpAxis up = UpAxis::Y;
     Medium medium;
+    double mean_cosine = 0;  ///< of Henyey-Greenstein
     Option extinction, albedo, g;
     bool mountain = false;
     MountainOptions relief;

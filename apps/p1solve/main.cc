@@ -107,11 +107,9 @@ void add_series(app::App& app, P1solveOptions& o, GridFile& file, const FloatGri
         throw ConvergenceError("the series does not converge at albedo " + app::shortest(least) + ": each order is " +
                                app::brief(worst) + " times the one before; it needs an albedo above " +
                                app::brief(report.least_albedo) + ", or --galerkin");
-    const double forward =
-        o.scatter.delta && medium.phase == PhaseKind::HenyeyGreenstein && medium.g > 0 ? medium.g * medium.g : 0;
     std::vector<GridBasePtr> transmittance;
     for (const Light& light : lights)
-        transmittance.push_back(app::scaled_light_grid(app, density, nullptr, medium, forward, light));
+        transmittance.push_back(app::scaled_light_grid(app, density, nullptr, medium, fields.scaling, light));
     const ScatterFields relit = relight(file, medium, lights, transmittance);
     r["error_against_direct_solve"] = difference(*relit.phi, *fields.phi);
     fields.phi = relit.phi;
@@ -128,8 +126,8 @@ void solve(app::App& app, P1solveOptions& o)
     const auto lights = lights_for(app, o, file, *density, medium);
     o.rays_per_voxel.check_effect(!lights.empty(), "--sun or --lamp");
     const UpAxis up = read_up_axis(*file.metadata).value_or(UpAxis::Y);
-    o.scatter.closure.polar = index_of(up);
-    o.scatter.sky = chosen_sky(o, lights, vector_of(up));
+    o.scatter.up = vector_of(up);
+    o.scatter.sky = chosen_sky(o, lights, o.scatter.up);
     if (app.dry_run()) return estimate(app, o, medium, *density, lights.size());
 
     const auto tint = vectors(app, file, grid_of(file, schema::colour));
@@ -151,9 +149,10 @@ void solve(app::App& app, P1solveOptions& o)
         if (b.negative > 0 && report.channel[c].solved_as == c)
             app.warnings()(std::to_string(b.negative) + " voxels have negative fluence, the least " +
                            app::brief(b.smallest) +
-                           (!o.scatter.delta     ? ": --delta on avoids most of them"
-                            : medium.g > 2.0 / 7 ? ": P1's own on the lit side of thin parts where g is above 2/7"
-                                                 : ""));
+                           (!o.scatter.delta ? ": --delta on avoids most of them"
+                            : medium.phase.mean_cosine() > 2.0 / 7
+                                ? ": P1's own on the lit side of thin parts where g is above 2/7"
+                                : ""));
     }
     if (!report.converged && !o.allow_unconverged) {
         for (const ChannelReport& c : report.channel)

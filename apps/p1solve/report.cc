@@ -79,9 +79,11 @@ void estimate(app::App& app, const P1solveOptions& o, const Medium& medium, cons
     double bytes = 90 * slots + 60 * voxels, seconds = voxels * (1e-6 * double(lights) + 1e-6);
     if (const ClosureOptions& c = o.scatter.closure; c.iterations > 0) {
         const size_t directions = ordinates(c.kind, c.directions, c.degree).count();
-        const int terms = medium.g == 0 ? 1 : harmonic_count(c.degree), moments = harmonic_count(std::max(c.degree, 2));
-        bytes +=
-            slots * (4 * (2 * terms + moments) + 12 + 90) + 12 * voxels + double(mixing_bytes(size_t(slots), medium.g));
+        const DeltaScaling scaling =
+            o.scatter.delta ? delta_scaling(medium.phase, c.degree) : no_scaling(medium.phase, c.degree);
+        const int terms = harmonic_count(scaling.last_degree()), moments = harmonic_count(std::max(c.degree, 2));
+        bytes += slots * (4 * (2 * terms + moments) + 12 + 90) + 12 * voxels +
+                 double(mixing_bytes(size_t(slots), medium.phase.mean_cosine()));
         seconds += voxels * c.iterations * (20e-9 * double(directions) + 1e-6) + voxels * 1e-6 * double(lights);
         app.report()["estimate"]["directions"] = directions;
     }

@@ -35,13 +35,14 @@ ImageMetadata image_metadata(const app::App& app, const RenderOptions& o, const 
     for (size_t v = 0; v < loaded.scene.volumes.size(); ++v) {
         const Volume& volume = loaded.scene.volumes[v];
         const Medium& m = volume.medium;
-        if (volume.forward > 0)
+        if (volume.scaling.f > 0)
             out.texts.push_back({"vdbcloud:scaled_medium_" + std::to_string(v),
                                  "light, alpha and background in the delta-scaled medium (1 - f w0) sigma_t, f " +
-                                     app::shortest(volume.forward) + ", g' " + app::shortest(volume.mean_cosine)});
+                                     app::shortest(volume.scaling.f) + ", g' " +
+                                     app::shortest(volume.scaling.mean_cosine())});
         out.texts.push_back({"vdbcloud:medium_" + std::to_string(v),
                              "sigma_t per density " + app::shortest(m.sigma_t_per_density) + ", albedo " +
-                                 app::shortest(m.albedo) + ", " + name(m.phase) + ", g " + app::shortest(m.g)});
+                                 app::shortest(m.albedo) + ", " + m.phase.text()});
     }
     out.numbers = {{"vdbcloud:exposure", exposure}, {"vdbcloud:samples", double(o.sampling.samples)}};
     return out;
@@ -66,8 +67,8 @@ void report_picture(app::App& app, const RenderOptions& o, const LoadedScene& lo
     for (const Volume& volume : loaded.scene.volumes)
         report["media"].push_back({{"sigma_t_per_density", triple(volume.medium.sigma_t_per_density)},
                                    {"albedo", triple(volume.medium.albedo)},
-                                   {"g", volume.medium.g},
-                                   {"phase", name(volume.medium.phase)},
+                                   {"g", volume.medium.phase.mean_cosine()},
+                                   {"phase", volume.medium.phase.name()},
                                    {"active_voxels", volume.density->activeVoxelCount()}});
 }
 

@@ -41,7 +41,7 @@ FloatGridPtr numbers(const GridFile& file, const std::string& name)
 /// The moments of degree 2 and more that the file holds without a gap.
 void add_moments(app::App& app, const GridFile& file, Volume& volume)
 {
-    const int degree = int(get_number(*volume.phi, schema::degree, 1));
+    const int degree = volume.scaling.degree;
     const bool shared = bool(numbers(file, schema::moment_name(2, 0, -1)));
     for (int l = 2; l <= degree; ++l) {
         std::array<std::vector<FloatGridPtr>, 3> of_degree;
@@ -74,14 +74,12 @@ Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
     if (const GridBasePtr series = find_grid(file, schema::series_phi_name(0));
         series && (!volume.phi || read_medium(*volume.phi).albedo != volume.medium.albedo)) {
         volume.phi = nullptr;  // made from the series, once its light is known
-        volume.forward = get_number(*series, schema::delta_f, 0);
-        volume.mean_cosine = get_number(*series, schema::scaled_g, 0);
+        volume.scaling = read_delta_scaling(*series, volume.medium.phase);
     }
     if (volume.phi) {
         app::require_same_medium(file.path + ": multiple scattering", *volume.phi, volume.medium);
         for (size_t c = 0; c < 3; ++c) volume.flux[c] = vectors(app, file, find_grid(file, schema::flux_name(int(c))));
-        volume.forward = get_number(*volume.phi, schema::delta_f, 0);
-        volume.mean_cosine = get_number(*volume.phi, schema::scaled_g, 0);
+        volume.scaling = read_delta_scaling(*volume.phi, volume.medium.phase);
         add_moments(app, file, volume);
     }
     return volume;
@@ -136,7 +134,7 @@ bool brings_all(const std::vector<GridFile>& files, const Scene& scene)
     for (size_t v = 0; v < files.size(); ++v)
         for (const Light& light : scene.lights) {
             const Volume& volume = scene.volumes[v];
-            const GridBasePtr grid = volume.forward > 0 ? nullptr : find_grid(files[v], transmittance_name(light));
+            const GridBasePtr grid = volume.scaling.f > 0 ? nullptr : find_grid(files[v], transmittance_name(light));
             if (!grid || !misfit(*grid, light, volume).empty()) return false;
         }
     return true;
@@ -145,10 +143,10 @@ bool brings_all(const std::vector<GridFile>& files, const Scene& scene)
 GridBasePtr light_grid(app::App& app, const GridFile& file, const Volume& volume, const Light& light,
                        const RenderOptions& o)
 {
-    if (volume.forward > 0) {
+    if (volume.scaling.f > 0) {
         if (app.dry_run()) return FloatGrid::create(1.0f);
         const auto phase = app.phase("scaled light");
-        return app::scaled_light_grid(app, *volume.density, volume.colour.get(), volume.medium, volume.forward, light,
+        return app::scaled_light_grid(app, *volume.density, volume.colour.get(), volume.medium, volume.scaling, light,
                                       o.light);
     }
     if (const GridBasePtr grid = find_grid(file, transmittance_name(light))) {
@@ -174,7 +172,7 @@ void relight_volume(app::App& app, const GridFile& file, Volume& volume, const s
     std::vector<GridBasePtr> transmittance;
     for (const Light& light : lights)
         transmittance.push_back(
-            app::scaled_light_grid(app, *volume.density, nullptr, volume.medium, volume.forward, light, o.light));
+            app::scaled_light_grid(app, *volume.density, nullptr, volume.medium, volume.scaling, light, o.light));
     const ScatterFields fields = relight(file, volume.medium, lights, transmittance);
     volume.phi = fields.phi;
     volume.flux = fields.flux;

@@ -46,7 +46,7 @@ FloatGridPtr cloud(int n, float floor)
 struct Problem {
     Problem(int n, float floor)
         : grid(cloud(n, floor)), index(*grid), density(index.gather(*grid)), exposed(exposed_voxels(index, density)),
-          p1(index, density, exposed, {40, 0.999, nullptr, 0, true})
+          p1(index, density, exposed, {40, 0.999, nullptr, PhaseFunction::henyey_greenstein(0), true})
     {
     }
     /// Isotropic emission in proportion to density, as the first scattering of a veiled sun would be.

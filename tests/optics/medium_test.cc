@@ -18,8 +18,7 @@ Medium cloud()
     Medium medium;
     medium.sigma_t_per_density = Vec3d(3, 4, 5.5);
     medium.albedo = Vec3d(0.9, 0.99, 1);
-    medium.g = -0.25;
-    medium.phase = PhaseKind::Rayleigh;
+    medium.phase = PhaseFunction::henyey_greenstein(-0.25);
     return medium;
 }
 
@@ -27,15 +26,32 @@ void expect_equal(const Medium& a, const Medium& b)
 {
     EXPECT_EQ(a.sigma_t_per_density, b.sigma_t_per_density);
     EXPECT_EQ(a.albedo, b.albedo);
-    EXPECT_EQ(a.g, b.g);
-    EXPECT_EQ(a.phase, b.phase);
+    EXPECT_STREQ(a.phase.name(), b.phase.name());
+    EXPECT_EQ(a.phase.parameters(), b.phase.parameters());
 }
 
 TEST(Medium, ComesBackAsItWasWritten)
 {
+    for (const PhaseFunction& phase :
+         {PhaseFunction("isotropic"), PhaseFunction("rayleigh"), PhaseFunction::henyey_greenstein(-0.25),
+          PhaseFunction("double-henyey-greenstein", {0.8, -0.3, 0.7}), PhaseFunction("hg-draine", {12})}) {
+        Medium medium = cloud();
+        medium.phase = phase;
+        MetaMap metadata;
+        write_medium(metadata, medium);
+        expect_equal(read_medium(metadata), medium);
+    }
+}
+
+TEST(Medium, WritingRemovesTheParametersOfAnotherPhaseFunction)
+{
     MetaMap metadata;
     write_medium(metadata, cloud());
-    expect_equal(read_medium(metadata), cloud());
+    Medium droplets = cloud();
+    droplets.phase = PhaseFunction("hg-draine", {12});
+    write_medium(metadata, droplets);
+    EXPECT_FALSE(has_meta(metadata, schema::g));
+    EXPECT_EQ(get_number(metadata, "vdbcloud:droplet_diameter", 0), 12);
 }
 
 TEST(Medium, KeepsWhatMetadataDoesNotGive)
@@ -44,7 +60,7 @@ TEST(Medium, KeepsWhatMetadataDoesNotGive)
     expect_equal(read_medium(metadata, cloud()), cloud());
     set_number(metadata, schema::g, 0.5);
     Medium expected = cloud();
-    expected.g = 0.5;
+    expected.phase = PhaseFunction::henyey_greenstein(0.5);
     expect_equal(read_medium(metadata, cloud()), expected);
 }
 
@@ -72,7 +88,6 @@ TEST(Medium, RefusesCoefficientsThatCannotBeAndNamesThem)
     refused(schema::sigma_t_per_density, [](Medium& m) { m.sigma_t_per_density[2] = INFINITY; });
     refused(schema::albedo, [](Medium& m) { m.albedo[0] = 1.01; });
     refused(schema::albedo, [](Medium& m) { m.albedo[0] = std::nan(""); });
-    refused(schema::g, [](Medium& m) { m.g = 1; });
 }
 
 TEST(Medium, RefusesWhatAFileMayClaim)
@@ -91,7 +106,15 @@ TEST(Medium, RefusesWhatAFileMayClaim)
     EXPECT_THROW(read_medium(number), InputError);
     MetaMap g;
     set_number(g, schema::g, 2);
-    EXPECT_THROW(read_medium(g), InputError);
+    try {
+        read_medium(g);
+        FAIL() << "took g = 2";
+    } catch (const InputError& error) {
+        EXPECT_STREQ(error.what(), "vdbcloud:g = 2: expected a number in (-1, 1)");
+    }
+    MetaMap droplets;
+    set_text(droplets, schema::phase, "hg-draine");
+    EXPECT_THROW(read_medium(droplets), InputError) << "no diameter";
 }
 
 }  // namespace

@@ -224,7 +224,7 @@ protected:
         Medium medium;
         medium.sigma_t_per_density = Vec3d(kappa);
         medium.albedo = Vec3d(w0);
-        medium.g = g;
+        medium.phase = PhaseFunction::henyey_greenstein(g);
         ScatterOptions options;
         options.closure.iterations = rung.iterations;
         options.closure.directions = rung.directions;
@@ -244,8 +244,7 @@ protected:
         volume.flux = fields.flux;
         volume.moments = fields.moments;
         volume.moment_scale = fields.moment_scale;
-        volume.forward = g > 0 ? std::pow(g, rung.degree + 1) : 0;
-        volume.mean_cosine = (g - volume.forward) / (1 - volume.forward);
+        volume.scaling = fields.scaling;
         IntegratorOptions how;
         how.shadow_rays = true;
         const PreparedScene prepared(scene, how);

@@ -23,7 +23,7 @@ Medium medium(double sigma_t, double albedo = 1, double g = 0)
     Medium m;
     m.sigma_t_per_density = Vec3d(sigma_t);
     m.albedo = Vec3d(albedo);
-    m.g = g;
+    m.phase = PhaseFunction::henyey_greenstein(g);
     return m;
 }
 
@@ -104,14 +104,14 @@ double sun_behind_error(const FloatGridPtr& density, double sigma_t, const Vec3d
 {
     const Medium m = medium(sigma_t, 0.9, 0.4);
     const auto film = render(sunlit(density, m, to_sun, o), view_along(*density, -to_sun, 48));
-    return worst(film, [&](double T, int c) { return 0.9 * PhaseFunction(m)(-1) * irradiance[c] * (1 - T * T) / 2; });
+    return worst(film, [&](double T, int c) { return 0.9 * m.phase(-1) * irradiance[c] * (1 - T * T) / 2; });
 }
 
 double sun_ahead_error(const FloatGridPtr& density, double sigma_t, const Vec3d& to_sun, const TransmittanceOptions& o)
 {
     const Medium m = medium(sigma_t, 0.9, 0.4);
     const auto film = render(sunlit(density, m, to_sun, o), view_along(*density, to_sun, 48));
-    return worst(film, [&](double T, int c) { return 0.9 * PhaseFunction(m)(1) * irradiance[c] * -std::log(T) * T; });
+    return worst(film, [&](double T, int c) { return 0.9 * m.phase(1) * irradiance[c] * -std::log(T) * T; });
 }
 
 /// A random fractal cloud, rough down to the voxel: noise of spectral exponent 11/3 above its threshold, at most 1.
@@ -174,7 +174,7 @@ TEST(Integrator, HasTheClosedFormOfACubeSeenFromItsSide)
                      d = (n - 0.5) * h - y;  // the top is half a voxel above the last centre
         if (d < 0.05 || d > 0.95) continue;
         ++counted;
-        const double brightest = 0.8 * PhaseFunction(medium(1, 1, 0.3))(0) * 2 * (1 - std::exp(-sigma));
+        const double brightest = 0.8 * medium(1, 1, 0.3).phase(0) * 2 * (1 - std::exp(-sigma));
         EXPECT_NEAR(film.pixel(32, j)[direct] / brightest, std::exp(-sigma * d), 5e-3) << "at depth " << d;
     }
     EXPECT_GT(counted, 30);

@@ -25,7 +25,7 @@ inline Medium medium(const Vec3d& sigma_t, const Vec3d& albedo, double g)
     Medium m;
     m.sigma_t_per_density = sigma_t;
     m.albedo = albedo;
-    m.g = g;
+    m.phase = PhaseFunction::henyey_greenstein(g);
     return m;
 }
 

@@ -32,8 +32,8 @@ struct Gathered {
     Volume volume(const FloatGridPtr& density) const
     {
         Volume v = volume_of(density, medium(sigma_t, albedo, 0.6));
-        v.forward = forward;
-        v.mean_cosine = mean_cosine;
+        v.scaling.f = forward;
+        v.scaling.moments = {1, mean_cosine};
         v.phi = constant_like<Vec3SGrid>(*density, Vec3f(phi));
         for (size_t c = 0; c < 3; ++c) v.flux[c] = constant_like<Vec3SGrid>(*density, Vec3f(flux[c]));
         return v;
@@ -152,7 +152,7 @@ TEST(Layers, DirectLightOfAScaledMediumIsAttenuatedBothWays)
                 fill = make_sun(Vec3d(0, 0, 1), Vec3d(7, 0, 1), 0, "fill");
     scene.lights = {key, fill};
     Volume volume = volume_of(density, medium(Vec3d(sigma_t), Vec3d(w0), g));
-    volume.forward = f;
+    volume.scaling.f = f;
     for (const Light& light : scene.lights)
         volume.transmittance.push_back(
             transmittance_grid(*density, scaled, light, TransmittanceOptions{Fidelity::Exact}));
@@ -222,7 +222,7 @@ TEST(Layers, DirectLightOfAPointLightFallsWithTheSquareOfItsDistance)
                 if (ramp <= 0) continue;
                 const Vec3d to = lamp.place() - Vec3d(7.5, 7.5, z);  // the ray travels along -z
                 const double r = to.length(), cosine = (-to / r).dot(Vec3d(0, 0, 1));
-                sum += ramp / (r * r) * PhaseFunction(scene.volumes[0].medium)(cosine) * 18 / points;
+                sum += ramp / (r * r) * scene.volumes[0].medium.phase(cosine) * 18 / points;
             }
             // Cells take p at the middle of a cell and the mean of 1/r^2 over it: second order, (h / r)^2 / 24 of it.
             for (int c = 0; c < 3; ++c)
@@ -291,7 +291,7 @@ TEST(Layers, DepthIsWhereTheMeanTransmittanceOfTheChannelsIsOneHalf)
     }
     Scene scene;
     scene.volumes.push_back(volume_of(density, medium(sigma_t, Vec3d(w0), 0.6)));
-    scene.volumes[0].forward = f;
+    scene.volumes[0].scaling.f = f;
     for (const Integrator kind : integrators) {
         const Picture picture(scene, one_pixel(Vec3d(7.6, 7.3, 7.9), Vec3d(0, 0, -1)), fine(kind));
         // From the camera's plane 100 above 7.9 to half a voxel above the last centre, then x. Between two points

@@ -21,7 +21,8 @@ struct Body {
     }
     P1Operator p1(double sigma_t, double albedo, double g) const
     {
-        return P1Operator(index, density, exposed, {sigma_t, albedo, nullptr, g, false});
+        return P1Operator(index, density, exposed,
+                          {sigma_t, albedo, nullptr, PhaseFunction::henyey_greenstein(g), false});
     }
     size_t slot(int x, int y, int z) const { return index.blocks().slot(Vec3i(x, y, z) - index.origin()); }
 

@@ -1,10 +1,12 @@
 #pragma once
 // Small density grids from functions, without OpenVDB's headers.
-#include "vdbcloud/core/fwd.h"
+#include "vdbcloud/optics/phase_function.h"
 
 #include <functional>
 
 namespace vdbcloud::test {
+
+inline PhaseFunction hg(double g) { return PhaseFunction::henyey_greenstein(g); }
 
 /// Voxels 0 .. n - 1 of edges h [world unit] (lengths along x, y, z), active where f > 0. Voxel 0's centre is the
 /// world's origin.

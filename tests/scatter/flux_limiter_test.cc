@@ -106,7 +106,7 @@ TEST(FluxLimiter, KeepsTheFluxOfThinPartsBelowTheirFluence)
     Medium medium;
     medium.sigma_t_per_density = Vec3d(3);
     medium.albedo = Vec3d(1);
-    medium.g = 0.6;
+    medium.phase = PhaseFunction::henyey_greenstein(0.6);
     const Light sun = make_sun(Vec3d(0.3, 1, 0.2));
     ScatterOptions options;
     options.limiter = true;

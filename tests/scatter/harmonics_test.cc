@@ -94,7 +94,7 @@ TEST(P1Closure, IsDivergenceAndAThirdOfTheGradient)
     EXPECT_NEAR(p1_closure().gradient, 1.0 / 3, 1e-15);
 }
 
-TEST(PhaseMoments, AreTheIntegralOfHenyeyGreensteinAgainstTheHarmonics)
+TEST(Harmonics, AreEigenfunctionsOfHenyeyGreensteinScattering)
 {
     const double g = 0.4;  // low enough for the rule to resolve the lobe: g^120 is nothing
     const int degree = 5;
@@ -107,32 +107,7 @@ TEST(PhaseMoments, AreTheIntegralOfHenyeyGreensteinAgainstTheHarmonics)
     });
     evaluate_harmonics(degree, in, at_in.data());
     for (int l = 0; l <= degree; ++l)
-        for (int m = -l; m <= l; ++m)
-            EXPECT_NEAR(sum[harmonic(l, m)], phase_moments(degree, g)[l] * at_in[harmonic(l, m)], 1e-12);
-}
-
-TEST(DeltaScaling, LeavesDiffusionAndAbsorptionAsTheyAre)
-{
-    for (double g : {0.85, 0.3, 0.0, -0.9})
-        for (double w0 : {1.0, 0.99, 0.5}) {
-            const auto scaled = delta_scaling(w0, g);
-            EXPECT_NEAR(scaled.extinction * (1 - scaled.albedo), 1 - w0, 1e-15);
-            EXPECT_NEAR(scaled.extinction * (1 - scaled.albedo * scaled.g), 1 - w0 * g, 1e-15);
-            EXPECT_NEAR(scaled.g, g > 0 ? g / (1 + g) : g, 1e-15);
-            EXPECT_EQ(scaled.f, g > 0 ? g * g : 0.0);
-        }
-}
-
-TEST(DeltaScaling, OfHigherDegreeKeepsTheMomentsItCarries)
-{
-    const double g = 0.85, w0 = 0.97;
-    const int degree = 3;
-    const auto scaled = delta_scaling(w0, g, degree);
-    for (int l = 1; l <= degree; ++l) {
-        const double moment = (std::pow(g, l) - scaled.f) / (1 - scaled.f);
-        EXPECT_NEAR(scaled.extinction * (1 - scaled.albedo * moment), 1 - w0 * std::pow(g, l), 1e-14);
-        EXPECT_TRUE(l != 1 || std::abs(scaled.g - moment) < 1e-15);
-    }
+        for (int m = -l; m <= l; ++m) EXPECT_NEAR(sum[harmonic(l, m)], std::pow(g, l) * at_in[harmonic(l, m)], 1e-12);
 }
 
 }  // namespace

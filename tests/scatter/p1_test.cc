@@ -62,7 +62,7 @@ SlabOutcome slab(int n, double tau, double w0, double g, double mu, bool delta, 
 {
     const double h = 1.0 / n, E = exact.E;
     Case c(test::field(Vec3i(8, n, 8), Vec3d(h), [&](const Vec3i&) { return 1.0; }), {true, false, true});
-    const P1Operator p1(c.index, c.density, c.exposed, {tau, w0, nullptr, g, delta});
+    const P1Operator p1(c.index, c.density, c.exposed, {tau, w0, nullptr, test::hg(g), delta});
     P1Source source(p1);
     const Light sun = make_sun(Vec3d(std::sqrt(1 - mu * mu), mu, 0));
     const double extinction = tau * p1.scaling(0).extinction;
@@ -107,8 +107,8 @@ class Slab : public testing::TestWithParam<SlabCase> {};
 TEST_P(Slab, ConvergesAtSecondOrderToTheClosedForm)
 {
     const SlabCase p = GetParam();
-    const auto scaled = p.delta ? delta_scaling(p.w0, p.g) : no_scaling(p.w0, p.g);
-    const P1Slab exact(p.tau * scaled.extinction, scaled.albedo, scaled.g, 1, p.mu);
+    const auto scaled = p.delta ? delta_scaling(test::hg(p.g), 1) : no_scaling(test::hg(p.g), 1);
+    const P1Slab exact(p.tau * scaled.extinction(p.w0), scaled.albedo(p.w0), scaled.mean_cosine(), 1, p.mu);
     const int n = p.tau > 20 ? 256 : p.tau > 5 ? 64 : 32;
     const auto coarse = slab(n, p.tau, p.w0, p.g, p.mu, p.delta, exact);
     const auto fine = slab(2 * n, p.tau, p.w0, p.g, p.mu, p.delta, exact);
@@ -127,7 +127,7 @@ TEST_P(Slab, ConvergesAtSecondOrderToTheClosedForm)
     for (const auto& o : {coarse, fine}) {
         EXPECT_LT(o.defect, 1e-6);
         EXPECT_NEAR(o.lost / o.deposited, 1, 1e-6);
-        EXPECT_NEAR(o.deposited, p.mu * (1 - std::exp(-p.tau * scaled.extinction / p.mu)), 1e-6);
+        EXPECT_NEAR(o.deposited, p.mu * (1 - std::exp(-p.tau * scaled.extinction(p.w0) / p.mu)), 1e-6);
     }
 }
 
@@ -145,7 +145,7 @@ TEST(Slab, OfIsotropicInflowTransmitsWhatTheFormulaSays)
         const P1Slab exact(tau, 1, g, 0, 1, /*j0=*/1);
         EXPECT_NEAR(exact.transmitted(), 1 / (1 + 0.75 * (1 - g) * tau), 1e-12);
         Case c(test::field(Vec3i(8, 32, 8), Vec3d(1.0 / 32), [](const Vec3i&) { return 1.0; }), {true, false, true});
-        const P1Operator p1(c.index, c.density, c.exposed, {tau, 1, nullptr, g, true});
+        const P1Operator p1(c.index, c.density, c.exposed, {tau, 1, nullptr, test::hg(g), true});
         P1Source source(p1);  // sky from above only: inflow 4 J = 4 through the top faces
         for (const ExposedVoxel& voxel : c.exposed)
             if (voxel.faces >> Blocks::YPlus & 1) source.rhs[voxel.slot] += 4 * p1.conductance(voxel, 1);
@@ -161,7 +161,7 @@ TEST(Layers, InSeriesAreExactOnTheGrid)
     const double h = 1.0 / n, sigma[2] = {300, 0.01};
     Case c(test::field(Vec3i(8, n, 8), Vec3d(h), [&](const Vec3i& p) { return sigma[p.y() / 5 % 2]; }),
            {true, false, true});
-    const P1Operator p1(c.index, c.density, c.exposed, {1, 1, nullptr, 0, true});
+    const P1Operator p1(c.index, c.density, c.exposed, {1, 1, nullptr, test::hg(0), true});
     double tau = 0;
     for (int j = 0; j < n; ++j) tau += sigma[j / 5 % 2] * h;
     P1Source source(p1);
@@ -174,8 +174,8 @@ TEST(Layers, InSeriesAreExactOnTheGrid)
 TEST(Scaling, LeavesTheMatrixAsItIs)
 {
     Case c(test::field(Vec3i(8, 8, 8), Vec3d(0.2), [](const Vec3i& p) { return 1.0 + p.x(); }));
-    const P1Operator plain(c.index, c.density, c.exposed, {3, 0.97, nullptr, 0.85, false});
-    const P1Operator scaled(c.index, c.density, c.exposed, {3, 0.97, nullptr, 0.85, true});
+    const P1Operator plain(c.index, c.density, c.exposed, {3, 0.97, nullptr, test::hg(0.85), false});
+    const P1Operator scaled(c.index, c.density, c.exposed, {3, 0.97, nullptr, test::hg(0.85), true});
     EXPECT_EQ(plain.stencil().extra, scaled.stencil().extra);
     for (int a = 0; a < 3; ++a) EXPECT_EQ(plain.stencil().face[a], scaled.stencil().face[a]);
     EXPECT_NE(plain.q1_factor(0), scaled.q1_factor(0));
@@ -189,7 +189,7 @@ double sphere_error(int R, double sigma_R, double w0, bool sky)
     const Vec3d centre(n / 2 - 0.5);
     Case c(test::field(Vec3i(n), Vec3d(h),
                        [&](const Vec3i& p) { return (Vec3d(p.x(), p.y(), p.z()) - centre).length() < R ? 1.0 : 0.0; }));
-    const P1Operator p1(c.index, c.density, c.exposed, {sigma, w0, nullptr, 0, true});
+    const P1Operator p1(c.index, c.density, c.exposed, {sigma, w0, nullptr, test::hg(0), true});
     P1Source source(p1);
     std::vector<float> one(c.index.blocks().slots(), 1.0f);
     if (sky)
@@ -245,7 +245,7 @@ TEST(Furnace, IsExactInAnyDensityFromAZeroGuess)
     for (const auto& [name, grid] : cases)
         for (double g : {0.0, 0.85, 0.99, -0.9}) {
             Case c(grid);
-            const P1Operator p1(c.index, c.density, c.exposed, {1, 1, nullptr, g, true});
+            const P1Operator p1(c.index, c.density, c.exposed, {1, 1, nullptr, test::hg(g), true});
             P1Source source(p1);
             add_sky(p1, 0.7, source);
             const Solved s = solve(p1, source, 1e-6, 400);
@@ -275,7 +275,7 @@ TEST(Sun, OnHardMediaConvergesAndBalances)
             for (double albedo : {1.0, 0.9}) {
                 Medium medium;
                 medium.sigma_t_per_density = Vec3d(1);
-                medium.g = g;
+                medium.phase = test::hg(g);
                 medium.albedo = Vec3d(albedo);
                 const Light sun = make_sun(Vec3d(0.3, 1, 0.2));
                 ScatterOptions options;
@@ -303,7 +303,7 @@ TEST(Moments, OfAPointSourceAreTheExactOnes)
     const double h = 0.5, w0 = 0.5;
     for (double g : {0.0, 0.6, -0.3}) {
         Case c(test::field(Vec3i(n), Vec3d(h), [](const Vec3i&) { return 1.0; }));
-        const P1Operator p1(c.index, c.density, c.exposed, {1, w0, nullptr, g, true});
+        const P1Operator p1(c.index, c.density, c.exposed, {1, w0, nullptr, test::hg(g), true});
         P1Source source(p1);
         const Vec3i middle(n / 2);
         source.rhs[c.index.blocks().slot(middle)] = 1 / (h * h);
@@ -331,7 +331,7 @@ std::pair<double, double> cloud_power(int n, const Vec3d& to_light, double* defe
         return r2 < 1 ? (1 - r2) * (1 - r2) * (1.2 + std::sin(9 * x[0] + 4 * x[1])) : 0.0;
     });
     Case c(grid);
-    const P1Operator p1(c.index, c.density, c.exposed, {12, 0.99, nullptr, 0.85, true});
+    const P1Operator p1(c.index, c.density, c.exposed, {12, 0.99, nullptr, test::hg(0.85), true});
     const BrickMap bricks(*grid);
     const Light sun = make_sun(to_light);
     P1Source source(p1);
@@ -361,7 +361,7 @@ TEST(Energy, OfACloudBalancesAndMeetsTheLinesAtSecondOrder)
 TEST(PointLight, InsideACloudBringsItsWholePower)
 {
     Case c(test::field(Vec3i(17), Vec3d(0.25), [](const Vec3i&) { return 1.0; }));
-    const P1Operator p1(c.index, c.density, c.exposed, {2, 1, nullptr, 0.5, true});
+    const P1Operator p1(c.index, c.density, c.exposed, {2, 1, nullptr, test::hg(0.5), true});
     const BrickMap bricks(*c.grid);
     const Light lamp = make_lamp(Vec3d(2.03, 1.98, 2.01));
     P1Source source(p1);
@@ -381,7 +381,7 @@ TEST(ScatterP1, SharesSolutionsBetweenChannelsAndStampsWhatItMade)
     Medium medium;
     medium.sigma_t_per_density = Vec3d(3);
     medium.albedo = Vec3d(0.99, 0.99, 0.9);
-    medium.g = 0.85;
+    medium.phase = test::hg(0.85);
     const Light sun = make_sun(Vec3d(0.3, 1, 0.2), Vec3d(2, 1, 1));
     ScatterReport report;
     const auto fields = scatter_p1(*grid, nullptr, nullptr, medium, {sun}, {}, {}, report);
@@ -414,7 +414,7 @@ TEST(ScatterP1, TakesTheAlbedoOfEachVoxelFromItsTint)
     const auto tint = test::constant_like(*grid, Vec3f(0.9f, 0.9f, 0.9f));
     Medium medium;
     medium.sigma_t_per_density = Vec3d(4);
-    medium.g = 0.7;
+    medium.phase = test::hg(0.7);
     const Light sun = make_sun(Vec3d(0, 1, 0));
     ScatterReport tinted, plain;
     scatter_p1(*grid, tint.get(), nullptr, medium, {sun}, {}, {}, tinted);
@@ -438,7 +438,7 @@ TEST(ReentryShare, TellsASphereFromTwoSheetsThatFaceEachOther)
 {
     const auto share = [](const FloatGridPtr& grid) {
         Case c(grid);
-        const P1Operator p1(c.index, c.density, c.exposed, {1, 1, nullptr, 0, true});
+        const P1Operator p1(c.index, c.density, c.exposed, {1, 1, nullptr, test::hg(0), true});
         P1Source source(p1);
         const std::vector<double> phi(c.index.blocks().slots(), 1.0);
         return reentry_share(p1, source, phi, 20000);

@@ -51,15 +51,14 @@ struct Result {
 /// included.
 Result solve(const Cloud& c, const Lit& lit, ClosureOptions options)
 {
-    options.solve.tolerance = 1e-8;
-    options.layered = c.index.blocks().period()[0] && c.index.blocks().period()[2];
+    const bool layered = c.index.blocks().period()[0] && c.index.blocks().period()[2];
     const bool periodic = c.index.blocks().period() != Vec3i(0, 0, 0);
-    const P1Operator coarse(c.index, c.density, c.exposed, {lit.sigma, lit.w0, nullptr, lit.g, true, 1});
+    const P1Operator coarse(c.index, c.density, c.exposed, {lit.sigma, lit.w0, nullptr, test::hg(lit.g), true, 1});
     const auto open = closure_exposed(coarse);
-    const P1Operator p1(c.index, c.density, open, {lit.sigma, lit.w0, nullptr, lit.g, true, options.degree});
+    const P1Operator p1(c.index, c.density, open, {lit.sigma, lit.w0, nullptr, test::hg(lit.g), true, options.degree});
     Multigrid multigrid(p1.stencil()), multigrid1(coarse.stencil());
     const Light sun = make_sun(lit.to_sun);
-    SecondMoment closure(p1, options);
+    SecondMoment closure(p1, options, {1, layered});
     closure.set_sky(lit.sky);
     P1Source first(coarse), base(p1);
     std::vector<float> early, late;
@@ -96,7 +95,7 @@ Result solve(const Cloud& c, const Lit& lit, ClosureOptions options)
         closure.start_with(sun, early, lit.sun);
     }
     P1Source source(p1);
-    r.report = closure.run(multigrid, base, r.phi, source);
+    r.report = closure.run(multigrid, tight, base, r.phi, source);
     for (const SolveResult& s : r.report.solves) EXPECT_TRUE(s.converged);
     r.budget = budget(p1, source, r.phi);
     r.moments = closure.moments();
@@ -379,21 +378,20 @@ double second_cube(int gap, double sigma, double emission_of_first)
     const int far = 16 + gap;
     Cloud c(test::voxel_clouds({{Vec3i(0, 0, 0), Vec3i(15, 15, 15)}, {Vec3i(far, 0, 0), Vec3i(far + 15, 15, 15)}},
                                Vec3d(1.0 / 16), 1.0));
-    const P1Operator plain(c.index, c.density, c.exposed, {sigma, 0.5, nullptr, 0, true, 1});
+    const P1Operator plain(c.index, c.density, c.exposed, {sigma, 0.5, nullptr, test::hg(0), true, 1});
     const auto open = closure_exposed(plain);
-    const P1Operator p1(c.index, c.density, open, {sigma, 0.5, nullptr, 0, true, 1});
+    const P1Operator p1(c.index, c.density, open, {sigma, 0.5, nullptr, test::hg(0), true, 1});
     std::vector<float> j(c.index.blocks().slots(), 0.0f);
     for (size_t slot = 0; slot < c.index.blocks().count() * 512; ++slot)
         if (c.index.blocks().active(slot) && c.index.blocks().voxel(slot).x() < 16) j[slot] = float(emission_of_first);
     ClosureOptions o = options(512, 12, 1, 1e-6);
-    o.polar = 0;
-    SecondMoment closure(p1, o);
+    SecondMoment closure(p1, o, {0, false});
     closure.add_emission(j, 1);
     P1Source base(p1), source(p1);
     add_emission(p1, j, 1, base);
     Multigrid multigrid(p1.stencil());
     std::vector<double> phi(c.index.blocks().slots(), 0.0);
-    EXPECT_TRUE(closure.run(multigrid, base, phi, source).converged);
+    EXPECT_TRUE(closure.run(multigrid, {}, base, phi, source).converged);
     double sum = 0;
     for (size_t slot = 0; slot < c.index.blocks().count() * 512; ++slot)
         if (c.index.blocks().active(slot) && c.index.blocks().voxel(slot).x() >= far) sum += phi[slot] / 4096;
@@ -424,7 +422,7 @@ TEST(SecondMoment, TakesTheAlbedoOfEachVoxelFromItsTint)
     const auto tint = test::constant_like(*grid, Vec3f(0.9f, 0.9f, 0.9f));
     Medium medium;
     medium.sigma_t_per_density = Vec3d(40);
-    medium.g = 0.8;
+    medium.phase = test::hg(0.8);
     const Light sun = make_sun(Vec3d(0.3, 1, 0.2));
     for (int degree : {1, 3, 5}) {
         ScatterOptions o;

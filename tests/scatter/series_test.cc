@@ -22,7 +22,7 @@ struct Slab {
         sources.beams.emplace_back(periodic_beam_depths(index, exposed, density, sun), 2.0);
         sources.sky.fill(0.1);
     }
-    P1Medium medium(double albedo, double g, bool delta) const { return {tau, albedo, nullptr, g, delta}; }
+    P1Medium medium(double albedo, double g, bool delta) const { return {tau, albedo, nullptr, test::hg(g), delta}; }
 
     std::vector<double> direct(double albedo, double g, bool delta) const
     {

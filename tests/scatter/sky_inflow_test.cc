@@ -18,7 +18,7 @@ struct Layer {
     Layer(double tau, int n)
         : grid(test::voxel_field(Vec3i(8, n, 8), Vec3d(1.0 / n), [](const Vec3i&) { return 1.0; })),
           index(*grid, {{true, false, true}}), density(index.gather(*grid)), exposed(exposed_voxels(index, density)),
-          p1(index, density, exposed, {tau, 1, nullptr, 0, true}), area(64.0 / n / n)
+          p1(index, density, exposed, {tau, 1, nullptr, PhaseFunction(), true}), area(64.0 / n / n)
     {
     }
     double transmitted(const P1Source& source, const std::vector<double>& phi) const
@@ -92,7 +92,7 @@ TEST(SkyInflow, EntersSweepsAlongEachDirectionWithItsOwn)
         P1Source first = base;
         std::vector<double> phi;
         solve_p1(p1, multigrid, first, phi, {});
-        EXPECT_TRUE(closure.run(multigrid, base, phi, source).converged);
+        EXPECT_TRUE(closure.run(multigrid, {}, base, phi, source).converged);
         return layer.transmitted(source, phi);
     };
     // Exact: beams from every height, from above and (those that return) from below.

@@ -20,7 +20,7 @@ struct ThinBall {
         : grid(test::field(Vec3i(n), Vec3d(1 / radius),
                            [](const Vec3i& p) { return from_centre(p).length() < radius ? 1.0 : 0.0; })),
           index(*grid), density(index.gather(*grid)), exposed(exposed_voxels(index, density)),
-          p1(index, density, exposed, {tau, 1, nullptr, g, true}), source(p1)
+          p1(index, density, exposed, {tau, 1, nullptr, test::hg(g), true}), source(p1)
     {
         const Light sun = make_sun(Vec3d(-1, 0, 0));
         scaled = tau * p1.scaling(0).extinction;
@@ -94,7 +94,7 @@ TEST(ThinBody, GivesThePictureARadianceThatIsNotNegative)
     const Medium medium = [] {
         Medium m;
         m.sigma_t_per_density = Vec3d(40);
-        m.g = 0.85;
+        m.phase = test::hg(0.85);
         return m;
     }();
     ScatterReport report;

@@ -57,7 +57,8 @@ SlabExact::SlabExact(const Options& o) : o_(o), n_(o.n), size_(o.n + 1 + int(o.v
             const auto a = legendre(degree, mu_[i]), b = legendre(degree, mu_[j]);
             double same = 0, other = 0, gl = 1;
             for (int l = 0; l <= degree; ++l, gl *= o.g) {
-                const double term = (2 * l + 1) * gl * a[l] * b[l];
+                const double moment = o.moments.empty() ? gl : size_t(l) < o.moments.size() ? o.moments[l] : 0.0;
+                const double term = (2 * l + 1) * moment * a[l] * b[l];
                 same += term;
                 other += l % 2 ? -term : term;
             }

@@ -6,8 +6,9 @@
 
 namespace vdbcloud::test {
 
-/// A slab of optical depth `tau`, albedo w0, Henyey-Greenstein g, lit at depth 0 by a beam of irradiance 1
-/// (perpendicular to itself) with cosine mu0 to the inward normal. Azimuthal means of radiance; all of it collided.
+/// A slab of optical depth `tau`, albedo w0, phase function by Henyey-Greenstein g or by its Legendre moments, lit at
+/// depth 0 by a beam of irradiance 1 (perpendicular to itself) with cosine mu0 to the inward normal. Azimuthal means of
+/// radiance; all of it collided.
 ///
 /// Discrete ordinates: `n` half-range Gauss points a hemisphere, and mu0 and `view` as points of weight zero. Thin
 /// layers of optical depth below 1e-12 scatter once; they are doubled and added. Shares no code with the library.
@@ -20,6 +21,9 @@ public:
         double tau = 1, w0 = 1, g = 0, mu0 = 1;
         std::vector<double> view;  ///< cosines, in (0, 1], at which emergent radiance is wanted
         int n = 24;
+        /// m_0, m_1, ... of the phase function, moments beyond the last being 0; empty: g^l. The quadrature carries
+        /// 2 n of them.
+        std::vector<double> moments{};
     };
     explicit SlabExact(const Options&);
 

@@ -135,7 +135,7 @@ public:
         vdbcloud::Medium medium;
         medium.sigma_t_per_density = Vec3d(0.3);
         medium.albedo = Vec3d(0.98);
-        medium.g = 0.6;
+        medium.phase = PhaseFunction::henyey_greenstein(0.6);
         std::vector<Light> lights;
         if (sunlight > 0) lights.push_back(make_sun(turn ? turned(to_sun) : to_sun, Vec3d(sunlight)));
         ScatterOptions options;

@@ -31,9 +31,10 @@ inline constexpr const char* channel_scale = "vdbcloud:channel_scale";  // vec3d
 
 inline constexpr const char* delta_f =
     "vdbcloud:delta_f";  // double: share of scattered light taken as unscattered, 0: none
-inline constexpr const char* scaled_g = "vdbcloud:scaled_g";  // double: mean cosine g' of the rest
-inline constexpr const char* lit_by = "vdbcloud:lights";      // string: the lights that were scattered (lights_text)
-inline constexpr const char* lit_sky = "vdbcloud:sky";        // vec3d: radiance of the sky that entered, straight down
+// string: "1 m_1' ... m_L'", Legendre moments of the scaled phase function, L the degree
+inline constexpr const char* scaled_moments = "vdbcloud:scaled_moments";
+inline constexpr const char* lit_by = "vdbcloud:lights";  // string: the lights that were scattered (lights_text)
+inline constexpr const char* lit_sky = "vdbcloud:sky";    // vec3d: radiance of the sky that entered, straight down
 inline constexpr const char* lit_sky_horizon =
     "vdbcloud:sky_horizon";                                           // vec3d: along the horizon; without it as lit_sky
 inline constexpr const char* lit_sky_ground = "vdbcloud:sky_ground";  // vec3d: from below; without it as lit_sky

@@ -31,7 +31,6 @@ void check(const Medium& medium)
 {
     check_channels(schema::sigma_t_per_density, medium.sigma_t_per_density, 0, 1e30, "finite numbers, 0 or above");
     check_channels(schema::albedo, medium.albedo, 0, 1, "numbers in [0, 1]");
-    if (!(medium.g > -1 && medium.g < 1)) refuse(schema::g, medium.g, "a number in (-1, 1)");
 }
 
 }  // namespace
@@ -41,21 +40,21 @@ bool Medium::grey() const
     return sigma_t_per_density[0] == sigma_t_per_density[1] && sigma_t_per_density[1] == sigma_t_per_density[2];
 }
 
-const char* name(PhaseKind kind)
+PhaseFunction read_phase(const MetaMap& from, const PhaseFunction& otherwise)
 {
-    switch (kind) {
-    case PhaseKind::Isotropic: return "isotropic";
-    case PhaseKind::Rayleigh: return "rayleigh";
-    case PhaseKind::HenyeyGreenstein: return "henyey-greenstein";
+    const PhaseForm& form = phase_form(get_text(from, schema::phase, otherwise.name()));
+    std::vector<double> parameters;
+    for (size_t k = 0; k < form.parameters.size(); ++k) {
+        const PhaseParameter& parameter = form.parameters[k];
+        const bool same = &form == &otherwise.form();
+        const double value = get_number(from, parameter.key(), same ? otherwise.parameters()[k] : parameter.otherwise);
+        if (std::isnan(value))
+            throw InputError("phase function " + std::string(form.name) + " without " + parameter.key() +
+                             ": expected " + parameter.range());
+        if (!parameter.allows(value)) refuse(parameter.key().c_str(), value, parameter.range().c_str());
+        parameters.push_back(value);
     }
-    return "unknown";
-}
-
-PhaseKind phase_kind(const std::string& text)
-{
-    for (const auto kind : {PhaseKind::Isotropic, PhaseKind::Rayleigh, PhaseKind::HenyeyGreenstein})
-        if (text == name(kind)) return kind;
-    throw InputError("phase function '" + printable(text) + "': expected isotropic, rayleigh or henyey-greenstein");
+    return PhaseFunction(form.name, parameters);
 }
 
 Medium read_medium(const MetaMap& from, const Medium& otherwise)
@@ -63,8 +62,7 @@ Medium read_medium(const MetaMap& from, const Medium& otherwise)
     Medium medium = otherwise;
     medium.sigma_t_per_density = get_vector(from, schema::sigma_t_per_density, otherwise.sigma_t_per_density);
     medium.albedo = get_vector(from, schema::albedo, otherwise.albedo);
-    medium.g = get_number(from, schema::g, otherwise.g);
-    medium.phase = phase_kind(get_text(from, schema::phase, name(otherwise.phase)));
+    medium.phase = read_phase(from, otherwise.phase);
     check(medium);
     return medium;
 }
@@ -74,8 +72,11 @@ void write_medium(MetaMap& to, const Medium& medium)
     check(medium);
     set_vector(to, schema::sigma_t_per_density, medium.sigma_t_per_density);
     set_vector(to, schema::albedo, medium.albedo);
-    set_number(to, schema::g, medium.g);
-    set_text(to, schema::phase, name(medium.phase));
+    for (const PhaseForm& form : phase_table())
+        for (const PhaseParameter& parameter : form.parameters) to.removeMeta(parameter.key());
+    set_text(to, schema::phase, medium.phase.name());
+    const auto& parameters = medium.phase.form().parameters;
+    for (size_t k = 0; k < parameters.size(); ++k) set_number(to, parameters[k].key(), medium.phase.parameters()[k]);
 }
 
 }  // namespace vdbcloud

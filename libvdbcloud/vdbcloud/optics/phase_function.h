@@ -1,42 +1,97 @@
 #pragma once
-// Phase functions: how scattered light is spread over directions.
-#include "vdbcloud/optics/medium.h"
+// Phase functions: how scattered light is spread over directions, and the table of those that there are.
+#include "vdbcloud/core/fwd.h"
+
+#include <string>
+#include <vector>
 
 namespace vdbcloud {
 
+/// A number that a phase function depends on. The option of a program is "--" and the name.
+struct PhaseParameter {
+    const char* name;
+    const char* meaning;  ///< for help texts
+    double low, high;
+    bool open;         ///< low and high are excluded
+    double otherwise;  ///< the value where none is given; NaN: one has to be given
+
+    bool allows(double value) const;
+    std::string range() const;  ///< "a number in (-1, 1)"
+    std::string key() const;    ///< of the metadata: "vdbcloud:g"
+};
+
+/// One lobe of a phase function, in Draine's form, c = cos_theta:
+///
+///     weight (1 - g^2) / (4 pi (1 + g^2 - 2 g c)^(3/2)) (1 + alpha c^2) / (1 + alpha (1 + 2 g^2) / 3)
+///
+/// alpha = 0 is Henyey-Greenstein, g = 0 and alpha = 1 Rayleigh, g = 0 and alpha = 0 isotropic scattering.
+/// Source: Draine 2003, "Scattering by interstellar dust grains. I", equation 4.
+struct PhaseLobe {
+    double weight = 1, g = 0, alpha = 0;
+
+    double value(double cos_theta) const;  ///< [1/sr], weight included
+    double moment(int l) const;            ///< Legendre moment, weight included
+    double sample(double u) const;         ///< cos_theta at which the distribution function of the lobe is u
+};
+
+/// One row of the table: all that the library and the programs know of a phase function. A new phase function is a new
+/// row in phase_table.cc.
+struct PhaseForm {
+    const char* name;     ///< in metadata and as a word of --phase
+    const char* meaning;  ///< for help texts
+    std::vector<PhaseParameter> parameters;
+    /// The weights sum to 1.
+    std::vector<PhaseLobe> (*lobes)(const std::vector<double>& parameters);
+};
+
+const std::vector<PhaseForm>& phase_table();
+/// Throws InputError with the names that there are.
+const PhaseForm& phase_form(const std::string& name);
+
 /// p(cos_theta) [1/sr], normalised: its integral over the sphere is 1.
 ///
-/// Directions point along propagation and cos_theta = dot(w_in, w_out), so scattering straight on is +1:
-///
-///     isotropic            1 / (4 pi)
-///     Rayleigh             3 / (16 pi) (1 + cos^2)
-///     Henyey-Greenstein    (1 - g^2) / (4 pi (1 + g^2 - 2 g cos)^(3/2))
-///
-/// Texts whose two vectors both point away from the scatterer write + 2 g cos; ours have the opposite sign of
-/// cos.
+/// Directions point along propagation and cos_theta = dot(w_in, w_out), so forward scattering is +1. Texts whose two
+/// vectors both point away from the scatterer write + 2 g cos for our - 2 g cos.
 ///
 /// A value type: copy it freely, share it between threads.
 /// Source: Kajiya & Von Herzen 1984, section 2 (phase functions); Henyey & Greenstein 1941.
 class PhaseFunction {
 public:
-    /// g is the mean cosine of Henyey-Greenstein and is passed over by the others. Throws InputError unless
-    /// |g| < 1.
-    explicit PhaseFunction(PhaseKind kind = PhaseKind::Isotropic, double g = 0);
-    explicit PhaseFunction(const Medium& medium) : PhaseFunction(medium.phase, medium.g) {}
+    /// Isotropic.
+    PhaseFunction() : PhaseFunction("isotropic") {}
+    /// A row of the table, its parameters in the order of the row; those that are missing take their defaults. Throws
+    /// InputError for an unknown name, a parameter out of range, too many parameters, or one that has no default.
+    explicit PhaseFunction(const std::string& name, std::vector<double> parameters = {});
+    static PhaseFunction henyey_greenstein(double g) { return PhaseFunction("henyey-greenstein", {g}); }
+
+    const char* name() const { return form_->name; }
+    const PhaseForm& form() const { return *form_; }
+    const std::vector<double>& parameters() const { return parameters_; }
+    /// "henyey-greenstein, g 0.85"
+    std::string text() const;
 
     double operator()(double cos_theta) const;
 
-    /// The mean of cos_theta under p: g, or 0 for the symmetric ones.
-    double mean_cosine() const { return moment(1); }
+    /// The outgoing direction (unit) for the incoming one (unit), with density operator() over the sphere for u and v
+    /// uniform in [0, 1). Robust: a distribution function is inverted in closed form, or by bracketed Newton steps.
+    Vec3d sample(const Vec3d& incoming, double u, double v) const;
 
-    /// The l-th Legendre moment, 2 pi int_-1^1 p(c) P_l(c) dc, l >= 0: 1, then g, ... (Henyey-Greenstein:
-    /// g^l; Rayleigh: 1, 0, 1/10, 0, ...). It is the eigenvalue of the scattering operator on harmonics of
-    /// degree l.
+    /// The l-th Legendre moment, 2 pi int_-1^1 p(c) P_l(c) dc, l >= 0, in closed form: 1, then the mean cosine, ...
+    /// (Henyey-Greenstein: g^l; Rayleigh: 1, 0, 1/10, 0, ...). It is the eigenvalue of the scattering operator on
+    /// harmonics of degree l.
     double moment(int l) const;
+    double mean_cosine() const { return moment(1); }
+    /// A degree from which on every |m_l| is below `size`, 0 < size < 1.
+    int degree_below(double size) const;
+
+    /// The same form with the same parameters, to 1e-9 relative: parameters may have gone through text.
+    bool operator==(const PhaseFunction&) const;
+    bool operator!=(const PhaseFunction& other) const { return !(*this == other); }
 
 private:
-    PhaseKind kind_;
-    double g_;
+    const PhaseForm* form_;
+    std::vector<double> parameters_;
+    std::vector<PhaseLobe> lobes_;
 };
 
 }  // namespace vdbcloud

@@ -161,7 +161,7 @@ private:
         const Vec3d tau_mid = a_.tau + optical(a_, m_, first_half_), tau_end = tau_mid + optical(m_, b_, second_half_);
         result.tau = tau_end;
         for (size_t v = 0; v < first_half_.size(); ++v)
-            result.true_tau += scene_.volumes[v].kappa * (first_half_[v] + second_half_[v]);
+            result.true_tau += scene_.volumes[v].sigma_t * (first_half_[v] + second_half_[v]);
         if (result.half_way >= 1e30)
             if (const auto part = part_to_half(a_.tau, tau_end))
                 result.half_way = t0 + (t1 - t0) * std::clamp(*part, 0.0, 1.0);
@@ -218,10 +218,10 @@ private:
         if (has_other_sources_) node.transmittance = {std::exp(-tau[0]), std::exp(-tau[1]), std::exp(-tau[2])};
     }
 
-    /// Scattering coefficient integrated over a stretch: kappa * albedo * density depth.
+    /// Scattering coefficient integrated over a stretch: sigma_t * albedo * density depth.
     Vec3d scattering(size_t v, const Node& from, const Node& to, const std::vector<double>& depth) const
     {
-        return scene_.volumes[v].kappa * (0.5 * (from.volume[v].albedo + to.volume[v].albedo)) * depth[v];
+        return scene_.volumes[v].sigma_t * (0.5 * (from.volume[v].albedo + to.volume[v].albedo)) * depth[v];
     }
 
     /// A light's beam, scattered once towards the eye.
@@ -259,7 +259,7 @@ private:
     Vec3d rescattered(size_t v, const Node& from, const Node& to, const std::vector<double>& depth) const
     {
         return 0.5 * (from.volume[v].collided + to.volume[v].collided) * scattering(v, from, to, depth) *
-               (1 - scene_.volumes[v].forward) * mean_transmittance(from, to);
+               scene_.volumes[v].scaling.scattering() * mean_transmittance(from, to);
     }
 
     const PreparedScene& scene_;

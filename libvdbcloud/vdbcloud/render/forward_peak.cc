@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace vdbcloud {
 
@@ -25,31 +26,51 @@ double share(double angle)
 /// e^u - 1 - u.
 double beyond_first(double u) { return std::abs(u) < 1e-4 ? u * u / 2 : std::expm1(u) - u; }
 
-}  // namespace
-
-ForwardPeak::ForwardPeak(double g, int degree) : g_(g), f_(std::pow(g, degree + 1)), degree_(degree)
+/// (2l+1) P_l(cosine), l = 0 .. count - 1.
+std::vector<double> weighted_legendre(double cosine, size_t count)
 {
-    table_.reserve(size_t(angles) * depths);
-    for (int i = 0; i < angles; ++i)
-        for (int j = 0; j < depths; ++j)
-            table_.push_back(float(1 + share(angle_of(i)) * (exact(std::cos(angle_of(i)), depth_of(j)) - 1)));
-}
-
-/// The sum over all l of a constant is 0 off the forward direction: taking off the term that l tends to leaves one that
-/// converges.
-double ForwardPeak::exact(double cosine, double x) const
-{
-    if (x == 0) return 1;
-    const double p = (1 - g_ * g_) / std::pow(1 + g_ * g_ - 2 * g_ * cosine, 1.5), limit = beyond_first(-x * f_);
-    double sum = 0, before = 0, legendre = 1, power = 1;
-    for (int l = 0; l <= degree_ || x * power > 1e-9; ++l) {
-        sum += (2 * l + 1) * legendre * ((l > degree_ ? beyond_first(x * (power - f_)) : 0.0) - limit);
-        const double next = ((2 * l + 1) * cosine * legendre - l * before) / (l + 1);
+    std::vector<double> weighted(count);
+    double before = 0, legendre = 1;
+    for (size_t l = 0; l < count; ++l) {
+        weighted[l] = double(2 * l + 1) * legendre;
+        const double next = (double(2 * l + 1) * cosine * legendre - double(l) * before) / double(l + 1);
         before = legendre;
         legendre = next;
-        power *= g_;
     }
-    return std::max(0.0, 1 + sum / (x * p));
+    return weighted;
+}
+
+/// e^u - 1 - u of every degree at one x, 0 up to the degree of the scaling, less what it tends to at high degree. The
+/// sum over all l of a constant is 0 off the forward direction: with that constant off, the sum over l converges.
+std::vector<double> terms(const std::vector<double>& moments, const DeltaScaling& scaling, double x)
+{
+    const double limit = beyond_first(-x * scaling.f);
+    std::vector<double> terms;
+    for (size_t l = 0; l < moments.size(); ++l)
+        terms.push_back((int(l) > scaling.degree ? beyond_first(x * (moments[l] - scaling.f)) : 0.0) - limit);
+    return terms;
+}
+
+}  // namespace
+
+ForwardPeak::ForwardPeak(const PhaseFunction& phase, const DeltaScaling& scaling)
+{
+    std::vector<double> moments;
+    const int count = std::max(scaling.degree + 1, phase.degree_below(1e-9 / deepest));
+    for (int l = 0; l < count; ++l) moments.push_back(phase.moment(l));
+    std::vector<std::vector<double>> at_depth;
+    for (int j = 0; j < depths; ++j) at_depth.push_back(terms(moments, scaling, depth_of(j)));
+    table_.reserve(size_t(angles) * depths);
+    for (int i = 0; i < angles; ++i) {
+        const double cosine = std::cos(angle_of(i)), p = 4 * pi * phase(cosine);
+        const auto weighted = weighted_legendre(cosine, moments.size());
+        for (int j = 0; j < depths; ++j) {
+            const double x = depth_of(j);
+            const double sum = std::inner_product(weighted.begin(), weighted.end(), at_depth[size_t(j)].begin(), 0.0);
+            const double ratio = x > 0 ? std::max(0.0, 1 + sum / (x * p)) : 1;
+            table_.push_back(float(1 + share(angle_of(i)) * (ratio - 1)));
+        }
+    }
 }
 
 double ForwardPeak::operator()(double cosine, double x) const

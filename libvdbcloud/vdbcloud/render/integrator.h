@@ -1,6 +1,7 @@
 #pragma once
 // Pass two of Kajiya & Von Herzen 1984: what a camera sees of media, given the light that reaches each point.
 #include "vdbcloud/core/progress.h"
+#include "vdbcloud/optics/delta_scaling.h"
 #include "vdbcloud/optics/medium.h"
 #include "vdbcloud/render/film.h"
 #include "vdbcloud/scene/camera.h"
@@ -30,9 +31,9 @@ struct Volume {
     /// scale.
     std::array<std::vector<FloatGridPtr>, 3> moments;
     Vec3d moment_scale{1, 1, 1};
-    double forward = 0;      ///< delta scaling's f, 0: none. The image is then formed in the medium of extinction
-                             ///< (1 - f albedo) sigma_t, and `transmittance` must belong to that medium
-    double mean_cosine = 0;  ///< g' of the medium phi and flux belong to
+    /// Of the medium that phi, flux and moments belong to. Where f is not 0 the image is formed in the medium of
+    /// extinction (1 - f albedo) sigma_t, and `transmittance` must belong to that medium.
+    DeltaScaling scaling;
 };
 
 /// What is to be rendered.

@@ -61,6 +61,9 @@ void add_moments(const Volume& volume, PreparedVolume& prepared)
     const auto& [r, g, b] = volume.moments;
     const int count = int(r.size());
     while (harmonic_count(prepared.degree) - harmonic_count(1) < count) ++prepared.degree;
+    if (prepared.degree > volume.scaling.degree)
+        throw InputError("moments of degree " + std::to_string(prepared.degree) + ": expected at most " +
+                         std::to_string(volume.scaling.degree) + ", that of the delta scaling");
     if (harmonic_count(prepared.degree) - harmonic_count(1) != count || g.size() != r.size() || b.size() != r.size())
         throw InputError(std::to_string(count) +
                          " moments of degree 2 and more: expected whole degrees, the same for each channel");
@@ -77,7 +80,7 @@ bool same_channels(const Vec3d& v) { return v[0] == v[1] && v[1] == v[2]; }
 bool extinction_is_grey(const Volume& volume)
 {
     if (!volume.medium.grey()) return false;
-    return volume.forward == 0 || (same_channels(volume.medium.albedo) && !volume.colour);
+    return volume.scaling.f == 0 || (same_channels(volume.medium.albedo) && !volume.colour);
 }
 
 }  // namespace
@@ -87,20 +90,17 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
 {
     for (const auto& volume : scene.volumes) {
         auto& prepared = volumes.emplace_back(BrickMap(*volume.density));
-        prepared.kappa = volume.medium.sigma_t_per_density;
+        prepared.sigma_t = volume.medium.sigma_t_per_density;
         prepared.albedo = volume.medium.albedo;
-        prepared.phase = PhaseFunction(volume.medium);
-        prepared.forward = volume.forward;
-        prepared.mean_cosine = volume.mean_cosine;
-        scaled = scaled || volume.forward != 0;
+        prepared.phase = volume.medium.phase;
+        prepared.scaling = volume.scaling;
+        scaled = scaled || volume.scaling.f != 0;
         prepared.colour = map_of(volume.colour, 1);
         prepared.phi = fringe_map(volume.phi);
         for (int c = 0; c < 3; ++c) prepared.flux[c] = fringe_map(volume.flux[size_t(c)]);
         add_moments(volume, prepared);
-        const double g = prepared.phase.moment(1);
-        if (volume.phi && volume.forward > 0 && g > 0 && volume.medium.phase == PhaseKind::HenyeyGreenstein)
-            prepared.peak = std::make_unique<ForwardPeak>(
-                g, std::max(1, int(std::lround(std::log(volume.forward) / std::log(g))) - 1));
+        if (volume.phi && volume.scaling.f > 0)
+            prepared.peak = std::make_unique<ForwardPeak>(volume.medium.phase, volume.scaling);
         grey = grey && extinction_is_grey(volume);
         if (!shadow_rays) {
             if (volume.transmittance.size() != lights.size())
@@ -142,7 +142,7 @@ void RayMedia::set(const WorldRay& ray)
             evaluate_harmonics(v.degree, -ray.direction, y.data());
             for (int l = 2; l <= v.degree; ++l)
                 for (int k = l * l; k < (l + 1) * (l + 1); ++k)
-                    weights_[n][size_t(k - 4)] = (v.phase.moment(l) - v.forward) / (1 - v.forward) * y[size_t(k)];
+                    weights_[n][size_t(k - 4)] = v.scaling.moments[size_t(l)] * y[size_t(k)];
         }
         for (size_t l = 0; l < v.light_depth.size(); ++l)
             to[maps_before_lights + l] = IndexRay(v.light_depth[l]->index_from_world(), ray);
@@ -211,9 +211,9 @@ Vec3d RayMedia::collided(size_t volume, double t) const
     if (!v.phi) return Vec3d(0);
     Vec3d sum = v.phi->sample3(ray_of(volume, 3).at(t));
     for (int c = 0; c < 3; ++c)
-        if (v.flux[c] && v.mean_cosine != 0)
-            sum[c] +=
-                3 * v.mean_cosine * (-ray_.direction).dot(v.flux[c]->sample3(ray_of(volume, size_t(4 + c)).at(t)));
+        if (v.flux[c] && v.scaling.mean_cosine() != 0)
+            sum[c] += 3 * v.scaling.mean_cosine() *
+                      (-ray_.direction).dot(v.flux[c]->sample3(ray_of(volume, size_t(4 + c)).at(t)));
     sum /= 4 * pi;
     const auto& weights = weights_[volume];
     if (weights.empty()) return sum;
@@ -233,7 +233,7 @@ Vec3d RayMedia::collided(size_t volume, double t) const
 Vec3d RayMedia::extinction(size_t volume, const Vec3d& albedo) const
 {
     const auto& v = scene_.volumes[volume];
-    return v.forward == 0 ? v.kappa : v.kappa * (Vec3d(1) - v.forward * albedo);
+    return v.scaling.f == 0 ? v.sigma_t : v.sigma_t * (Vec3d(1) - v.scaling.f * albedo);
 }
 
 double RayMedia::cosine(const Light& light, double t) const
@@ -257,7 +257,7 @@ Vec3d RayMedia::peak(size_t light, size_t volume, double t, const Vec3d& albedo,
     Vec3d ratio;
     for (int k = 0; k < 3; ++k) {
         const bool known = k > 0 && albedo[k] == albedo[0] && y[k] == y[0];
-        ratio[k] = known ? ratio[0] : (*v.peak)(c, albedo[k] * y[k] / (1 - albedo[k] * v.forward));
+        ratio[k] = known ? ratio[0] : (*v.peak)(c, albedo[k] * y[k] / v.scaling.extinction(albedo[k]));
     }
     return ratio;
 }

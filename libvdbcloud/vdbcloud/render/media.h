@@ -16,12 +16,11 @@ namespace vdbcloud {
 struct PreparedVolume {
     explicit PreparedVolume(BrickMap map) : density(std::move(map)) {}
 
-    BrickMap density;      ///< for emission alone: where it is not 0, with no extinction
-    Vec3d kappa{0, 0, 0};  ///< extinction per density [1/world unit]
+    BrickMap density;        ///< for emission alone: where it is not 0, with no extinction
+    Vec3d sigma_t{0, 0, 0};  ///< extinction at density 1 [1/world unit]
     Vec3d albedo{1, 1, 1};
     PhaseFunction phase;
-    double forward = 0;      ///< share f of the scattered light that the scaled medium counts as unscattered
-    double mean_cosine = 0;  ///< g' of the scaled medium, for the flux term of multiple scattering
+    DeltaScaling scaling;  ///< of the medium that phi, flux and moments belong to
     std::unique_ptr<BrickMap> colour, emission, phi, flux[3];
     /// Of degree 2 and more, sampled where phi is: r, g, b; r alone where all share one.
     std::vector<std::unique_ptr<BrickMap>> moments[3];
@@ -57,9 +56,9 @@ public:
     Vec3d light_depth(size_t light, double t) const;
     Vec3d albedo(size_t volume, double t) const;
     Vec3d emission(size_t volume, double t) const;
-    /// Mean over directions of collided light, weighted towards the eye: (phi + 3 g' s.F) / (4 pi) and, where there are
-    /// higher moments, + sum over l >= 2 of (p_l - f) / (1 - f) Y_lm(s) M_lm; s towards the eye, p_l the phase
-    /// function's moments.
+    /// Collided light scattered towards the eye, per scattering coefficient: (phi + 3 m_1' s.F) / (4 pi) and, where
+    /// there are higher moments, + sum over l >= 2 of m_l' Y_lm(s) M_lm; s towards the eye, m_l' the scaled moments of
+    /// the phase function.
     Vec3d collided(size_t volume, double t) const;
     /// Extinction of the (scaled) medium per density, given its albedo there.
     Vec3d extinction(size_t volume, const Vec3d& albedo) const;

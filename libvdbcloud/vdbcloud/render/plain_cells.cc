@@ -23,7 +23,7 @@ public:
         constexpr double far = std::numeric_limits<double>::infinity();
         const auto& volume = scene_.volumes[0];
         const IndexRay& index = media_.index_ray(0);
-        const double kappa = volume.kappa[0];
+        const double sigma_t = volume.sigma_t[0];
         double tau = 0, previous = -1;
         Vec3i brick(0);
         bool in_brick = false;
@@ -32,7 +32,8 @@ public:
             const double length = t1 - t0;
             const Vec3d p = index.at(t0) - Vec3d(cell[0], cell[1], cell[2]), d = length * index.direction;
             const Cubic density = along(corners, p, d);
-            const double to_mid = kappa * length * density.integral(0.5), whole = kappa * length * density.integral(1);
+            const double to_mid = sigma_t * length * density.integral(0.5),
+                         whole = sigma_t * length * density.integral(1);
             const double tau_mid = tau + to_mid, tau_end = tau + whole;
             ++result.cells;
             if (tau < log_2 && tau_end >= log_2) result.half_way = t0 + length * (log_2 - tau) / whole;
@@ -84,7 +85,7 @@ bool is_plain(const PreparedScene& scene)
 {
     if (scene.volumes.size() != 1 || !scene.grey || scene.shadow_rays) return false;
     const auto& v = scene.volumes[0];
-    if (v.colour || v.emission || v.phi || v.forward != 0) return false;
+    if (v.colour || v.emission || v.phi || v.scaling.f != 0) return false;
     for (size_t l = 0; l < scene.lights.size(); ++l)
         if (!scene.lights[l]->common_direction() || v.light_depth[l]->channels() != 1 ||
             !same(v.light_depth[l]->index_from_world(), v.density.index_from_world()))

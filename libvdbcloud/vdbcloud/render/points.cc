@@ -27,11 +27,11 @@ protected:
             if (volume.emission) source[lights + 1] += media_.emission(v, t);
             const double density = media_.density(v, t);
             if (!(density > 0)) continue;
-            const Vec3d albedo = media_.albedo(v, t), scattering = volume.kappa * albedo * density;
+            const Vec3d albedo = media_.albedo(v, t), scattering = volume.sigma_t * albedo * density;
             sigma_t += media_.extinction(v, albedo) * density;
             for (size_t l = 0; l < lights; ++l)
                 source[l] += scattering * media_.arriving(l, v, t - width / 2, t + width / 2);
-            if (volume.phi) source[lights] += (1 - volume.forward) * scattering * media_.collided(v, t);
+            if (volume.phi) source[lights] += volume.scaling.scattering() * scattering * media_.collided(v, t);
         }
         for (size_t l = 0; l < lights; ++l)
             if (source[l] != Vec3d(0)) source[l] *= attenuation(media_.light_depth(l, t));
@@ -51,7 +51,7 @@ protected:
         result.true_tau = Vec3d(0);  // not what these rules integrate: taken from the cells
         for (const auto& v : scene_.volumes)
             result.true_tau +=
-                v.kappa * density_depth(v.density, media_.ray(), 0, std::numeric_limits<double>::infinity());
+                v.sigma_t * density_depth(v.density, media_.ray(), 0, std::numeric_limits<double>::infinity());
     }
 
     const PreparedScene& scene_;

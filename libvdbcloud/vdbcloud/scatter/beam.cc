@@ -71,7 +71,7 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
     const Blocks& blocks = p1.blocks();
     const FreeFlux free(p1, depths.light);
     const double unit = p1.hbar() * p1.hbar();
-    const bool forward = p1.medium().g != 0;
+    const bool forward = p1.mean_cosine() != 0;
     for (const auto& [source, strength] : channels)
         for (auto& additive : source->additive)
             if (forward && additive.empty()) additive.assign(blocks.slots(), 0.0f);
@@ -252,7 +252,7 @@ std::vector<float> beam_fluence(const P1Operator& p1, const BeamDepths& depths, 
     add_source_inside(p1, depths.light, {{&point, 1.0}});
     std::vector<float> fluence(blocks.slots(), 0.0f);
     each_active(blocks, [&](size_t slot) {
-        const DeltaScaling scaling = p1.scaling(slot);
+        const ScaledCell scaling = p1.scaling(slot);
         const double inside = point.rhs[slot] != 0 ? point.rhs[slot] / scaling.albedo : 0.0;
         const double rate = scaling.extinction * p1.sigma_t(slot) * p1.hbar();
         const double mean = std::max(taken[slot] + inside, 0.0) / rate;

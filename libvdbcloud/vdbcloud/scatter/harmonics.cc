@@ -67,13 +67,6 @@ std::vector<double> direction_coupling(int degree, int axis)
     return matrix;
 }
 
-std::vector<double> phase_moments(int degree, double g)
-{
-    std::vector<double> moments(size_t(degree) + 1, 1.0);
-    for (size_t l = 1; l < moments.size(); ++l) moments[l] = moments[l - 1] * g;
-    return moments;
-}
-
 P1Closure p1_closure()
 {
     const int n = harmonic_count(1);
@@ -82,14 +75,5 @@ P1Closure p1_closure()
     return {z[harmonic(0, 0) * n + harmonic(1, 0)] * to_phi / to_flux,
             z[harmonic(1, 0) * n + harmonic(0, 0)] * to_flux / to_phi};
 }
-
-DeltaScaling delta_scaling(double albedo, double g, int degree)
-{
-    if (g <= 0) return no_scaling(albedo, g);
-    const double f = std::pow(g, degree + 1);
-    return {f, albedo * (1 - f) / (1 - albedo * f), 1 - albedo * f, (g - f) / (1 - f)};
-}
-
-DeltaScaling no_scaling(double albedo, double g) { return {0, albedo, 1, g}; }
 
 }  // namespace vdbcloud

@@ -1,5 +1,5 @@
 #pragma once
-// Real spherical harmonics and what direction and phase do to them: the operator of the scattering equation.
+// Multiplication by the direction in real spherical harmonics: the streaming operator, and P1 as its truncation.
 #include "vdbcloud/optics/spherical_harmonics.h"
 
 #include <vector>
@@ -17,10 +17,6 @@ namespace vdbcloud {
 /// it would hold no gradient. Here the basis is orthonormal, so no norm is left to get wrong.
 std::vector<double> direction_coupling(int degree, int axis);
 
-/// Eigenvalues of the phase operator for l = 0..degree: the phase function's Legendre moments, g^l for
-/// Henyey-Greenstein (1 for l = 0). The operator is diagonal in the harmonics and does not depend on m.
-std::vector<double> phase_moments(int degree, double g);
-
 /// The truncation at degree 1, read off the matrices above and not typed in.
 ///
 /// With phi = sqrt(4 pi) L_00 and F = sqrt(4 pi / 3) (L_11, L_1-1, L_10) the two lowest rows are
@@ -32,21 +28,5 @@ struct P1Closure {
     double gradient;    ///< 1/3
 };
 P1Closure p1_closure();
-
-/// Delta-M scaling: the fraction f of the phase function that is a forward spike is taken as not scattered.
-///
-///     f = max(g, 0)^(degree+1),  w0' = w0 (1-f) / (1 - w0 f),  sigma_t' = (1 - w0 f) sigma_t,  g_l' = (g^l - f) / (1-f)
-///
-/// At degree 1 (delta-Eddington) g' = g / (1+g). sigma_a and D are unchanged, exactly. Nothing is scaled where g <= 0.
-/// Source: Joseph, Wiscombe & Weinman 1976; Wiscombe 1977.
-struct DeltaScaling {
-    double f = 0;
-    double albedo = 1;      ///< w0'
-    double extinction = 1;  ///< sigma_t' / sigma_t
-    double g = 0;           ///< g_1'
-};
-DeltaScaling delta_scaling(double albedo, double g, int degree = 1);
-/// The same medium unscaled, f = 0.
-DeltaScaling no_scaling(double albedo, double g);
 
 }  // namespace vdbcloud

@@ -9,6 +9,8 @@
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/scatter/beam.h"
 #include "vdbcloud/scatter/channel_groups.h"
+#include "vdbcloud/scatter/collided_grids.h"
+#include "vdbcloud/scatter/world_axes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -38,7 +40,6 @@ public:
           index_(density, {options.periodic}), density_(index_.gather(density)),
           exposed_(exposed_voxels(index_, density_))
     {
-        g_ = medium.phase == PhaseKind::HenyeyGreenstein ? medium.g : 0;
         for (int c = 0; c < 3; ++c) {
             if (tint) tint_[c] = index_.gather(*tint, c);
             if (emission) emission_[c] = index_.gather(*emission, c);
@@ -61,25 +62,13 @@ public:
         for (const ChannelGroup& group : all) count += int(group.solves.size());
         for (const ChannelGroup& group : all) solve_group(group, done, count, progress);
 
-        fields.phi = index_.to_grid({phi_[source_of(0)].data(), phi_[source_of(1)].data(), phi_[source_of(2)].data()},
-                                    schema::phi, scales());
-        stamp(*fields.phi);
-        const char* const channels[] = {"r", "g", "b"};
-        for (int c = 0; c < 3; ++c) {
-            auto& flux = flux_[source_of(c)];
-            fields.flux[c] =
-                index_.to_grid({flux[0].data(), flux[1].data(), flux[2].data()},
-                               std::string(schema::flux_prefix) + channels[c], Vec3d(report_.channel[c].scale));
-            fields.flux[c]->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
-            stamp(*fields.flux[c]);
-        }
-        moment_grids(fields);
+        fields = collided_grids(index_, solution_, share_, std::min(degree(), o_.keep_moments),
+                                [&](GridBase& grid) { stamp(grid); });
+        fields.scaling = scaling();
         return fields;
     }
 
 private:
-    int source_of(int channel) const { return report_.channel[channel].solved_as; }
-    Vec3d scales() const { return {report_.channel[0].scale, report_.channel[1].scale, report_.channel[2].scale}; }
     const std::vector<float>* tint(int channel) const
     {
         if (tint_[0].empty()) return nullptr;
@@ -136,8 +125,8 @@ private:
                    const std::function<void(const Light&, const BeamDepths&, double)>& note = {})
     {
         if (lights_.empty()) return;
-        const double kappa = p1.medium().sigma_t_per_density;
-        const double extinction = p1.uniform_albedo() ? kappa * p1.scaling(0).extinction : kappa;
+        const double sigma_t = p1.medium().sigma_t_per_density;
+        const double extinction = p1.uniform_albedo() ? sigma_t * p1.scaling(0).extinction : sigma_t;
         std::vector<float> scaled;
         if (!p1.uniform_albedo() && periodic_) {
             scaled = density_;
@@ -180,15 +169,16 @@ private:
         const size_t slots = index_.blocks().slots();
         size_t now =
             p1.stencil().bytes() + slots * (4 + 8 * sources) + besides + exposed_.size() * sizeof(ExposedVoxel);
-        if (g_ != 0) now += 12 * slots * sources;
+        if (medium_.phase.mean_cosine() != 0) now += 12 * slots * sources;
         report_.bytes = std::max(report_.bytes, now);
     }
 
     void solve_group(const ChannelGroup& group, int& done, int count, const Progress& progress)
     {
         const int first = group.solves[0].channel;
-        const P1Operator p1(index_, density_, exposed_,
-                            {medium_.sigma_t_per_density[first], medium_.albedo[first], tint(first), g_, o_.delta});
+        const P1Operator p1(
+            index_, density_, exposed_,
+            {medium_.sigma_t_per_density[first], medium_.albedo[first], tint(first), medium_.phase, o_.delta});
         std::vector<P1Source> sources(group.solves.size(), P1Source(p1));
         std::vector<std::pair<P1Source*, int>> lit;
         for (size_t k = 0; k < sources.size(); ++k) lit.emplace_back(&sources[k], group.solves[k].channel);
@@ -216,7 +206,8 @@ private:
             } else {
                 keep_p1(p1, sources[k], c, phi, report);
             }
-            phi_[c].assign(phi.begin(), phi.end());
+            solution_[c].phi.assign(phi.begin(), phi.end());
+            share_[c] = {c, 1};
             for (const auto& [channel, scale] : group.solves[k].shared) share(c, channel, scale);
             ++report_.solves;
         }
@@ -233,8 +224,8 @@ private:
     {
         finish(p1, source, phi, report);
         auto flux = cell_flux(p1, source, phi);
-        if (g_ != 0) report.flux_limited = limit_flux(p1, phi, flux);  // else the picture does not see it
-        flux_[c] = in_world(std::move(flux));
+        if (p1.mean_cosine() != 0) report.flux_limited = limit_flux(p1, phi, flux);  // else the picture does not see it
+        solution_[c].flux = flux_in_world(index_, std::move(flux));
     }
 
     /// From P1 to flux-limited diffusion, for one channel, by solving with the factors that the last solution asks for.
@@ -276,7 +267,7 @@ private:
         report.emitted = source.emitted;
         report_.converged = report_.converged && report.solve.converged;
         report.reentry = o_.reentry_rays > 0 ? reentry_share(p1, source, phi, o_.reentry_rays) : -1;
-        const Vec3d up = lights_.empty() ? Vec3d(0, 1, 0) : lights_[0]->common_direction().value_or(Vec3d(0, 1, 0));
+        const Vec3d up = lights_.empty() ? o_.up : lights_[0]->common_direction().value_or(Vec3d(0, 1, 0));
         for (int face = 0; face < 6; ++face) {
             const double side = up.dot(index_.axis(face / 2)) * (face % 2 ? 1 : -1);
             (side > 1e-9 ? report.reflected : report.transmitted) += report.budget.out[face];
@@ -290,11 +281,7 @@ private:
         P1Medium medium = p1.medium();
         medium.degree = o_.closure.degree;
         const P1Operator fine(index_, density_, exposed, medium);
-        ClosureOptions options = o_.closure;
-        options.solve = o_.solve;
-        options.polar = polar_axis();
-        options.layered = o_.periodic[0] + o_.periodic[1] + o_.periodic[2] == 2;
-        SecondMoment closure(fine, options);
+        SecondMoment closure(fine, o_.closure, frame());
         if (!o_.sky.dark()) closure.set_sky(sky_along(index_, o_.sky, c, closure.set().direction));
         // A start that is negative in no direction saves three iterations: at g = 0.85 P1's flux where light enters
         // takes long to be forgotten.
@@ -322,87 +309,30 @@ private:
         Multigrid multigrid(fine.stencil());
         note_bytes(fine, 3, multigrid.bytes() + closure.bytes() + 20 * index_.blocks().slots());
         P1Source source(fine);
-        report.closure = closure.run(multigrid, base, phi, source);
+        report.closure = closure.run(multigrid, o_.solve, base, phi, source);
         for (const SolveResult& solve : report.closure.solves)
             if (!solve.converged) report.solve = solve;
         finish(fine, source, phi, report);
-        keep_moments(closure, c);
+        const int kept = std::min(o_.closure.degree, std::max(o_.keep_moments, 1));
+        solution_[c].moments = moments_in_world(index_, closure.moments(), kept);
+        solution_[c].flux = flux_of(solution_[c].moments);
     }
 
-    /// The index axis nearest to the world's axis asked for; of a layer without end the one across it.
-    int polar_axis() const
+    /// The polar axis is the index axis nearest to `up`; of a layer without end it is the one across the layer.
+    OrdinateFrame frame() const
     {
         const auto& periodic = o_.periodic;
-        if (periodic[0] + periodic[1] + periodic[2] == 2) return !periodic[0] ? 0 : !periodic[1] ? 1 : 2;
+        if (periodic[0] + periodic[1] + periodic[2] == 2) return {!periodic[0] ? 0 : !periodic[1] ? 1 : 2, true};
         int nearest = 0;
         for (int a = 1; a < 3; ++a)
-            if (std::abs(index_.axis(a)[o_.closure.polar]) > std::abs(index_.axis(nearest)[o_.closure.polar]))
-                nearest = a;
-        return nearest;
+            if (std::abs(index_.axis(a).dot(o_.up)) > std::abs(index_.axis(nearest).dot(o_.up))) nearest = a;
+        return {nearest, false};
     }
 
-    void moment_grids(ScatterFields& fields) const
+    int degree() const { return o_.closure.iterations > 0 ? o_.closure.degree : 1; }
+    DeltaScaling scaling() const
     {
-        const bool shared = source_of(1) == 0 && source_of(2) == 0;
-        if (shared) fields.moment_scale = scales();
-        for (int c = 0; c < (shared ? 1 : 3); ++c)
-            for (int l = 2; l <= std::min(closure_degree(), o_.keep_moments); ++l)
-                for (int m = -l; m <= l; ++m) {
-                    std::vector<float> moment = moments_[source_of(c)][size_t(harmonic(l, m))];
-                    const double scale = shared ? 1 : report_.channel[c].scale;
-                    for (float& value : moment) value = float(scale * value);
-                    const auto grid = index_.to_grid(moment.data(), schema::moment_name(l, m, shared ? -1 : c));
-                    stamp(*grid);
-                    if (shared) set_vector(*grid, schema::channel_scale, fields.moment_scale);
-                    fields.moments[c].push_back(grid);
-                }
-        if (shared) fields.moments[1] = fields.moments[2] = fields.moments[0];
-    }
-
-    /// Flux and higher moments of the sweeps, turned from the index axes to the world's.
-    void keep_moments(const SecondMoment& closure, int c)
-    {
-        const int degree = std::min(o_.closure.degree, std::max(o_.keep_moments, 1)), n = harmonic_count(degree);
-        // turn[i][j] = int Y_i(world) Y_j(index), by a set that is exact for it.
-        const Ordinates set = ordinates(OrdinateKind::Product, 1, 7);
-        std::vector<double> turn(size_t(n) * n, 0.0), world(64), index(64);
-        for (size_t m = 0; m < set.count(); ++m) {
-            const Vec3d& s = set.direction[m];
-            evaluate_harmonics(degree, s, index.data());
-            evaluate_harmonics(degree, s[0] * index_.axis(0) + s[1] * index_.axis(1) + s[2] * index_.axis(2),
-                               world.data());
-            for (int i = 0; i < n; ++i)
-                for (int j = 0; j < n; ++j) turn[i * n + j] += set.weight[m] * world[i] * index[j];
-        }
-        auto& to = moments_[c];
-        to.assign(size_t(n), {});
-        for (int l = 1; l <= degree; ++l)
-            for (int i = l * l; i < (l + 1) * (l + 1); ++i) {
-                to[size_t(i)].assign(index_.blocks().slots(), 0.0f);
-                for (int j = l * l; j < (l + 1) * (l + 1); ++j) {
-                    const double factor = turn[i * n + j];
-                    if (std::abs(factor) < 1e-12) continue;
-                    const auto& from = closure.moments()[size_t(j)];
-                    for (size_t slot = 0; slot < from.size(); ++slot) to[size_t(i)][slot] += float(factor * from[slot]);
-                }
-            }
-        const int of_axis[3] = {harmonic(1, 1), harmonic(1, -1), harmonic(1, 0)};
-        for (int a = 0; a < 3; ++a) {
-            flux_[c][a] = to[size_t(of_axis[a])];
-            for (float& f : flux_[c][a]) f *= float(std::sqrt(4 * pi / 3));
-        }
-    }
-
-    int closure_degree() const { return o_.closure.iterations > 0 ? o_.closure.degree : 1; }
-
-    std::array<std::vector<float>, 3> in_world(std::array<std::vector<float>, 3> flux) const
-    {
-        for (size_t slot = 0; slot < index_.blocks().count() * 512; ++slot) {
-            Vec3d f(0, 0, 0);
-            for (int a = 0; a < 3; ++a) f += double(flux[a][slot]) * index_.axis(a);
-            for (int a = 0; a < 3; ++a) flux[a][slot] = float(f[a]);
-        }
-        return flux;
+        return o_.delta ? delta_scaling(medium_.phase, degree()) : no_scaling(medium_.phase, degree());
     }
 
     /// The report of a channel that is `scale` times another.
@@ -417,15 +347,13 @@ private:
         for (double& power : r.budget.out) power *= scale;
         if (r.lines >= 0) r.lines *= scale;
         report_.channel[to] = r;
+        share_[to] = {from, scale};
     }
 
     void stamp(GridBase& grid) const
     {
-        const DeltaScaling scaling = o_.delta ? delta_scaling(1, g_, closure_degree()) : no_scaling(1, g_);
         write_medium(grid, medium_);
-        set_number(grid, schema::delta_f, scaling.f);
-        set_number(grid, schema::scaled_g, scaling.g);
-        set_number(grid, schema::degree, closure_degree());
+        write_delta_scaling(grid, scaling());
         set_text(grid, schema::density_digest, grid_digest(grid_));
         write_sky(grid, o_.sky);
         set_text(grid, schema::lit_by, lights_text(lights_));
@@ -439,12 +367,10 @@ private:
     VoxelIndex index_;
     std::vector<float> density_;
     std::vector<ExposedVoxel> exposed_;
-    double g_ = 0;
     bool periodic_ = false;
     std::vector<float> tint_[3], emission_[3];
-    std::vector<float> phi_[3];
-    std::array<std::vector<float>, 3> flux_[3];
-    std::vector<std::vector<float>> moments_[3];
+    std::array<Solution, 3> solution_;
+    std::array<Share, 3> share_;
 };
 
 }  // namespace

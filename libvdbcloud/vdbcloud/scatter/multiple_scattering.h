@@ -27,10 +27,10 @@ struct ScatterOptions {
     double limiter_change = 1e-4;  ///< its iteration ends when phi changes by less
     int limiter_iterations = 100;
     int reentry_rays = 20000;  ///< for the estimate of light that would enter again; 0: none
-    ClosureOptions
-        closure;           ///< sweeps that close P1; its solve and polar (here a world axis) are set from these options
-    int keep_moments = 7;  ///< degree up to which moments become grids, at least 1: phi and flux
-    int line_rays = 1;     ///< measure what each sun loses by lines through the medium; 0: not
+    ClosureOptions closure;    ///< sweeps that close P1
+    Vec3d up{0, 1, 0};         ///< world; the polar axis of the sweeps' directions is the index axis nearest to it
+    int keep_moments = 7;      ///< degree up to which moments become grids, at least 1: phi and flux
+    int line_rays = 1;         ///< measure what each sun loses by lines through the medium; 0: not
 };
 
 /// How one channel went.
@@ -67,6 +67,7 @@ struct ScatterFields {
     /// axes. Channels that are multiples of one solution share the grids of the first.
     std::array<std::vector<FloatGridPtr>, 3> moments;
     Vec3d moment_scale{1, 1, 1};  ///< what r, g, b are of their grids; not 1 only where they share them
+    DeltaScaling scaling;         ///< of the medium that all of this belongs to
 };
 
 /// Solves the P1 equations (p1_problem.h) for each channel of a medium lit by `lights`, a sky and emission.
@@ -75,17 +76,17 @@ struct ScatterFields {
 /// with equal coefficients share matrix and hierarchy; those whose light is a multiple of another's share the solution.
 /// The beams are computed here, from the lights, in the scaled medium: a stored transmittance is 0 where T' is not.
 ///
-/// phi and flux are collided light only, of the SCALED medium, and bear it as metadata (delta_f, scaled_g, the medium):
-/// an image is formed there too. With f = delta_f, w0, sigma_t of the true medium, s towards the eye and p the true
-/// phase function (Nakajima & Tanaka 1988, TMS), everything attenuated by sigma_t' = (1 - w0 f) sigma_t:
+/// phi and flux are collided light only, of the SCALED medium, and bear it as metadata (the delta scaling, the
+/// medium): an image is formed there too. With w0, sigma_t of the true medium, s towards the eye and p the true phase
+/// function (Nakajima & Tanaka 1988, TMS), everything attenuated by sigma_t' = (1 - w0 f) sigma_t:
 ///
 ///     single scattering    w0 sigma_t p(cos) E T', times what the forward peak scatters again (render/forward_peak.h)
-///     multiple scattering  w0' sigma_t' / (4 pi) (phi + 3 g' s.F),   w0' sigma_t' = w0 (1 - f) sigma_t
+///     multiple scattering  w0' sigma_t' / (4 pi) (phi + 3 m_1' s.F),   w0' sigma_t' = w0 (1 - f) sigma_t
 ///
-/// P1's flux is shortened to |F| <= phi / 3 where g is not 0 and it is longer (limit_flux).
+/// P1's flux is shortened to |F| <= phi / 3 where it is longer and the mean cosine is not 0 (limit_flux).
 ///
 /// With closure.iterations > 0 sweeps go on from P1 to the transport equation (second_moment.h); scaling and moments
-/// are then of closure.degree, and the second line is the sum over l <= degree of g_l' Y_lm(s) M_lm.
+/// are then of closure.degree, and the second line is the sum over l <= degree of m_l' Y_lm(s) M_lm.
 ///
 /// Errors: InputError (shear, coefficients out of range, a light that a periodic medium cannot have); a solver that
 /// misses its tolerance is told by the report. Throws Cancelled.

@@ -34,12 +34,12 @@ double total(const Blocks& blocks, const F& f)
 
 P1Operator::P1Operator(const VoxelIndex& index, const std::vector<float>& density,
                        const std::vector<ExposedVoxel>& exposed, const P1Medium& medium)
-    : index_(index), density_(density), exposed_(exposed), medium_(medium), stencil_(index.blocks())
+    : index_(index), density_(density), exposed_(exposed), medium_(medium),
+      delta_(medium.delta ? delta_scaling(medium.phase, medium.degree) : no_scaling(medium.phase, medium.degree)),
+      mean_cosine_(medium.phase.mean_cosine()), stencil_(index.blocks())
 {
     if (!(medium.albedo >= 0 && medium.albedo <= 1))
         throw InputError("albedo = " + std::to_string(medium.albedo) + ": expected 0 to 1");
-    if (!(medium.g > -1 && medium.g < 1)) throw InputError("g = " + std::to_string(medium.g) + ": expected -1 to 1");
-    uniform_ = scaled(medium.albedo);
     const Vec3d& h = index.spacing();
     hbar_ = std::cbrt(h[0] * h[1] * h[2]);
     for (int a = 0; a < 3; ++a) area_[a] = hbar_ / h[a];
@@ -61,35 +61,29 @@ P1Operator::P1Operator(const VoxelIndex& index, const std::vector<float>& densit
             if (voxel.faces >> face & 1) stencil_.extra[voxel.slot] += float(conductance(voxel, face / 2));
 }
 
-DeltaScaling P1Operator::scaled(double albedo) const
+double P1Operator::albedo(size_t slot) const
 {
-    return medium_.delta ? delta_scaling(albedo, medium_.g, medium_.degree) : no_scaling(albedo, medium_.g);
+    return medium_.tint ? std::clamp(medium_.albedo * (*medium_.tint)[slot], 0.0, 1.0) : medium_.albedo;
 }
 
-DeltaScaling P1Operator::scaling(size_t slot) const
+ScaledCell P1Operator::scaling(size_t slot) const
 {
-    if (!medium_.tint) return uniform_;
-    const double albedo = std::clamp(medium_.albedo * (*medium_.tint)[slot], 0.0, 1.0);
-    return scaled(albedo);
+    const double w0 = albedo(slot);
+    return {delta_.albedo(w0), delta_.extinction(w0)};
 }
 
 double P1Operator::sigma_tr(size_t slot) const
 {
-    const double albedo = medium_.tint ? std::clamp(medium_.albedo * (*medium_.tint)[slot], 0.0, 1.0) : medium_.albedo;
     const double limited = medium_.limiter ? (*medium_.limiter)[slot] : 1.0;
-    return std::max(sigma_t(slot) * (1 - albedo * medium_.g) / limited, thinnest / hbar_);
+    return std::max(sigma_t(slot) * (1 - albedo(slot) * mean_cosine_) / limited, thinnest / hbar_);
 }
 
-double P1Operator::sigma_a(size_t slot) const
-{
-    const double albedo = medium_.tint ? std::clamp(medium_.albedo * (*medium_.tint)[slot], 0.0, 1.0) : medium_.albedo;
-    return sigma_t(slot) * (1 - albedo);
-}
+double P1Operator::sigma_a(size_t slot) const { return sigma_t(slot) * (1 - albedo(slot)); }
 
 double P1Operator::q1_factor(size_t slot) const
 {
-    const DeltaScaling s = scaling(slot);
-    return s.albedo * s.g * s.extinction * sigma_t(slot);
+    const ScaledCell cell = scaling(slot);
+    return cell.albedo * delta_.mean_cosine() * cell.extinction * sigma_t(slot);
 }
 
 double P1Operator::conductance(const ExposedVoxel& voxel, int axis) const

@@ -1,5 +1,6 @@
 #pragma once
 // The P1 equations of one colour channel on the active voxels: a conservative matrix, its sources, and what comes out.
+#include "vdbcloud/optics/delta_scaling.h"
 #include "vdbcloud/scatter/boundary.h"
 #include "vdbcloud/scatter/harmonics.h"
 #include "vdbcloud/solve/conjugate_gradient.h"
@@ -14,14 +15,20 @@ struct P1Medium {
     double sigma_t_per_density = 1;            ///< [1/world unit] at density 1
     double albedo = 1;                         ///< w0, in [0, 1]
     const std::vector<float>* tint = nullptr;  ///< factor of w0 for each slot; null: 1 everywhere
-    double g = 0;                              ///< mean cosine
-    bool delta = true;                         ///< delta-M scaling (harmonics.h)
-    int degree = 1;  ///< of the scaling; 1 is delta-Eddington, the one that P1 alone is good with
+    PhaseFunction phase;
+    bool delta = true;  ///< delta-M scaling (optics/delta_scaling.h)
+    int degree = 1;     ///< of the scaling; 1 is delta-Eddington, the one that P1 alone is good with
     const std::vector<float>* limiter = nullptr;  ///< factor of D for each slot (flux_limiter.h); null: 1 everywhere
 };
 
-/// The matrix. With sigma_tr = sigma_t (1 - w0 g), D = 1/(3 sigma_tr), cells the active voxels with constant
-/// coefficients,
+/// Coefficients of one cell in the scaled medium.
+struct ScaledCell {
+    double albedo = 1;      ///< w0'
+    double extinction = 1;  ///< sigma_t' / sigma_t
+};
+
+/// The matrix. With g the mean cosine, sigma_tr = sigma_t (1 - w0 g), D = 1/(3 sigma_tr), cells the active voxels with
+/// constant coefficients,
 ///
 ///     div F + sigma_t (1-w0) phi = Q0,     F = -D grad phi + Q1 / sigma_tr - div t / sigma_tr
 ///
@@ -38,7 +45,7 @@ struct P1Medium {
 /// D / hbar is at most 1e8: where the medium is thinner than 3.3e-9 mean free paths a voxel it is taken as that.
 class P1Operator {
 public:
-    /// Keeps references to all it is given. Throws InputError if albedo or g is out of range.
+    /// Keeps references to all it is given. Throws InputError if the albedo is out of range.
     P1Operator(const VoxelIndex& index, const std::vector<float>& density, const std::vector<ExposedVoxel>& exposed,
                const P1Medium& medium);
 
@@ -51,8 +58,9 @@ public:
 
     double hbar() const { return hbar_; }
     double face_area(int axis) const { return area_[axis]; }  ///< [hbar^2]
-    /// Scaled w0', g', sigma_t'/sigma_t of a cell.
-    DeltaScaling scaling(size_t slot) const;
+    const DeltaScaling& delta() const { return delta_; }
+    ScaledCell scaling(size_t slot) const;
+    double mean_cosine() const { return mean_cosine_; }  ///< g, unscaled
     bool uniform_albedo() const { return !medium_.tint; }
     double sigma_t(size_t slot) const { return medium_.sigma_t_per_density * density_[slot]; }
     double sigma_tr(size_t slot) const;
@@ -66,14 +74,15 @@ public:
     double boundary_flux(const ExposedVoxel& voxel, int axis, double a, double c = 0) const;
 
 private:
-    DeltaScaling scaled(double albedo) const;
+    double albedo(size_t slot) const;
     const VoxelIndex& index_;
     const std::vector<float>& density_;
     const std::vector<ExposedVoxel>& exposed_;
     P1Medium medium_;
     double hbar_;
     double area_[3];
-    DeltaScaling uniform_;
+    DeltaScaling delta_;
+    double mean_cosine_;
     Stencil stencil_;
 };
 

@@ -49,15 +49,17 @@ std::vector<ExposedVoxel> closure_exposed(const P1Operator& p1)
     return exposed;
 }
 
-SecondMoment::SecondMoment(const P1Operator& p1, const ClosureOptions& options) : p1_(p1), o_(options)
+SecondMoment::SecondMoment(const P1Operator& p1, const ClosureOptions& options, const OrdinateFrame& frame)
+    : p1_(p1), o_(options)
 {
     if (o_.degree < 1 || o_.degree > 7) throw InputError("degree " + std::to_string(o_.degree) + ": expected 1 to 7");
     const int carried =
         std::max(o_.degree, 2);  // t needs moments of degree 2, but exactly only those of what P1 calls isotropic
-    ordinates_ = ordinates(o_.kind, o_.directions, o_.degree, o_.polar, o_.layered);
-    const double g = p1.medium().g, f = p1.medium().delta && g > 0 ? std::pow(g, o_.degree + 1) : 0.0;
-    for (double moment : phase_moments(o_.degree, g)) phase_.push_back((moment - f) / (1 - f));
-    terms_ = g == 0 ? 1 : harmonic_count(o_.degree);
+    ordinates_ = ordinates(o_.kind, o_.directions, o_.degree, frame.polar, frame.layered);
+    if (p1.delta().degree != o_.degree)
+        throw InputError("degree " + std::to_string(o_.degree) + " of the sweeps: expected that of the P1 operator, " +
+                         std::to_string(p1.delta().degree));
+    terms_ = harmonic_count(p1.delta().last_degree());
     set_.source_terms = terms_;
     set_.moment_terms = harmonic_count(carried);
     std::vector<double> y(size_t(set_.moment_terms));
@@ -139,12 +141,13 @@ void SecondMoment::take_phi(const std::vector<double>& phi)
 
 void SecondMoment::build_source()
 {
+    const std::vector<double>& scattered = p1_.delta().moments;
     each_active(p1_.blocks(), [&](size_t slot) {
         const double albedo = p1_.scaling(slot).albedo;
         for (int l = 0, k = 0; k < terms_; ++l)
             for (const int end = harmonic_count(l); k < end; ++k)
                 source_[size_t(k)][slot] =
-                    float(albedo * phase_[size_t(l)] *
+                    float(albedo * scattered[size_t(l)] *
                           (double(swept_.moments[size_t(k)][slot]) + uncollided_[size_t(k)][slot]));
         if (!emission_.empty()) source_[0][slot] += emission_[slot];
     });
@@ -223,7 +226,8 @@ void SecondMoment::close(P1Source& source) const
             if (p1_.exposed()[k].faces >> face & 1) close_face(source, k, face, swept_.tally[n++]);
 }
 
-ClosureReport SecondMoment::run(Multigrid& multigrid, const P1Source& base, std::vector<double>& phi, P1Source& source)
+ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& options, const P1Source& base,
+                                std::vector<double>& phi, P1Source& source)
 {
     ClosureReport report;
     report.directions = ordinates_.count();
@@ -233,10 +237,10 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const P1Source& base, std:
     const SweepFields fields{&sigma_, &source_};
     std::fill(swept_.moments[0].begin(), swept_.moments[0].end(), 0.0f);
     take_phi(phi);
-    Mixing mixing(index.blocks().slots(), mixed_arrays(p1_.medium().g), mixing_depth(p1_.medium().g));
+    Mixing mixing(index.blocks().slots(), mixed_arrays(p1_.mean_cosine()), mixing_depth(p1_.mean_cosine()));
     for (int k = 0; k < o_.iterations && !report.converged; ++k) {
         const auto start = std::chrono::steady_clock::now();
-        vdbcloud::report(o_.solve.progress, double(k) / o_.iterations);
+        vdbcloud::report(options.progress, double(k) / o_.iterations);
         mixing.before(swept_.moments);
         build_source();
         if (sweep)
@@ -245,7 +249,7 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const P1Source& base, std:
             reference_sweep(index, faces_, set_, fields, swept_);
         source = base;
         close(source);
-        SolveOptions solve = o_.solve;
+        SolveOptions solve = options;
         solve.progress = {};
         report.solves.push_back(solve_p1(p1_, multigrid, source, phi, solve));
         take_phi(phi);
@@ -263,7 +267,7 @@ size_t SecondMoment::bytes() const
 {
     const size_t slots = p1_.blocks().slots();
     return 4 * slots * (size_t(2 * terms_) + size_t(set_.moment_terms) + 1 + (emission_.empty() ? 0 : 1)) +
-           mixing_bytes(slots, p1_.medium().g) + faces_.size() * (sizeof(SweepFace) + sizeof(FaceTally));
+           mixing_bytes(slots, p1_.mean_cosine()) + faces_.size() * (sizeof(SweepFace) + sizeof(FaceTally));
 }
 
 }  // namespace vdbcloud

@@ -10,11 +10,14 @@ struct ClosureOptions {
     int iterations = 0;   ///< sweeps at most; 0 is P1
     int directions = 32;  ///< at least (ordinates.h)
     OrdinateKind kind = OrdinateKind::Product;
-    int polar = 1;         ///< index axis that the product set's polar cosine is measured from
-    bool layered = false;  ///< the medium is a layer across that axis, without end along the others (ordinates.h)
     int degree = 1;        ///< of the scattering source's expansion and of the delta-M scaling, 1..7
     double change = 1e-3;  ///< stop when an iteration changes collided light by less (ClosureReport::change)
-    SolveOptions solve;
+};
+
+/// How a set of directions lies in the grid (ordinates.h).
+struct OrdinateFrame {
+    int polar = 1;         ///< index axis that the product set's polar cosine is measured from
+    bool layered = false;  ///< the medium is a layer across that axis, without end along the others
 };
 
 /// What the sweeps did.
@@ -32,7 +35,7 @@ struct ClosureReport {
     std::vector<SolveResult> solves;
 };
 
-/// Memory of the iteration's history.
+/// Memory of the iteration's history, for scattering of mean cosine `g`.
 size_t mixing_bytes(size_t slots, double g);
 
 /// The exposed voxels that a closed P1 operator is to be made with: their weights brought towards 1 where a voxel is
@@ -45,19 +48,18 @@ std::vector<ExposedVoxel> closure_exposed(const P1Operator&);
 ///
 /// Each iteration sweeps radiance through the voxels (sweep/transport_sweep.h) with the source
 ///
-///     q = S / sigma_t' = w0' sum over l <= degree of g_l' sum over m of Y_lm(s) (M_lm + U_lm) + j / sigma_t',
-///     g_l' = (g^l - f) / (1 - f),  f = max(g, 0)^(degree+1)
+///     q = S / sigma_t' = w0' sum over l <= degree of m_l' sum over m of Y_lm(s) (M_lm + U_lm) + j / sigma_t'
 ///
-/// with U the moments of the uncollided light, M_00 from P1 and the higher M_lm from the sweep before, to P1's scale;
-/// then P1 is solved again with what the sweep knows and P1 does not: t = int (s s - I/3) L in the cells and on exposed
-/// faces, which enters as
+/// with m_l' the scaled moments of the phase function (optics/delta_scaling.h), U the moments of the uncollided light,
+/// M_00 from P1 and the higher M_lm from the sweep before, to P1's scale; then P1 is solved again with what the sweep
+/// knows and P1 does not: t = int (s s - I/3) L in the cells and on exposed faces, which enters as
 ///
 ///     F = -(grad phi / 3 + div t) / sigma_tr + Q1 / sigma_tr,
 ///
 /// and on exposed faces c = F.n - w (phi / 2 - 2 J). P1 owns phi: it is conservative at any optical depth of a voxel
 /// and converges in a few iterations at any albedo, where sweeps alone need hundreds. (P1's own F is not fed back: at g
 /// = 0.85 that grows.) A white furnace stays exact: t and c are 0 in it. The next sweep's start is mixed from the last
-/// few results (mixing.h): moments of degree 1 fall only by g_1' an iteration in thick parts, and among jumps of 1e6
+/// few results (mixing.h): moments of degree 1 fall only by m_1' an iteration in thick parts, and among jumps of 1e6
 /// the plain iteration may grow (Warsa, Wareing & Morel 2004). What is returned is P1's own solution and not a mixture.
 ///
 /// Source: Kajiya & Von Herzen 1984, section 4, is the equation; Lewis & Miller 1976 (second-moment method); Wiscombe
@@ -66,7 +68,7 @@ class SecondMoment {
 public:
     /// Keeps references; `p1.medium().degree` is the options' degree, its exposed voxels are closure_exposed(). Throws
     /// InputError if the degree is not 1..7 or no set of directions is large enough.
-    SecondMoment(const P1Operator& p1, const ClosureOptions& options);
+    SecondMoment(const P1Operator& p1, const ClosureOptions& options, const OrdinateFrame& frame = {});
 
     /// One light's uncollided fluence (beam_fluence()) times `strength`, travelling as the light's beam does.
     void add_uncollided(const Light& light, const std::vector<float>& fluence, double strength);
@@ -84,7 +86,8 @@ public:
 
     /// Iterates. `base` is P1's source (beams, sky, emission); phi the start and the result. On return `source` is the
     /// last P1's with all terms (its rhs used up), for budget() and cell_flux().
-    ClosureReport run(Multigrid&, const P1Source& base, std::vector<double>& phi, P1Source& source);
+    ClosureReport run(Multigrid&, const SolveOptions&, const P1Source& base, std::vector<double>& phi,
+                      P1Source& source);
 
     /// Moments of collided light in real spherical harmonics about the index axes (harmonics.h): degree 0 is phi /
     /// sqrt(4 pi) of P1, the others are the last sweep's times P1's phi over the sweep's own.
@@ -107,9 +110,8 @@ private:
     ClosureOptions o_;
     Ordinates ordinates_;
     std::vector<SweepFace> faces_;
-    std::vector<double> phase_;  // g_l'
     SweepSet set_;
-    int terms_;  // of the source
+    int terms_;  // harmonics of the source: up to the last scaled moment that is not 0
     std::vector<float> sigma_;
     std::vector<std::vector<float>> uncollided_, source_;
     std::vector<float> emission_;

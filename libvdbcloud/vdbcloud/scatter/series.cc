@@ -17,7 +17,7 @@ namespace {
 class Orders {
 public:
     Orders(const P1Operator& base, const SeriesSources& sources)
-        : p1_(base), sources_(sources), g_(base.medium().g), f_(base.scaling(0).f),
+        : p1_(base), sources_(sources), g_(base.mean_cosine()), f_(base.delta().f),
           extinction_(base.medium().sigma_t_per_density), rhs_(base.blocks().slots()), outside_(base.exposed().size())
     {
         for (auto& faces : flux_) faces.assign(forward() ? base.blocks().slots() : 0, 0.0);
@@ -230,7 +230,7 @@ AlbedoSeries albedo_series(const VoxelIndex& index, const std::vector<float>& de
     for (size_t k = 0; k < n; ++k) std::copy(rows[k].begin(), rows[k].end(), series.map.begin() + ptrdiff_t(k * n));
     for (const auto& v : basis) {
         series.basis.emplace_back(v.begin(), v.end());
-        if (base.scaling(0).g == 0) continue;
+        if (base.delta().mean_cosine() == 0) continue;
         series.flux.push_back(cell_flux(base, P1Source(base), v));
     }
 

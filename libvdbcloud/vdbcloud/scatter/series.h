@@ -49,7 +49,7 @@ struct SeriesSources {
     const std::vector<float>* emission = nullptr;
 };
 
-/// `medium` gives extinction, g and delta; its albedo is not looked at. Throws InputError with a tint.
+/// `medium` gives extinction, phase function and delta; its albedo is not looked at. Throws InputError with a tint.
 AlbedoSeries albedo_series(const VoxelIndex&, const std::vector<float>& density, const std::vector<ExposedVoxel>&,
                            const P1Medium& medium, const SeriesSources&, const SeriesOptions&);
 

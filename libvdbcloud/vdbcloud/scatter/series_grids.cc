@@ -6,6 +6,8 @@
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
 
+#include "vdbcloud/scatter/world_axes.h"
+
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -29,8 +31,6 @@ std::vector<double> numbers_of(const std::string& text)
     for (double x; in >> x;) v.push_back(x);
     return v;
 }
-
-double effective_g(const Medium& medium) { return medium.phase == PhaseKind::HenyeyGreenstein ? medium.g : 0; }
 
 /// How strong each channel's light is in units of that of the channel `c0`, all lights and the sky alike.
 Vec3d channel_scales(const std::vector<Light>& lights, const Sky& sky, int& c0)
@@ -84,7 +84,7 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
                                             : beam_depths(index, exposed, bricks, light, scatter.rays_per_voxel),
                                    light.strength()[c0]);
     sources.sky = sky_on_faces(index, scatter.sky, c0);
-    const P1Medium channel{medium.sigma_t_per_density[0], 1, nullptr, effective_g(medium), scatter.delta};
+    const P1Medium channel{medium.sigma_t_per_density[0], 1, nullptr, medium.phase, scatter.delta};
     const AlbedoSeries series = albedo_series(index, values, exposed, channel, sources, options);
 
     report.norm = series.norm;
@@ -103,12 +103,7 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
     for (size_t k = 0; k < series.size(); ++k) {
         add(index.to_grid(series.basis[k].data(), schema::series_phi_name(k)));
         if (k < series.flux.size()) {
-            auto flux = series.flux[k];
-            for (size_t slot = 0; slot < index.blocks().count() * 512; ++slot) {
-                Vec3d f(0, 0, 0);
-                for (int a = 0; a < 3; ++a) f += double(flux[a][slot]) * index.axis(a);
-                for (int a = 0; a < 3; ++a) flux[a][slot] = float(f[a]);
-            }
+            const auto flux = flux_in_world(index, series.flux[k]);
             add(index.to_grid({flux[0].data(), flux[1].data(), flux[2].data()}, schema::series_flux_name(k)));
         }
         if (!raw) continue;
@@ -121,9 +116,7 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
         add(index.to_grid(order.data(), schema::series_raw_name(k)));
     }
     MetaMap& first = *grids.front();
-    const DeltaScaling scaling = scatter.delta ? delta_scaling(1, channel.g) : no_scaling(1, channel.g);
-    set_number(first, schema::delta_f, scaling.f);
-    set_number(first, schema::scaled_g, scaling.g);
+    write_delta_scaling(first, scatter.delta ? delta_scaling(medium.phase, 1) : no_scaling(medium.phase, 1));
     set_text(first, schema::lit_by, lights_text(lights));
     write_sky(first, scatter.sky);
     set_text(first, schema::series_albedo, text_of(series.albedo));
@@ -140,8 +133,7 @@ bool has_series(const GridFile& file, const FloatGrid& density, const Medium& me
     const Medium theirs = read_medium(*first);
     const auto close = [](double a, double b) { return std::abs(a - b) <= 1e-9 * std::abs(a); };
     return close(theirs.sigma_t_per_density[0], medium.sigma_t_per_density[0]) && medium.grey() &&
-           close(theirs.g, medium.g) && theirs.phase == medium.phase &&
-           get_text(*first, schema::density_digest, "") == grid_digest(density) &&
+           theirs.phase == medium.phase && get_text(*first, schema::density_digest, "") == grid_digest(density) &&
            get_text(*first, schema::lit_by, "") == lights_text(lights);
 }
 
@@ -167,13 +159,14 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
         throw InputError(file.path + ": the series' table of " + std::to_string(table.size()) +
                          " numbers does not fit its " + std::to_string(basis.size()) + " grids");
     const Vec3d scale = get_vector(first, schema::series_scale, Vec3d(1.0));
-    const double f = get_number(first, schema::delta_f, 0), scaled_g = get_number(first, schema::scaled_g, 0);
-    const double g = effective_g(medium);
+    const DeltaScaling scaling = read_delta_scaling(first, medium.phase);
+    const double g = medium.phase.mean_cosine(), f = scaling.f;
     std::vector<double> c[3];
     for (int channel = 0; channel < 3; ++channel)
         c[channel] = series_coefficients(albedo, table, medium.albedo[channel]);
 
     ScatterFields fields;
+    fields.scaling = scaling;
     std::vector<FloatGrid::ConstAccessor> at;
     for (const auto& grid : basis) at.push_back(grid->getConstAccessor());
     fields.phi = Vec3SGrid::create(Vec3f(0.0f));
@@ -195,7 +188,7 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
         write_medium(grid, medium);
     };
     stamp(*fields.phi, schema::phi);
-    if (scaled_g == 0 || gradients.size() != basis.size()) return fields;
+    if (scaling.mean_cosine() == 0 || gradients.size() != basis.size()) return fields;
 
     const auto fluence = fields.phi->getConstAccessor();
     std::vector<Vec3SGrid::ConstAccessor> slopes;

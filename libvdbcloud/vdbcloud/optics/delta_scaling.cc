@@ -1,0 +1,86 @@
+#include "vdbcloud/optics/delta_scaling.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/grid/metadata.h"
+#include "vdbcloud/grid/scatter_schema.h"
+
+#include <cmath>
+#include <sstream>
+
+namespace vdbcloud {
+
+namespace {
+
+DeltaScaling scaled_by(double f, const PhaseFunction& phase, int degree)
+{
+    DeltaScaling scaling;
+    scaling.degree = degree;
+    scaling.f = f;
+    scaling.moments.assign(1, 1.0);
+    for (int l = 1; l <= degree; ++l) scaling.moments.push_back((phase.moment(l) - f) / (1 - f));
+    return scaling;
+}
+
+void check(int degree)
+{
+    if (degree < 1) throw InputError("degree " + std::to_string(degree) + ": expected 1 or more");
+}
+
+}  // namespace
+
+int DeltaScaling::last_degree() const
+{
+    int last = 0;
+    for (int l = 1; l <= degree; ++l)
+        if (moments[size_t(l)] != 0) last = l;
+    return last;
+}
+
+DeltaScaling delta_scaling(const PhaseFunction& phase, int degree)
+{
+    check(degree);
+    double f = phase.moment(degree + 1);
+    for (int l = 0; l <= degree; ++l)
+        if (!(f > 0 && f <= phase.moment(l))) f = 0;
+    return scaled_by(f, phase, degree);
+}
+
+DeltaScaling no_scaling(const PhaseFunction& phase, int degree)
+{
+    check(degree);
+    return scaled_by(0, phase, degree);
+}
+
+void write_delta_scaling(MetaMap& to, const DeltaScaling& scaling)
+{
+    std::ostringstream moments;
+    moments.precision(17);
+    for (size_t l = 0; l < scaling.moments.size(); ++l) moments << (l ? " " : "") << scaling.moments[l];
+    set_number(to, schema::degree, scaling.degree);
+    set_number(to, schema::delta_f, scaling.f);
+    set_text(to, schema::scaled_moments, moments.str());
+}
+
+DeltaScaling read_delta_scaling(const MetaMap& from, const PhaseFunction& phase)
+{
+    const double degree = get_number(from, schema::degree, 1), f = get_number(from, schema::delta_f, 0);
+    if (!(degree >= 1 && degree <= 100 && degree == std::floor(degree)))
+        throw InputError(std::string(schema::degree) + " = " + std::to_string(degree) + ": expected 1 to 100");
+    if (!(f >= 0 && f < 1))
+        throw InputError(std::string(schema::delta_f) + " = " + std::to_string(f) + ": expected 0 or above, below 1");
+    DeltaScaling scaling = scaled_by(f, phase, int(degree));
+    const std::string text = get_text(from, schema::scaled_moments, "");
+    if (text.empty()) return scaling;
+    std::istringstream in(text);
+    std::vector<double> moments;
+    for (double m; in >> m;) moments.push_back(m);
+    bool possible = in.eof() && moments.size() == size_t(scaling.degree) + 1 && moments[0] == 1;
+    for (double m : moments) possible = possible && std::abs(m) <= 1;
+    if (!possible)
+        throw InputError(std::string(schema::scaled_moments) + " = '" + printable(text) + "': expected 1 and " +
+                         std::to_string(scaling.degree) + " numbers in [-1, 1]");
+    scaling.moments = std::move(moments);
+    return scaling;
+}
+
+}  // namespace vdbcloud
