@@ -159,7 +159,7 @@ TEST_F(P1Solve, SeriesInTheFileRelightsADeepSlab)
         Medium at;
         at.sigma_t_per_density = Vec3d(64);
         at.albedo = Vec3d(0.99);
-        at.g = std::atof(g);
+        at.phase = PhaseFunction::henyey_greenstein(std::atof(g));
         const ScatterFields relit = relight(series, at, {}, {});
         double error = 0, norm = 0;
         for (auto v = exact->cbeginValueOn(); v; ++v) {
