@@ -2,8 +2,7 @@
 
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/metadata.h"
-#include "vdbcloud/grid/scatter_schema.h"
-#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/registry.h"
 #include "vdbcloud/optics/spherical_harmonics.h"
 
 namespace vdbcloud {
@@ -42,8 +41,8 @@ ScatterFields collided_grids(const VoxelIndex& index, const std::array<Solution,
     stamp(*fields.phi);
     for (int c = 0; c < 3; ++c) {
         const auto& flux = solutions[shares[c].of].flux;
-        fields.flux[c] = index.to_grid({flux[0].data(), flux[1].data(), flux[2].data()},
-                                       std::string(schema::flux_prefix) + "rgb"[c], Vec3d(shares[c].scale));
+        fields.flux[c] = index.to_grid({flux[0].data(), flux[1].data(), flux[2].data()}, schema::flux_name(c),
+                                       Vec3d(shares[c].scale));
         fields.flux[c]->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);
         stamp(*fields.flux[c]);
     }
