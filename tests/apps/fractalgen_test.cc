@@ -136,7 +136,7 @@ TEST_F(Fractalgen, DensityHoldsTheGivenPartsOfTheMediumAlone)
     EXPECT_EQ(read_medium(*some).albedo, Vec3d(0.9, 0.8, 0.7));
     const auto all = density({"--extinction", "30", "--g", "0.6"});
     EXPECT_EQ(read_medium(*all).sigma_t_per_density, Vec3d(30));
-    EXPECT_EQ(read_medium(*all).g, 0.6);
+    EXPECT_EQ(read_medium(*all).phase.mean_cosine(), 0.6);
     EXPECT_EQ(get_text(*all, schema::sigma_t_origin, ""), "given");
 }
 
