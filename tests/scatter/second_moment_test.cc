@@ -311,9 +311,10 @@ TEST(SecondMoment, ConvergesInSaltAndPepper)
     EXPECT_TRUE(solve(c, lit, options(32, 15, 1, 1e-3)).report.converged);
 }
 
-TEST(SecondMoment, TellsHowFarItIs)
+TEST(SecondMoment, ErrorEstimateIsWithinAFactorOfTwoAndAHalf)
 {
-    // The error left, by the contraction of the changes, against a run that goes on.
+    // Against a run that goes on. The estimate takes the contraction of all modes for that of the last changes and is
+    // about half of the error that is left, for isotropic and for forward scattering.
     for (const auto& [g, degree, directions] : {std::tuple(0.0, 1, 32), {0.85, 7, 256}}) {
         Cloud c(test::voxel_field(Vec3i(24), Vec3d(1.0 / 24), [](const Vec3i& p) { return billows(p, 24); }));
         Lit lit;
@@ -329,8 +330,8 @@ TEST(SecondMoment, TellsHowFarItIs)
             }
             const double error = std::sqrt(difference / size);
             EXPECT_LT(error, 2 * change) << g;
-            EXPECT_GT(r.report.error, error / 4) << g << ' ' << error;
-            EXPECT_LT(r.report.error, 30 * error) << g << ' ' << error;
+            EXPECT_GT(r.report.error, error / 2.5) << g << ' ' << error;
+            EXPECT_LT(r.report.error, 2.5 * error) << g << ' ' << error;
         }
     }
 }

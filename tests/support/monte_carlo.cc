@@ -31,7 +31,7 @@ double radiance_sample(const McMedium& m, const WorldRay& ray, double length, ui
 {
     uint64_t drawn = 0;
     const auto next = [&] { return uniform(hash_bits(seed, path, drawn++)); };
-    const double most = m.kappa * m.densest;
+    const double most = m.sigma_t * m.densest;
     WorldRay r = ray;
     double weight = 1, sum = 0, t = 0;
     for (;;) {
@@ -43,7 +43,7 @@ double radiance_sample(const McMedium& m, const WorldRay& ray, double length, ui
         weight *= m.w0;
         const double depth = density_depth(*m.density, {x, m.to_sun}, 0, length);
         sum += weight * phase(m.g, r.direction.dot(m.to_sun)) *
-               std::exp(-m.kappa * depth);  // towards the eye is -direction
+               std::exp(-m.sigma_t * depth);  // towards the eye is -direction
         if (weight < 0.3) {
             if (next() < 0.5) return sum;
             weight *= 2;

@@ -9,7 +9,7 @@ namespace vdbcloud::test {
 /// A grey medium with Henyey-Greenstein scattering; density as its trilinear interpolant.
 struct McMedium {
     const BrickMap* density = nullptr;
-    double kappa = 1;    ///< sigma_t at density 1 [1/world unit]
+    double sigma_t = 1;  ///< sigma_t at density 1 [1/world unit]
     double densest = 1;  ///< no density is greater
     double w0 = 1, g = 0;
     Vec3d to_sun{0, 1, 0};  ///< unit; irradiance 1
