@@ -40,7 +40,7 @@ status=0; vdbcloud vdbdiff missing.vdb missing.vdb 2> /dev/null || status=$?
 # A box under a vertical sun: 30 voxels of density 1 in each column between two faces of the density `edge`, voxels of
 # 1/16, sigma_t 0.5. The smallest transmittance is exp(-tau) with tau = 0.5 (30 + 2 edge) / 16: trilinear density sums
 # exactly over a column. Float values and their printing with six digits allow 1e-5.
-vdbcloud fractalgen --envelope box --warp 0 --roughness 0 --edge 0 --billow 0 --size 32 --bounds=-1,-1,-1,1,1,1 \
+vdbcloud fractalgen --envelope box --warp 0 --roughness 0 --edge 0 --size 32 --bounds=-1,-1,-1,1,1,1 \
     --json box.json -q -o box.vdb
 edge=$(sed -n 's/^ *"min": \([0-9.]*\),$/\1/p' box.json)
 check() {
