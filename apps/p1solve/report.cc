@@ -94,4 +94,31 @@ void estimate(app::App& app, const P1solveOptions& o, const Medium& medium, cons
             app::brief(std::ceil(seconds)) + " s of processor time and " + app::brief(std::ceil(bytes / 1e6)) + " MB");
 }
 
+void check_solution(app::App& app, const P1solveOptions& o, const Medium& medium, const ScatterReport& report)
+{
+    if (report.emission_outside)
+        app.warnings()("emission outside the density does not light it: it is left out of multiple scattering");
+    for (int c = 0; c < 3; ++c) {
+        const P1Budget& b = report.channel[c].budget;
+        if (b.negative > 0 && report.channel[c].solved_as == c)
+            app.warnings()(std::to_string(b.negative) + " voxels have negative fluence, the least " +
+                           app::brief(b.smallest) +
+                           (!o.scatter.delta ? ": --delta on avoids most of them"
+                            : medium.phase.mean_cosine() > 2.0 / 7
+                                ? ": P1's own on the lit side of thin parts where g is above 2/7"
+                                : ""));
+    }
+    if (report.converged || o.allow_unconverged) return;
+    for (const ChannelReport& c : report.channel)
+        if (c.solve.converged && !c.limiter.converged)
+            throw ConvergenceError("the flux limiter changes phi by " + app::brief(c.limiter.change) + " after " +
+                                   std::to_string(c.limiter.iterations) + " solves: expected below " +
+                                   app::brief(o.scatter.limiter_change));
+    for (const ChannelReport& c : report.channel)
+        if (!c.solve.converged)
+            throw ConvergenceError("residual " + app::brief(c.solve.residual) + " and error estimate " +
+                                   app::brief(c.solve.error) + " after " + std::to_string(c.solve.iterations) +
+                                   " iterations: expected both below " + app::brief(o.scatter.solve.tolerance));
+}
+
 }  // namespace vdbcloud

@@ -11,4 +11,8 @@ void fill_report(app::App&, const ScatterReport&);
 /// costs a voxel as the benchmarks measured them, within a factor of two.
 void estimate(app::App&, const P1solveOptions&, const Medium&, const FloatGrid& density, size_t lights);
 
+/// Warns of negative fluence and of emission that is left out. Throws ConvergenceError where a solver or the flux
+/// limiter missed its tolerance, unless --allow-unconverged.
+void check_solution(app::App&, const P1solveOptions&, const Medium&, const ScatterReport&);
+
 }  // namespace vdbcloud

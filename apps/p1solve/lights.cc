@@ -1,0 +1,37 @@
+#include "lights.h"
+
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/digest.h"
+#include "vdbcloud/grid/metadata.h"
+#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/up_axis.h"
+#include "vdbcloud/light/transmittance_grid.h"
+
+namespace vdbcloud {
+
+std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, GridFile& file, const FloatGrid& density,
+                              const Medium& medium)
+{
+    auto lights = app::lights_asked(o.lights);
+    if (lights.empty()) lights = lights_of(file);
+    const bool sky = o.sky.size() || app::sky_asked(o.sky_shape), glow = bool(find_grid(file, schema::emission));
+    if (lights.empty() && !sky && !glow) {
+        lights.push_back(app::automatic_sun(vector_of(read_up_axis(*file.metadata).value_or(UpAxis::Y))));
+        app.say("no light asked for: a " + app::described(lights[0]));
+    }
+    for (const Light& light : lights) {
+        app.uses(transmittance_name(light));
+        if (app.dry_run() || o.periodic.size()) continue;
+        const GridBasePtr there = find_grid(file, transmittance_name(light));
+        const auto theirs = there ? read_light(*there, there->getName()) : std::nullopt;
+        if (theirs && same_place(*theirs, light) && theirs->strength() == light.strength() &&
+            app::same_extinction(*there, medium) &&
+            get_text(*there, schema::density_digest, "") == grid_digest(density))
+            continue;
+        const auto phase = app.phase(transmittance_name(light));
+        put_grid(file, transmittance_grid(density, medium, light, {}, app.progress(light.name)));
+    }
+    return lights;
+}
+
+}  // namespace vdbcloud
