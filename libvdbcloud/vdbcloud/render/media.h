@@ -1,5 +1,5 @@
 #pragma once
-// A scene's grids made ready for rays: what the integrators sample.
+// A scene's grids, prepared for sampling along rays by the integrators.
 #include "vdbcloud/optics/cell_march.h"
 #include "vdbcloud/optics/phase_function.h"
 #include "vdbcloud/render/forward_peak.h"
@@ -12,21 +12,23 @@
 
 namespace vdbcloud {
 
-/// One grid of the scene, shared by all rays. Members are null where the scene has no such grid.
+/// One volume of the scene, shared by all rays. Pointers are null where the scene has no such grid.
 struct PreparedVolume {
     explicit PreparedVolume(BrickMap map) : density(std::move(map)) {}
 
-    BrickMap density;        ///< for emission alone: where it is not 0, with no extinction
+    /// For a volume of emission only: the region where emission is nonzero, without extinction.
+    BrickMap density;
     Vec3d sigma_t{0, 0, 0};  ///< extinction at density 1 [1/world unit]
     Vec3d albedo{1, 1, 1};
     PhaseFunction phase;
     DeltaScaling scaling;  ///< of the medium that phi, flux and moments belong to
     std::unique_ptr<BrickMap> colour, emission, phi, flux[3];
-    /// Of degree 2 and more, sampled where phi is: r, g, b; r alone where all share one.
+    /// Moments of degree 2 and higher for r, g, b, sampled as phi is; only r's where all channels share moments.
     std::vector<std::unique_ptr<BrickMap>> moments[3];
     Vec3d moment_scale{1, 1, 1};
-    int degree = 1;                     ///< of the last of them
-    std::unique_ptr<ForwardPeak> peak;  ///< of single scattering in a scaled medium with collided light
+    int degree = 1;  ///< highest degree of the moments
+    /// Factor of single scattering, for a scaled medium with collided light.
+    std::unique_ptr<ForwardPeak> peak;
     std::vector<std::unique_ptr<BrickMap>> light_depth;  ///< -log T towards each light
 };
 
@@ -35,12 +37,12 @@ struct PreparedScene {
 
     std::deque<PreparedVolume> volumes;
     std::vector<Light> lights;
-    bool grey = true;          ///< one extinction for all channels, so one exponential
-    bool scaled = false;       ///< some volume is seen delta-scaled
-    bool shadow_rays = false;  ///< the light's depth by a ray at each point, not from a grid
+    bool grey = true;          ///< all channels share one extinction: one exponential suffices
+    bool scaled = false;       ///< at least one volume is rendered delta-scaled
+    bool shadow_rays = false;  ///< depth towards lights by shadow rays, not from grids
 };
 
-/// The scene along one ray. Holds an index-space ray for each grid, so keep one per thread and set() it.
+/// The scene along one ray. Holds an index-space ray per grid: keep one object per thread and call set() for each ray.
 class RayMedia {
 public:
     explicit RayMedia(const PreparedScene&);
@@ -52,7 +54,7 @@ public:
     bool bounds(double& t0, double& t1) const;
 
     double density(size_t volume, double t) const;
-    /// Optical depth from the ray's point at t to a light, over all volumes.
+    /// Optical depth from the ray's point at t to a light, summed over all volumes.
     Vec3d light_depth(size_t light, double t) const;
     Vec3d albedo(size_t volume, double t) const;
     Vec3d emission(size_t volume, double t) const;
@@ -60,13 +62,13 @@ public:
     /// there are higher moments, + sum over l >= 2 of m_l' Y_lm(s) M_lm; s towards the eye, m_l' the scaled moments of
     /// the phase function.
     Vec3d collided(size_t volume, double t) const;
-    /// Extinction of the (scaled) medium per density, given its albedo there.
+    /// Extinction per density of the medium (scaled where delta scaling applies) at the given albedo.
     Vec3d extinction(size_t volume, const Vec3d& albedo) const;
-    /// Irradiance times phase function of a light for one volume, its mean over [t0, t1]. The inverse square of a point
+    /// Mean over [t0, t1] of a light's irradiance times the phase function of one volume. The inverse square of a point
     /// light is integrated in closed form.
     Vec3d arriving(size_t light, size_t volume, double t0, double t1) const;
-    /// By what single scattering at t is multiplied for what the forward peak scatters again (forward_peak.h); y is the
-    /// scaled optical depth from the light by way of t to the eye.
+    /// Factor of single scattering at t that accounts for repeated scattering by the forward peak (forward_peak.h).
+    /// y: scaled optical depth from the light to the point at t and on to the eye.
     Vec3d peak(size_t light, size_t volume, double t, const Vec3d& albedo, const Vec3d& y) const;
 
 private:
@@ -77,16 +79,16 @@ private:
     WorldRay ray_;
     std::vector<IndexRay> rays_;  // for each volume: density, colour, emission, phi, flux r g b, then the lights
     std::vector<size_t> first_;
-    std::vector<std::vector<double>> weights_;  // of each volume's moments for this ray
+    std::vector<std::vector<double>> weights_;  // m_l' Y_lm(s) of each volume's moments
 };
 
-/// What one ray gathers. Radiances are premultiplied and without background.
+/// Result of one ray. Radiances are premultiplied and exclude the background.
 struct RayResult {
-    std::vector<Vec3d> direct;  ///< one for each light
+    std::vector<Vec3d> direct;  ///< single scattering, by light
     Vec3d multiple{0, 0, 0};
     Vec3d emission{0, 0, 0};
-    Vec3d tau{0, 0, 0};       ///< optical depth of the whole ray, in the scaled medium if there is one
-    Vec3d true_tau{0, 0, 0};  ///< the same without scaling
+    Vec3d tau{0, 0, 0};       ///< optical depth of the whole ray, scaled where delta scaling applies
+    Vec3d true_tau{0, 0, 0};  ///< optical depth of the whole ray, unscaled
     double half_way = 1e30;   ///< t at which the mean transmittance falls to 0.5
     uint64_t cells = 0;
     bool converged = true;
@@ -94,7 +96,7 @@ struct RayResult {
     void clear(size_t lights);
 };
 
-/// The integrators: from a ray to its result. One object a thread.
+/// Integrates light along rays. Use one object per thread.
 class RayIntegrator {
 public:
     virtual ~RayIntegrator() = default;

@@ -6,7 +6,7 @@
 
 namespace vdbcloud {
 
-/// Calls f(slot) for each active slot, blocks in parallel: f writes to its own slot alone.
+/// Calls f(slot) for each active slot. Blocks run in parallel, so f may write to its own slot only.
 template<typename F>
 void each_active(const Blocks& blocks, const F& f)
 {

@@ -1,24 +1,25 @@
 #pragma once
-// The edge of a cloud on voxels: which faces are exposed, and how much true surface each stands for.
+// The boundary of a voxelised cloud: its exposed faces, and the share of true surface area of each face.
 #include "vdbcloud/voxels/voxel_index.h"
 
 namespace vdbcloud {
 
-/// An active voxel with at least one face to a voxel that is not active.
+/// An active voxel with at least one face to an inactive voxel.
 struct ExposedVoxel {
     uint32_t slot;
     uint8_t faces;    ///< bit f: face f (Blocks::Face) is exposed
-    float weight[3];  ///< |n . e_axis| of its faces along each axis, n the direction of the density's gradient
+    float weight[3];  ///< |n . e_axis| of the faces across each axis, n the direction of the density gradient
 };
 
-/// All exposed voxels, by rising slot.
+/// All exposed voxels, in the order of their slots.
 ///
-/// The faces of a voxelised body have up to 1.73 times its surface however fine the voxels (a sphere: 6 pi R^2 for
-/// 4 pi R^2). A face weighted by |n.e| stands for its true share: over the faces that a flat piece of surface exposes,
-/// the sum of |n_e| (faces per area) times |n_e| (weight) is n.n = 1. The gradient is taken from first moments under a
-/// smooth window of 5^3 voxels, void counting as 0; where it vanishes (a single voxel, a thin sheet) the weight is 1.
-/// Where density falls smoothly to 0 the direction converges; the edge of a body of constant density keeps a bias
-/// that comes with any fixed window (3^3: area +2.5 %).
+/// At any resolution the faces of a voxelised body have up to 1.73 times its true area (sphere: 6 pi R^2 for 4 pi R^2).
+/// The weight |n.e| restores the true area: over the faces that a flat piece of surface exposes, the sum of |n_e|
+/// (faces per area) times |n_e| (weight) is n.n = 1.
+///
+/// The gradient is estimated from first moments under a smooth window of 5^3 voxels, in which void counts as 0. Where
+/// the gradient vanishes (a single voxel, a thin sheet) the weight is 1. The direction n converges where density falls
+/// smoothly to 0. The edge of a body of constant density keeps the bias of the fixed window (3^3: area +2.5 %).
 /// Source: none; measured against the closed form of a sphere in tests/scatter.
 std::vector<ExposedVoxel> exposed_voxels(const VoxelIndex& index, const std::vector<float>& density);
 

@@ -1,33 +1,34 @@
 #pragma once
-// Anderson acceleration: a fixed-point iteration that remembers its last few steps.
+// Anderson acceleration of a fixed-point iteration, with a limited history.
 #include <cstddef>
 #include <vector>
 
 namespace vdbcloud {
 
-/// Finds x = G(x) in fewer evaluations of G, and also where x <- G(x) grows.
+/// Finds x = G(x) with fewer evaluations of G than x <- G(x), also where that plain iteration diverges.
 ///
 /// With f_k = G(x_k) - x_k and differences D of one step to the next, the next state is
 ///
 ///     x_k+1 = G(x_k) - sum over j of c_j D g_j,    c the least squares of || f_k - sum over j of c_j D f_j ||
 ///
-/// over the last `depth` differences. For affine G that is GMRES that forgets. What is affine in the state and holds
-/// for each G(x_k) holds for x_k+1. Differences nearly in the span of newer ones are left out.
+/// over the last `depth` differences. For affine G this is equivalent to GMRES with truncated history. Affine
+/// constraints satisfied by every G(x_k) are preserved. A difference nearly in the span of newer differences is
+/// skipped.
 ///
-/// A state is the first `arrays` of some arrays of `length` values, which all count alike in the norm. Sums are in
-/// double precision and in a fixed order, so that values do not depend on the number of threads. Source: Anderson 1965;
-/// Walker & Ni 2011.
+/// A state consists of `arrays` arrays of `length` values; further arrays are ignored. All values have equal weight in
+/// the norm. Sums are in double precision and in a fixed order, so values do not depend on the number of threads.
+/// Source: Anderson 1965; Walker & Ni 2011.
 class Mixing {
 public:
     using Arrays = std::vector<std::vector<float>>;
 
     Mixing(size_t length, size_t arrays, int depth);
 
-    /// Notes x before G is applied to it.
+    /// Stores x. Call before G is applied to x.
     void before(const Arrays& x);
-    /// Takes G(x). Returns the residual || G(x) - x || / || G(x) ||, 0 if both are 0.
+    /// Stores G(x) and its difference to x. Returns the residual || G(x) - x || / || G(x) ||, 0 if both are 0.
     double after(const Arrays& g);
-    /// Puts the next x in the place of what after() was given.
+    /// Replaces G(x), as given to after(), by the next x.
     void next(Arrays& g) const;
 
     size_t bytes() const { return bytes(length_, arrays_, depth_); }
@@ -40,8 +41,8 @@ private:
 
     size_t length_, arrays_;
     int depth_;
-    Arrays x_, f_, g_;             // of this step, and of the one before
-    std::vector<Arrays> df_, dg_;  // the newest first
+    Arrays x_, f_, g_;             // of the current and the previous step
+    std::vector<Arrays> df_, dg_;  // newest first
 };
 
 }  // namespace vdbcloud

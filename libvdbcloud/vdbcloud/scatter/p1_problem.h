@@ -1,5 +1,5 @@
 #pragma once
-// The P1 equations of one colour channel on the active voxels: a conservative matrix, its sources, and what comes out.
+// The P1 equations of one colour channel on the active voxels: conservative matrix, sources, solution, power balance.
 #include "vdbcloud/optics/delta_scaling.h"
 #include "vdbcloud/scatter/boundary.h"
 #include "vdbcloud/scatter/harmonics.h"
@@ -17,7 +17,7 @@ struct P1Medium {
     const std::vector<float>* tint = nullptr;  ///< factor of w0 for each slot; null: 1 everywhere
     PhaseFunction phase;
     bool delta = true;  ///< delta-M scaling (optics/delta_scaling.h)
-    int degree = 1;     ///< of the scaling; 1 is delta-Eddington, the one that P1 alone is good with
+    int degree = 1;     ///< of the scaling; 1: delta-Eddington, the right choice for P1 without sweeps
     const std::vector<float>* limiter = nullptr;  ///< factor of D for each slot (flux_limiter.h); null: 1 everywhere
 };
 
@@ -42,10 +42,11 @@ struct ScaledCell {
 /// Scaling leaves D and sigma_a as they are, so delta-P1 and plain P1 are this same matrix.
 ///
 /// Units: equations are divided by hbar^2, hbar^3 the cell's volume, so phi keeps its unit and coefficients have none.
-/// D / hbar is at most 1e8: where the medium is thinner than 3.3e-9 mean free paths a voxel it is taken as that.
+/// D / hbar is capped at 1e8: a medium thinner than 3.3e-9 mean free paths a voxel is treated as 3.3e-9.
 class P1Operator {
 public:
-    /// Keeps references to all it is given. Throws InputError if the albedo is out of range.
+    /// Keeps references to all arguments; copies `medium`, but not the arrays to which it points. Throws InputError if
+    /// the albedo is out of range.
     P1Operator(const VoxelIndex& index, const std::vector<float>& density, const std::vector<ExposedVoxel>& exposed,
                const P1Medium& medium);
 
@@ -65,12 +66,12 @@ public:
     double sigma_t(size_t slot) const { return medium_.sigma_t_per_density * density_[slot]; }
     double sigma_tr(size_t slot) const;
     double sigma_a(size_t slot) const;
-    /// w0' g' sigma_t', so that Q1 = this times the uncollided flux; the same scaled or not is NOT true: the beam
-    /// differs too.
+    /// w0' g' sigma_t', the factor of the uncollided flux in Q1. The factor DEPENDS on the delta scaling, as the
+    /// uncollided flux does.
     double q1_factor(size_t slot) const;
     /// G of one exposed face, in units of the matrix.
     double conductance(const ExposedVoxel& voxel, int axis) const;
-    /// What an additive flux a (outward, per area) and a correction c add to the outflow of an exposed face, per area.
+    /// Contribution per area of an additive flux a (outward, per area) and a correction c to an exposed face's outflow.
     double boundary_flux(const ExposedVoxel& voxel, int axis, double a, double c = 0) const;
 
 private:
@@ -95,50 +96,51 @@ struct P1Source {
     /// Outward additive flux per exposed face, six a voxel of exposed(), in power / hbar^2 (without G(phi - 4J)).
     std::vector<std::array<double, 6>> outflow;
     double deposited = 0;                ///< power taken from the (scaled) beams inside the cells
-    double first_scatter = 0;            ///< the part of it that is scattered: w0' of it
+    double first_scatter = 0;            ///< scattered part of `deposited`: the fraction w0'
     double beam_in = 0;                  ///< beam power through exposed faces into cells
-    double beam_out = 0;                 ///< ... and out of cells
+    double beam_out = 0;                 ///< beam power through exposed faces out of cells
     double emitted = 0;                  ///< power of emission
     std::array<double, 6> sky_inflow{};  ///< 4 J by Blocks::Face; 4 pi L of a uniform sky
 };
 
 /// Uniform sky of radiance L: J = pi L on every exposed face.
 void add_sky(const P1Operator&, double radiance, P1Source&);
-/// A sky that sends J / pi (its radiance, weighted with the cosine) onto faces of each orientation, by Blocks::Face.
+/// Sky with a cosine-weighted mean radiance J / pi on faces of each orientation, by Blocks::Face.
 void add_sky(const P1Operator&, const std::array<double, 6>& radiance, P1Source&);
 /// Emission j [radiance / world unit] at each slot, times `factor`: Q0 += 4 pi j.
 void add_emission(const P1Operator&, const std::vector<float>& emission, double factor, P1Source&);
 
-/// What left, what stayed. Powers as in P1Source.
+/// Power balance of one channel. Powers as in P1Source.
 struct P1Budget {
-    std::array<double, 6> out{};       ///< diffuse power that left through exposed faces, by Blocks::Face
-    double sky_in = 0;                 ///< power of the sky on them
-    double absorbed = 0;               ///< of collided light by the medium, and of the beam at its first collision
+    std::array<double, 6> out{};       ///< diffuse power out through exposed faces, by Blocks::Face
+    double sky_in = 0;                 ///< power of the sky on exposed faces
+    double absorbed = 0;               ///< of collided light, and of the beam at its first collision
     double defect = 0;                 ///< |in - out - absorbed| / in
     double smallest = 0, largest = 0;  ///< of phi
-    int64_t negative = 0;  ///< cells with phi below -1e-7 of the largest: beyond what rounding and tolerance leave
+    /// Cells with phi < -1e-7 of the largest phi: more negative than rounding and solver tolerance explain.
+    int64_t negative = 0;
 };
 
-/// Solves for phi [radiance x sr]. `source.rhs` is used up. The result's total balance is then closed exactly by one
-/// constant (the Galerkin correction on constants, of the size of the tolerance).
+/// Solves for phi [radiance x sr] by multigrid. Overwrites `source.rhs`. One constant added to phi then closes the
+/// total power balance exactly (Galerkin correction on constants, of the size of the tolerance).
 SolveResult solve_p1(const P1Operator&, Multigrid&, P1Source& source, std::vector<double>& phi, const SolveOptions&);
-/// The same by successive over-relaxation (solve/relaxation.h).
+/// As solve_p1(), by successive over-relaxation (solve/relaxation.h) with relaxation factor `factor`.
 SolveResult relax_p1(const P1Operator&, double factor, P1Source& source, std::vector<double>& phi, const SolveOptions&);
 
 P1Budget budget(const P1Operator&, const P1Source&, const std::vector<double>& phi);
 
-/// F at cell centres, along the index axes: means of the two faces of each axis.
+/// F at cell centres, components along the index axes: the mean of the two faces of each axis.
 std::array<std::vector<float>, 3> cell_flux(const P1Operator&, const P1Source&, const std::vector<double>& phi);
 
-/// The longest flux that leaves the P1 radiance (phi + 3 s.F) / (4 pi) negative in no direction s, as a part of phi.
+/// Largest |F| / phi for which the P1 radiance (phi + 3 s.F) / (4 pi) is >= 0 in every direction s.
 constexpr double longest_flux = 1.0 / 3;
 
-/// Shortens F to longest_flux x phi where it is longer; returns for how many cells. For pictures only: such a flux is
-/// not conserved.
+/// Shortens F to longest_flux x phi where |F| is larger. Returns the number of cells changed. For pictures only: the
+/// shortened flux is not conserved.
 ///
-/// P1 lets the flux follow its source at once, F = ... + w0' g' / (1 - w0' g') E T' s, also where light enters a cloud
-/// and nothing has been scattered yet; seen with the sun behind the viewer at g = 0.85 that takes away six sevenths of
-/// the picture (tests/pipelines). Deep inside |F| is far below phi / 3.
+/// P1's flux follows its source locally, F = ... + w0' g' / (1 - w0' g') E T' s, also where light enters a cloud and
+/// little has been scattered yet. With the sun behind the viewer at g = 0.85 this flux removes six sevenths of the
+/// picture (tests/pipelines). Deep inside a cloud |F| is far below phi / 3.
 int64_t limit_flux(const P1Operator&, const std::vector<double>& phi, std::array<std::vector<float>, 3>& flux);
 
 }  // namespace vdbcloud

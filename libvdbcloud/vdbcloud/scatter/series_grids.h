@@ -1,5 +1,5 @@
 #pragma once
-// The perturbation series as grids in a file, from which an image at any albedo is made without another solve.
+// Stores the perturbation series as grids, from which render makes images at any albedo without another solve.
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/scatter/multiple_scattering.h"
 #include "vdbcloud/scatter/series.h"
@@ -9,18 +9,18 @@ namespace vdbcloud {
 struct SeriesReport {
     std::vector<double> norm;  ///< ||I_k||
     double ratio = 0;          ///< ||I_K|| / ||I_{K-1}||
-    Vec3d estimate{0, 0, 0};   ///< ratio x beta, per channel: the sum converges below 1
-    double least_albedo = 1;   ///< where the table ends
+    Vec3d estimate{0, 0, 0};   ///< ratio x beta, per channel; the sum converges if below 1
+    double least_albedo = 1;   ///< lowest albedo of the table
     int iterations = 0;
-    bool converged = true;  ///< the solves
+    bool converged = true;  ///< all solves
 };
 
-/// Grids series_phi_0.. (float, orthonormal basis), series_flux_0.. (vec3s, -D0 grad of each; where g' is not 0), and
-/// with `raw` series_I_0.., the I_k themselves. The first bears as metadata the triangular map from basis to I_k, the
-/// table of coefficients over albedo, and what the series belongs to.
+/// Makes grids series_phi_0.. (float, orthonormal basis) and, unless g' = 0, series_flux_0.. (vec3s, -D0 grad of each
+/// basis function). With `raw` also series_I_0.., the I_k themselves. Metadata of series_phi_0: the triangular map from
+/// basis to I_k, the table of coefficients over albedo, and the density, medium and lights of the series.
 ///
-/// Throws InputError where the channels differ in extinction, in the proportions of their lights, or in emission:
-/// one series serves all three.
+/// One series serves all three channels. Throws InputError if the channels differ in extinction, in the proportions of
+/// their lights, or in emission.
 std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* emission, const Medium&,
                                    const std::vector<Light>&, const ScatterOptions&, const SeriesOptions&, bool raw,
                                    SeriesReport&);
@@ -28,9 +28,10 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
 /// True if a file holds a series for this density, extinction and g, lit by these lights.
 bool has_series(const GridFile&, const FloatGrid& density, const Medium&, const std::vector<Light>&);
 
-/// phi and flux at medium.albedo from a file's series. `transmittance`: exp(-tau') towards each light in the scaled
-/// medium OF THAT ALBEDO, float or vec3s, for the beams' part of the flux, F = -D grad phi + w0' g' / (1 - w0' g') E T'
-/// s, shortened as limit_flux() does. Throws InputError where the albedo is outside the table.
+/// phi and flux at medium.albedo from a file's series. `transmittance` holds exp(-tau') towards each light, float or
+/// vec3s, in the scaled medium OF THAT ALBEDO. It gives the beams' part of the flux
+/// F = -D grad phi + w0' g' / (1 - w0' g') E T' s, which is shortened as by limit_flux(). Throws InputError if the
+/// albedo is outside the table.
 ScatterFields relight(const GridFile&, const Medium& medium, const std::vector<Light>&,
                       const std::vector<GridBasePtr>& transmittance);
 

@@ -1,5 +1,5 @@
 #pragma once
-// A sky as what enters a medium: onto faces for P1, along directions for sweeps.
+// Radiance that enters a medium from a sky: on faces for P1, along directions for sweeps.
 #include "vdbcloud/scene/sky.h"
 #include "vdbcloud/voxels/voxel_index.h"
 
@@ -11,7 +11,8 @@ namespace vdbcloud {
 /// J / pi of one channel on faces of each orientation (Blocks::Face): Sky::mean_inflow along the outward normal.
 std::array<double, 6> sky_on_faces(const VoxelIndex&, const Sky&, int channel);
 
-/// Radiance of one channel that comes down each direction of travel, unit, components along index.axis(0..2).
+/// Radiance of one channel that arrives along each direction of travel (unit vectors, components along
+/// index.axis(0..2)).
 std::vector<float> sky_along(const VoxelIndex&, const Sky&, int channel, const std::vector<Vec3d>& travel);
 
 }  // namespace vdbcloud
