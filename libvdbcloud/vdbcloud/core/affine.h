@@ -1,5 +1,5 @@
 #pragma once
-// An affine map and rays under it: all that ray marching needs to know of a grid's transform.
+// An affine map and a ray in world space: the geometry that ray marching needs.
 #include "vdbcloud/core/fwd.h"
 
 #include <array>

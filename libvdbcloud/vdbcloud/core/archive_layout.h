@@ -1,10 +1,10 @@
 #pragma once
-// Fixed places in the bytes of a .vdb.
+// Fixed byte positions in a .vdb file.
 #include <cstddef>
 
 namespace vdbcloud {
 
-/// Where the archive's identifier (36 characters) stands in a .vdb, from the byte `identifier_begin` on.
+/// The archive's identifier (36 characters) occupies bytes identifier_begin .. identifier_end - 1 of a .vdb file.
 inline constexpr size_t identifier_begin = 21, identifier_size = 36, identifier_end = 57;
 
 }  // namespace vdbcloud

@@ -1,19 +1,21 @@
 #pragma once
-// Output files that are there whole or not at all, and that leave nothing behind when a run dies.
+// Output files that appear complete or not at all. A failed run leaves no temporary files.
 #include <string>
 
 namespace vdbcloud {
 
-/// A file being written. For an ordinary target the bytes go to a hidden temporary in the same folder
-/// (".STEM.RANDOM.EXTENSION", so that libraries which go by extension can be handed its name); commit() checks,
-/// synchronises and renames it. A link is followed, so that it stays a link. A target that is there and is no
-/// regular file (a device, a fifo) is written directly.
+/// A file being written.
 ///
-/// The destructor removes a temporary that was not committed. Not to be shared between threads.
+/// The bytes go to a hidden temporary in the target's folder; commit() checks, synchronises and renames the temporary.
+/// The temporary is called ".STEM.RANDOM.EXTENSION", because some libraries choose the format by the extension. A
+/// symbolic link is followed and stays a link. An existing target that is not a regular file (a device, a fifo) is
+/// written directly, without a temporary.
+///
+/// The destructor removes a temporary without commit(). Not to be shared between threads.
 class AtomicFile {
 public:
-    /// Opens for writing. Throws IoError (path first): a folder is in the way or missing, no permission, or
-    /// `no_clobber` and the target exists.
+    /// Opens for writing. Throws IoError beginning with the path if the target is a folder, its folder is missing, the
+    /// permission is missing, or the target exists and `no_clobber` is true.
     explicit AtomicFile(const std::string& path, bool no_clobber = false);
     ~AtomicFile();
     AtomicFile(const AtomicFile&) = delete;
@@ -21,26 +23,26 @@ public:
 
     int descriptor() const { return descriptor_; }
 
-    /// What to open instead of the target, for libraries that want a name.
+    /// Path of the file to write to, for libraries that open files by name: the temporary, or the device or fifo.
     const std::string& name() const { return name_; }
 
-    /// False where the target is a device or a fifo: write front to back.
+    /// False if the target is a device or a fifo: write the bytes in order.
     bool seekable() const { return slot_ >= 0; }
 
-    /// Makes the file appear under its path. Throws IoError if the disk refuses, or if no_clobber and the target
-    /// came to exist meanwhile.
+    /// Makes the file appear under its path. Throws IoError if the system reports a write error, or if no_clobber is
+    /// true and another process has created the target since the constructor.
     void commit();
 
 private:
     void close_descriptor();
     void forget_temporary(bool remove);
 
-    std::string path_;    // as the user named it, for messages
-    std::string target_;  // with links followed
+    std::string path_;    // path given by the user, for messages
+    std::string target_;  // path_ with symbolic links followed
     std::string name_;
     bool no_clobber_;
     int descriptor_ = -1;
-    int slot_ = -1;  // in the table of temporaries; -1: written directly
+    int slot_ = -1;  // index in the table of temporaries; -1: no temporary
 };
 
 /// Removes every temporary of this process. Safe to call from a signal handler; nothing may be written afterwards.

@@ -1,6 +1,6 @@
 #pragma once
-// Kernels compiled for two instruction sets, of which the program takes one when it starts: 8 floats at a time where
-// the processor has AVX2. Both give the same bits: -ffp-contract=off, and nothing is reordered.
+// Kernels compiled for two instruction sets. The program selects one at its start: AVX2, 8 floats at a time, where the
+// processor has AVX2. Both give bitwise equal results: -ffp-contract=off, and no operation is reordered.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define VDBCLOUD_CLONES __attribute__((target_clones("avx2", "default")))
 #else

@@ -1,5 +1,5 @@
 #pragma once
-// How the library talks while it works: callbacks that the program supplies. The library itself never prints.
+// Callbacks for progress and warnings, supplied by the program. The library itself never prints.
 #include "vdbcloud/core/error.h"
 
 #include <functional>
@@ -7,19 +7,20 @@
 
 namespace vdbcloud {
 
-/// Called now and then with the fraction done, in [0, 1]; returns false when the caller wants the work to stop.
-/// May be called from any thread. An empty function means that nobody watches.
+/// Receives the fraction of the work done, in [0, 1], several times during the work. Returns false to cancel the work.
+/// May be called from any thread. An empty function disables progress reports.
 using Progress = std::function<bool(double)>;
 
-/// Tells `progress` (if any) the fraction done. Throws Cancelled if it answers false.
+/// Calls `progress`, unless empty, with the fraction done. Throws Cancelled if `progress` returns false.
 inline void report(const Progress& progress, double fraction)
 {
     if (progress && !progress(fraction)) throw Cancelled();
 }
 
-/// Told one sentence about something that was put right or passed over; an empty function means nobody listens.
+/// Receives one warning about repaired or ignored input, as one sentence. An empty function disables warnings.
 using Warn = std::function<void(const std::string&)>;
 
+/// Calls `to`, unless empty, with the sentence.
 inline void warn(const Warn& to, const std::string& sentence)
 {
     if (to) to(sentence);

@@ -1,5 +1,5 @@
 #pragma once
-// Random numbers as a function of (seed, integer position): no state, so no order and no thread matters.
+// Random numbers as a function of (seed, integer position). Without state, results do not depend on order or threads.
 #include "vdbcloud/core/constants.h"
 
 #include <cmath>
@@ -25,7 +25,7 @@ inline uint64_t hash_bits(uint64_t seed, uint64_t a, uint64_t b = 0, uint64_t c 
 /// Uniform in [0, 1), with 53 bits, from a hash.
 inline double uniform(uint64_t bits) { return double(bits >> 11) * 0x1p-53; }
 
-/// Standard normal from a hash (Box and Muller 1958; one of the pair).
+/// Standard normal from a hash (Box and Muller 1958; the cosine variate of the pair).
 inline double normal(uint64_t bits)
 {
     const double u = 1.0 - uniform(bits), v = uniform(hash_bits(bits));

@@ -1,5 +1,5 @@
 #pragma once
-// The error for a value that cannot be used, in the one form that all such errors have.
+// The error for an unusable value, in the common form.
 #include "vdbcloud/core/error.h"
 
 #include <sstream>
@@ -7,8 +7,8 @@
 
 namespace vdbcloud {
 
-/// Throws InputError "WHAT = VALUE: expected EXPECTED". `what` names the value and what it belongs to; `value` is
-/// anything that a stream prints, cut and cleaned as text from a file is.
+/// Throws InputError "WHAT = VALUE: expected EXPECTED". `what` names the value and its owner. `value` is of any type
+/// with operator<<; its text passes through printable().
 template<typename T>
 [[noreturn]] void refuse(const std::string& what, const T& value, const std::string& expected)
 {

@@ -1,11 +1,11 @@
 #pragma once
-// Loops over what a tree holds above its leaves: constant regions of 8^3 voxels and more.
+// Loops over the tiles of a tree: constant regions of 8^3 voxels or more, stored above the leaves.
 
 namespace vdbcloud {
 
-/// Calls visit(tile) for each active tile of a grid, in the tree's order; leaves are not visited. `tile` is OpenVDB's
-/// iterator: *tile is the value, tile.getBoundingBox(box) the voxels it stands for. A grid that is not const may be
-/// changed through tile.setValue().
+/// Calls visit(tile) for each active tile of a grid, in the tree's order. Leaves are not visited. `tile` is OpenVDB's
+/// iterator: *tile is the value, tile.getBoundingBox(box) gives the voxels of the tile, tile.setValue() changes the
+/// value if the grid is not const.
 template<typename GridT, typename Visit>
 void for_each_active_tile(GridT& grid, const Visit& visit)
 {
@@ -14,7 +14,7 @@ void for_each_active_tile(GridT& grid, const Visit& visit)
     for (; tile; ++tile) visit(tile);
 }
 
-/// As for_each_active_tile(), for inactive tiles as well.
+/// As for_each_active_tile(), for active and inactive tiles.
 template<typename GridT, typename Visit>
 void for_each_tile(GridT& grid, const Visit& visit)
 {

@@ -1,6 +1,6 @@
 #pragma once
-// OpenVDB itself, for sources. Trees and grids of float and vec3s are instantiated once, in core/*_tree.cc, *_grid.cc:
-// creating a grid then costs a source 7 s of compiling and not 19.
+// OpenVDB's headers, for sources. Trees and grids of float and vec3s are instantiated once, in core/*_tree.cc and
+// core/*_grid.cc. A source that creates a grid then compiles in 7 s instead of 19 s.
 #include "vdbcloud/core/fwd.h"
 
 #include <openvdb/openvdb.h>

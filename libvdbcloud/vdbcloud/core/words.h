@@ -1,5 +1,5 @@
 #pragma once
-// Enumerators and the words that stand for them in files, options and reports: one table for both directions.
+// Tables of enumerators and their words in files, options and reports. One table serves both directions.
 #include "vdbcloud/core/error.h"
 
 #include <cstddef>
@@ -20,7 +20,7 @@ struct Word {
 /// The words of an enumeration, in the order in which messages list them. Made by words().
 template<typename E, size_t N>
 struct Words {
-    const char* what;  ///< what the enumeration is called in messages: "phase function"
+    const char* what;  ///< name of the enumeration in messages: "phase function"
     Word<E> entries[N];
 
     /// The word of a value. Throws std::logic_error for a value without one.
@@ -31,7 +31,7 @@ struct Words {
         throw std::logic_error("internal error: an enumerator without a word");
     }
 
-    /// The value of a word. Throws InputError "OF: WHAT 'TEXT': expected A, B or C", without `of` if that is empty.
+    /// The value of a word. Throws InputError "OF: WHAT 'TEXT': expected A, B or C"; an empty `of` omits "OF: ".
     E value(std::string_view text, const std::string& of = {}) const
     {
         for (const Word<E>& entry : entries)
@@ -47,7 +47,7 @@ struct Words {
         return text;
     }
 
-    /// For an option that takes one of the words.
+    /// Pairs of word and value, for an option that takes one of the words.
     std::vector<std::pair<std::string, E>> choices() const
     {
         std::vector<std::pair<std::string, E>> all;

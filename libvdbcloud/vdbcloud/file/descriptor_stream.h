@@ -1,6 +1,5 @@
 #pragma once
-// Streams on file descriptors: reading that shares no file position with another process, and writing that
-// knows why it failed.
+// Streams on file descriptors. Reading shares no file position with another process; writing keeps the system's error.
 #include <cstdint>
 #include <streambuf>
 #include <string>
@@ -22,15 +21,15 @@ protected:
 
 private:
     int descriptor_;
-    uint64_t size_, end_ = 0;  // end_: position in the file of egptr()
+    uint64_t size_, end_ = 0;  // end_: file position of egptr()
     std::vector<char> buffer_;
 };
 
-/// Writes to a descriptor. After a failure every write fails, and `error` is the system's number for the
-/// first.
+/// Writes to a descriptor. After a failure every later write fails too, and error() is the errno of the first failure.
 class DescriptorSink : public std::streambuf {
 public:
-    /// `identifier`, if not empty, replaces the 36 characters of the archive's identifier in passing.
+    /// `seekable`: the descriptor supports positions. `identifier`, if not empty, replaces the 36 characters of the
+    /// archive's identifier as they are written.
     DescriptorSink(int descriptor, bool seekable, std::string identifier = {});
     int error() const { return error_; }
 
@@ -47,12 +46,12 @@ private:
 
     int descriptor_, error_ = 0;
     bool seekable_;
-    uint64_t start_ = 0;  // position in the file of pbase()
+    uint64_t start_ = 0;  // file position of pbase()
     std::string identifier_;
     std::vector<char> buffer_;
 };
 
-/// Reads up to `count` bytes at `offset`; returns how many there were. Throws std::system_error.
+/// Reads up to `count` bytes at file position `offset`; returns the number of bytes read. Throws std::system_error.
 size_t read_at(int descriptor, void* to, size_t count, uint64_t offset);
 
 }  // namespace vdbcloud

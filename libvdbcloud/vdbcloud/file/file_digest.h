@@ -4,7 +4,7 @@
 
 namespace vdbcloud {
 
-/// Of all bytes of a .vdb but its identifier, which a writer may draw at random. Throws std::system_error.
+/// Digest of all bytes of a .vdb file except its identifier, which may be random. Throws std::system_error.
 Digest file_digest(int descriptor);
 
 }  // namespace vdbcloud

@@ -1,5 +1,5 @@
 #pragma once
-// How far two grids, or two files of grids, are from each other: by value, whatever nodes hold the values.
+// Differences between two grids, or between two files of grids. Values count; the layout of tree nodes does not.
 #include "vdbcloud/grid/grid_file.h"
 
 #include <array>
@@ -8,51 +8,51 @@
 
 namespace vdbcloud {
 
-/// The difference of two grids, voxel by voxel in index space, over all voxels that are active in either. A tile
-/// counts as the voxels it covers. Where only one grid is active the other takes part with what it answers there
-/// (background or inactive value). Of vectors the length of the difference is meant, of integers and bool the number.
-/// Two values that are both NaN, or the same infinity, are equal; a finite value and one that is not are infinitely
-/// far apart.
+/// The difference of two grids, voxel by voxel in index space, over all voxels that are active in either grid. A tile
+/// counts as the voxels that the tile covers. Where only one grid is active, the other grid contributes its background
+/// or inactive value at that voxel. The difference of two vectors is the length of their difference vector; integers
+/// and bools are subtracted as numbers. Two NaN values are equal, and so are two infinities of one sign. A finite and a
+/// non-finite value differ by infinity.
 struct GridDifference {
-    std::string label;                  ///< name, or NAME[k] where several bear it
-    std::string types;                  ///< "float", or "float, double" where they differ
-    bool comparable = true;             ///< false: of different types; then nothing below is measured
-    bool by_value = true;               ///< false: a type known only by its bytes: max is 0 or infinite
-    double max = 0;                     ///< largest difference, the backgrounds' included
+    std::string label;                  ///< name, or NAME[k] where several grids have that name
+    std::string types;                  ///< "float", or "float, double" where the types differ
+    bool comparable = true;             ///< false: the types differ, and only label, types and metadata are set
+    bool by_value = true;               ///< false: a type compared by its stored bytes; max is 0 or infinite
+    double max = 0;                     ///< largest difference, including that of the backgrounds
     double rms = 0;                     ///< root mean square of the difference
-    double relative = 0;                ///< rms over the rms of the first grid's values; infinite if those are all 0
+    double relative = 0;                ///< rms / rms of the first grid's values; infinite if only those are all 0
     std::array<int, 3> where{};         ///< a voxel with the largest difference
-    uint64_t voxels = 0;                ///< active in either
-    uint64_t only_a = 0, only_b = 0;    ///< active in one alone
+    uint64_t voxels = 0;                ///< number of voxels active in either grid
+    uint64_t only_a = 0, only_b = 0;    ///< number of voxels active in only the first, only the second grid
     double transform = 0;               ///< largest difference of the matrices' entries over the largest entry
-    std::vector<std::string> metadata;  ///< keys that one lacks, or whose values differ; volatile ones left out
+    std::vector<std::string> metadata;  ///< keys missing in one grid or with differing values, without volatile keys
 };
 
 struct FileDifference {
     std::vector<GridDifference> grids;
     std::vector<std::string> only_a, only_b;  ///< labels of grids that the other file lacks
-    std::vector<std::string> metadata;        ///< of the file
+    std::vector<std::string> metadata;        ///< keys of file metadata that differ, as GridDifference::metadata
 };
 
-/// What is still called equal.
+/// Largest differences at which two files count as equal.
 struct Tolerances {
-    double max = 0, rms = 0, relative = 0;  ///< as GridDifference; infinity: anything
-    double topology = 0;                    ///< part of the voxels that may be active in one alone, 0..1
-    double transform = 1e-9;
-    bool metadata = false;  ///< metadata has to agree as well
+    double max = 0, rms = 0, relative = 0;  ///< limits of those members of GridDifference; infinity: no limit
+    double topology = 0;                    ///< limit of (only_a + only_b) / voxels, 0..1
+    double transform = 1e-9;                ///< limit of GridDifference::transform
+    bool metadata = false;                  ///< true: metadata must agree too
 };
 
 GridDifference compare_grids(const GridBase& a, const GridBase& b);
 
-/// Grids are matched by label. `which`: labels to look at; empty for all. Throws InputError if neither file has one
-/// of them.
+/// Matches grids by label. `which`: labels to compare; empty: all grids, and the files' metadata. Throws InputError for
+/// a label that neither file has.
 FileDifference compare_files(const GridFile& a, const GridFile& b, const std::vector<std::string>& which = {});
 
-/// Why they are not equal within tolerance, a sentence a reason; empty if they are.
+/// One sentence for each tolerance that is exceeded; empty if the files are equal within tolerance.
 std::vector<std::string> beyond(const FileDifference&, const Tolerances&);
 
-/// True of metadata that says how a file was made or stored and not what it holds: creator, history,
-/// format, statistics.
+/// True for metadata that describes how a file was made or stored, not its contents: creator, history, format,
+/// statistics, is_local_space, is_saved_as_half_float.
 bool is_volatile(const std::string& key);
 
 }  // namespace vdbcloud

@@ -1,5 +1,5 @@
 #pragma once
-// The numbers behind compare.h, for the types of tree whose values can be subtracted.
+// Differences of trees whose values can be subtracted. compare.h builds on this header.
 #include <array>
 #include <cstdint>
 
@@ -18,14 +18,14 @@ namespace vdbcloud {
 
 struct TreeDifference {
     double max = 0, background = 0;
-    double sum_squares = 0;    ///< of differences, over voxels active in either
-    double sum_squares_a = 0;  ///< of the first tree's values, over the same
+    double sum_squares = 0;    ///< of differences, over voxels active in either tree
+    double sum_squares_a = 0;  ///< of the first tree's values, over voxels active in either tree
     uint64_t voxels = 0, only_a = 0, only_b = 0;
     std::array<int, 3> where{};
 };
 
-/// Compares two trees of one type. False, and nothing done, if they are of no type that it knows: float, double,
-/// vec3s, vec3d, vec3i, bool, mask, int32, int64.
+/// Compares two trees of the same type. Supported types: float, double, vec3s, vec3d, vec3i, bool, mask, int32, int64.
+/// For any other type returns false and leaves the result unchanged.
 bool compare_trees(const openvdb::tree::TreeBase& a, const openvdb::tree::TreeBase& b, TreeDifference&);
 
 }  // namespace vdbcloud

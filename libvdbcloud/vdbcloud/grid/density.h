@@ -1,5 +1,5 @@
 #pragma once
-// The density of a file: which grid it is, and whether its values can be used.
+// Finds the density grid of a file and checks its values.
 #include "vdbcloud/core/progress.h"
 #include "vdbcloud/grid/grid_file.h"
 
@@ -7,13 +7,18 @@
 
 namespace vdbcloud {
 
-/// The density of a file as floats. `asked` is the user's choice (NAME or NAME[k]), or empty: then the first
-/// alias that is there, else the only fog volume (float, class fog or unknown). Where several grids bear the
-/// name that fits and the user did not choose, an error that lists NAME[0], NAME[1], ... A level set or
-/// points are refused with a sentence. Double, and half, come as float; a grid of another scalar type is
-/// refused. Negative values become 0 with one warning that counts them; a value that is not finite is an
-/// InputError with its coordinate. Active tiles stay tiles. The grid that is returned is a copy only if
-/// something had to change; the file's entry is then replaced by it.
+/// The density grid of a file, as floats.
+///
+/// `asked` is the user's choice (NAME or NAME[k]). If `asked` is empty, the density is the first alias in the file.
+/// Without an alias, the density is the only fog volume: a float or double grid of class fog, else of class unknown.
+///
+/// Double and half grids are converted to float. Negative values become 0, with one warning that counts them. Active
+/// tiles stay tiles. The returned grid is a copy only if values or type had to change; the copy then replaces the
+/// file's entry.
+///
+/// Throws InputError if several grids have the matching name and `asked` is empty (the message lists NAME[0],
+/// NAME[1], ...), if the grid is a level set, holds points or another value type, if the transform is not affine, or if
+/// a value is not finite (the message gives the voxel).
 FloatGridPtr density_of(GridFile&, const std::string& asked = {}, const Warn& = {});
 
 }  // namespace vdbcloud

@@ -11,7 +11,7 @@ struct XXH3_state_s;
 
 namespace vdbcloud {
 
-/// XXH3 (128 bits) of all bytes added so far, however they were cut into pieces.
+/// XXH3 (128 bits) of all bytes added so far. The result does not depend on how calls of add() split the bytes.
 class Digest {
 public:
     Digest();
@@ -29,8 +29,8 @@ public:
         add(text.data(), text.size());
     }
 
-    std::string hex() const;   ///< 32 digits, those that `xxhsum -H128` prints
-    std::string uuid() const;  ///< the same as 8-4-4-4-12 digits
+    std::string hex() const;   ///< 32 digits, equal to the output of `xxhsum -H128`
+    std::string uuid() const;  ///< the digits of hex() in groups of 8-4-4-4-12
 
 private:
     struct Free {
@@ -39,8 +39,8 @@ private:
     std::unique_ptr<XXH3_state_s, Free> state_;
 };
 
-/// Fingerprint of a grid's transform, background, active topology and active values, in hex. Equal for equal grids on
-/// every little-endian machine; name, metadata and inactive values do not count.
+/// Fingerprint of a grid's transform, background, active topology and active values, in hex. Equal grids have equal
+/// fingerprints on every little-endian machine. Name, metadata and inactive values have no effect.
 std::string grid_digest(const FloatGrid&);
 
 }  // namespace vdbcloud

@@ -1,15 +1,16 @@
 #pragma once
-// Where in the world the substance of a grid is, as points to frame a picture by.
+// Extent of the visible part of a grid in world space, for framing a picture.
 #include "vdbcloud/core/fwd.h"
 
 #include <vector>
 
 namespace vdbcloud {
 
-/// Corners [world] of boxes around all voxels whose value is above `fraction` of the greatest: one box a leaf
-/// or tile, tight around its voxels (a voxel reaching half its edge about its centre). Empty where no value
-/// is above 0. Any transform. Fog too thin to be seen is left out, so that a wide veil does not make the
-/// cloud small.
+/// Corners [world] of boxes around all active voxels whose value is above `fraction` times the greatest value.
+///
+/// Each leaf and each tile with such voxels gives the 8 corners of one box. The box is tight around those voxels; a
+/// voxel extends half its edge to each side of its centre. Empty if no value is above 0. Any transform.
+/// The threshold excludes fog too thin to see: a wide, thin veil would make the cloud small in the picture.
 std::vector<Vec3d> occupied_corners(const FloatGrid&, double fraction = 0.004);
 
 }  // namespace vdbcloud

@@ -6,7 +6,8 @@
 
 namespace vdbcloud {
 
-/// get_* return `otherwise` where the key is absent; a value of another type is an InputError.
+/// get_* return `otherwise` if the key is absent. Throw InputError if the value has an unsuitable type or is not
+/// finite. set_* replace a value of any type.
 double get_number(const MetaMap&, const std::string& key, double otherwise);
 Vec3d get_vector(const MetaMap&, const std::string& key, const Vec3d& otherwise);
 std::string get_text(const MetaMap&, const std::string& key, const std::string& otherwise);

@@ -1,6 +1,6 @@
 #pragma once
-// Every grid and every key of metadata that the stages exchange, as a table: the one place that knows what a name
-// means. docs/format.md is the same table for people, and tests/grid/registry_test.cc holds the two together.
+// Table of every grid and every metadata key that the stages exchange. Only this table defines the meaning of a name.
+// docs/format.md documents the table; tests/grid/registry_test.cc checks that both agree.
 #include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
 
@@ -9,23 +9,23 @@
 
 namespace vdbcloud::schema {
 
-/// Version of docs/format.md: grows when a reader of the former version would misread a file.
+/// Version of docs/format.md. Increases when a reader of the previous version would misread a file.
 inline constexpr int format_version = 1;
-inline constexpr const char* format = "vdbcloud:format";  // double, of the file: the version it was written in
+inline constexpr const char* format = "vdbcloud:format";  // double, file metadata: format version of this file
 
-// Grids that one stage alone knows.
+// Grids that a single stage uses.
 inline constexpr const char* water = "qt";
 inline constexpr const char* rain = "rain";
 inline constexpr const char* dye = "dye";
-inline constexpr const char* series_phi_prefix = "series_phi_";    // then the order
-inline constexpr const char* series_flux_prefix = "series_flux_";  // the same
-inline constexpr const char* series_raw_prefix = "series_I_";      // the same
+inline constexpr const char* series_phi_prefix = "series_phi_";    // followed by the order
+inline constexpr const char* series_flux_prefix = "series_flux_";  // followed by the order
+inline constexpr const char* series_raw_prefix = "series_I_";      // followed by the order
 
-// Metadata of series_phi_0: numbers as text, between blanks.
-inline constexpr const char* series_albedo = "vdbcloud:series_albedo";  // rows of the table: albedos, rising
-inline constexpr const char* series_table = "vdbcloud:series_table";    // coefficients of the basis, a row an albedo
+// Metadata of series_phi_0. The first three are numbers as text, separated by blanks.
+inline constexpr const char* series_albedo = "vdbcloud:series_albedo";  // albedo of each table row, ascending
+inline constexpr const char* series_table = "vdbcloud:series_table";    // coefficients of the basis, one row per albedo
 inline constexpr const char* series_map = "vdbcloud:series_map";        // n x n, I_k = sum_j map[k n + j] basis_j
-inline constexpr const char* series_scale = "vdbcloud:series_scale";    // vec3d: r, g, b are this times the sum
+inline constexpr const char* series_scale = "vdbcloud:series_scale";    // vec3d: factors of the sum for r, g, b
 
 /// `channel` 0, 1, 2: flux_r, flux_g, flux_b.
 inline std::string flux_name(int channel) { return std::string(flux_prefix) + "rgb"[channel]; }
@@ -53,47 +53,48 @@ enum class Role {
     Dye
 };
 
-/// What follows the beginning of a name.
+/// Variable part of a grid's name, after its prefix.
 enum class Rest { Nothing, Light, Channel, Harmonic, Order };
 
 /// One row of the table.
 struct GridKind {
     Role role;
-    const char* name;                  ///< whole, or how it begins
-    Rest rest;                         ///< what follows
-    const char* rest_text;             ///< the same for people: "LIGHT"; empty if nothing follows
-    std::vector<const char*> aliases;  ///< names by which other programs call it, best first
-    const char* type;                  ///< OpenVDB's value type; "float or vec3s" where both occur
+    const char* name;                  ///< whole name, or its prefix
+    Rest rest;                         ///< kind of the variable part after the prefix
+    const char* rest_text;             ///< placeholder for the variable part in documents: "LIGHT"; empty if none
+    std::vector<const char*> aliases;  ///< names of this grid in other programs, preferred first
+    const char* type;                  ///< OpenVDB value type; "float or vec3s" where both occur
     const char* unit;
-    const char* grid_class;  ///< "fog volume", "level set", "staggered" or "unknown", as OpenVDB spells them
+    const char* grid_class;  ///< OpenVDB grid class: "fog volume", "level set", "staggered" or "unknown"
     const char* background;
-    const char* stages;  ///< programs that write it
-    /// Computed from a density by illuminate or p1solve, for a later stage that reads it in full precision: never
-    /// stored as half, whatever flag it inherited.
+    const char* stages;  ///< programs that write this grid
+    /// Computed from a density by illuminate or p1solve. A later stage needs full precision, so the grid is never
+    /// stored as half, even if it inherited the half flag.
     bool result;
-    bool half;  ///< --half stores it as 16-bit floats
-    bool kept;  ///< --keep none keeps it: a later stage needs it. Others are kept where this stage used them.
+    bool half;  ///< --half stores this grid as 16-bit floats
+    /// --keep none keeps this grid, because a later stage needs it. Of other grids, --keep none keeps those that the
+    /// stage used.
+    bool kept;
 };
 
 const std::vector<GridKind>& grid_kinds();
 
-/// The row that a grid's name belongs to, aliases included, upper and lower case alike for these; null for a name that
-/// no stage knows.
+/// The row for a grid's name or alias. Aliases match in upper and lower case. Null for a name that no stage uses.
 const GridKind* kind_of(const std::string& grid_name);
 
-/// True if the name belongs to that role.
+/// True if kind_of(grid_name) has this role.
 bool has_role(const std::string& grid_name, Role);
 
 /// One key of metadata.
 struct MetaKey {
-    const char* key;    ///< whole, or how it begins
+    const char* key;    ///< whole key, or its prefix
     const char* type;   ///< "string", "double" or "vec3d"
-    const char* where;  ///< "file", or the grid that bears it
+    const char* where;  ///< "file", or the grid whose metadata contains the key
 };
 
 const std::vector<MetaKey>& meta_keys();
 
-/// True of a key in the table.
+/// True for a key in the table.
 bool is_known_key(const std::string& key);
 
 }  // namespace vdbcloud::schema

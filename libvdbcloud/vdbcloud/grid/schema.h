@@ -1,5 +1,5 @@
 #pragma once
-// The contract between the stages: names, units and metadata of every grid they exchange, written once.
+// Names, units and metadata of the grids that the stages exchange.
 //
 // | grid                   | type  | unit, meaning                                              | background |
 // |------------------------|-------|------------------------------------------------------------|------------|
@@ -14,7 +14,7 @@
 // | sh_<lm>, sh_<lm>_<rgb> | float | moments of collided radiance, degree 2 and more (grid/scatter_schema.h) | 0 |
 // | solid                  | float | level set of an opaque body, signed distance [world unit]  | +band      |
 //
-// Lengths are world units. Directions point along propagation, but `light_to`, which points towards the light.
+// Lengths are world units. Directions point along propagation, except `light_to`, which points towards the light.
 // Names hold letters, digits and '_' only, so that every viewer lists them.
 #include <string>
 #include <vector>
@@ -30,12 +30,12 @@ inline constexpr const char* colour = "Cd";
 inline constexpr const char* emission = "emission";
 inline constexpr const char* transmittance_prefix = "transmittance_";
 inline constexpr const char* phi = "phi";
-inline constexpr const char* flux_prefix = "flux_";  // then r, g, b
+inline constexpr const char* flux_prefix = "flux_";  // followed by r, g or b
 inline constexpr const char* solid = "solid";
 
 // Metadata of the file.
 inline constexpr const char* creator = "creator";                  // "TOOL VERSION"
-inline constexpr const char* history = "history";                  // one command line a line, oldest first
+inline constexpr const char* history = "history";                  // one command per line, oldest first
 inline constexpr const char* up_axis = "up_axis";                  // "Y" or "Z"
 inline constexpr const char* meters_per_unit = "meters_per_unit";  // double
 
@@ -46,15 +46,15 @@ inline constexpr const char* albedo = "vdbcloud:albedo";                        
 inline constexpr const char* g = "vdbcloud:g";                                      // double, -1..1
 inline constexpr const char* phase = "vdbcloud:phase";  // "isotropic", "rayleigh", "henyey-greenstein"
 
-// Metadata of a transmittance grid: the light it belongs to, and what it was computed with.
+// Metadata of a transmittance grid: its light, and the density from which it was computed.
 inline constexpr const char* light_kind = "vdbcloud:light_kind";          // "directional" or "point"
 inline constexpr const char* light_to = "vdbcloud:light_to";              // vec3d, unit, towards a directional light
 inline constexpr const char* light_position = "vdbcloud:light_position";  // vec3d [world]
 inline constexpr const char* light_irradiance = "vdbcloud:light_irradiance";  // vec3d; point: intensity [per sr]
 inline constexpr const char* light_angular_diameter = "vdbcloud:light_angular_diameter";  // double [degrees]
-inline constexpr const char* density_digest = "vdbcloud:density_digest";  // string: the density it was made from
+inline constexpr const char* density_digest = "vdbcloud:density_digest";  // string: grid_digest() of that density
 
-/// The names by which other programs call the grid that we call `name`, best first, `name` itself included.
+/// The names that vdbcloud and other programs use for the grid `name`, preferred first, `name` included.
 /// density|smoke|soot|voxel_fog_density, temperature|heat, flame|flames|fire, vel|v|velocity, Cd|color|colour|albedo.
 std::vector<std::string> aliases(const std::string& name);
 

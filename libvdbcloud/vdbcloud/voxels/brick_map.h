@@ -1,5 +1,5 @@
 #pragma once
-// A grid repacked for trilinear sampling along rays: no tree walk inside 8^3 cells, empty space skipped.
+// A grid repacked for trilinear sampling along rays: no tree access inside 8^3 cells, and rays skip empty space.
 #include "vdbcloud/core/affine.h"
 
 #include <functional>
@@ -9,30 +9,30 @@ namespace vdbcloud {
 
 /// The trilinear interpolant of a grid of one or three channels, as a sparse set of bricks.
 ///
-/// A cell (i,j,k) is the box between the voxel centres (i,j,k) and (i+1,j+1,k+1). A brick holds the 8^3 cells from
-/// 8b on and, for each channel in turn, their 9^3 corner values, corner (x,y,z) at (x*9 + y)*9 + z. Where there is no
-/// brick every corner is `outside()`. Inactive voxels count as `outside`, whatever the tree stores there. Constant
-/// tiles cost an index each.
+/// Cell (i,j,k) is the box between the voxel centres (i,j,k) and (i+1,j+1,k+1). Brick b covers the 8^3 cells 8b ..
+/// 8b+7. A brick stores 9^3 corner values, one channel after the other, corner (x,y,z) at (x*9 + y)*9 + z. Without a
+/// brick every corner value is outside(). Inactive voxels have the value outside(), whatever value the tree stores. A
+/// brick inside a constant tile costs one index, because bricks of one value share storage.
 ///
-/// Affine transforms only. Immutable once made, so any number of threads may read it.
+/// Affine transforms only. Immutable after construction, so any number of threads may read.
 class BrickMap {
 public:
     static constexpr int size = 8;
-    static constexpr int sx = 81, sy = 9;  ///< offsets of the next corner along x, y (z: 1)
+    static constexpr int sx = 81, sy = 9;  ///< offsets to the next corner along x, y (along z: 1)
     using Map = std::function<float(float)>;
 
-    /// Repacks `grid`; `map`, if any, is applied to each active value (and `outside` is taken as mapped already).
+    /// Repacks `grid`. `map`, unless empty, is applied to each active value; `outside` is not mapped.
     /// Throws InputError if the transform is not affine.
     explicit BrickMap(const FloatGrid& grid, float outside = 0, const Map& map = {});
 
     explicit BrickMap(const Vec3SGrid& grid, float outside = 0, const Map& map = {});
 
-    /// The 729 corner values of brick b (for each channel), or null.
+    /// The corner values of brick b, 729 for each channel; null if there is no brick.
     const float* find(const Vec3i& b) const;
 
     /// The interpolant at a point in index space.
     double sample(const Vec3d& index) const;
-    /// All three channels of it; a grid of one channel gives it three times.
+    /// All three channels of the interpolant. A grid of one channel gives three equal values.
     Vec3d sample3(const Vec3d& index) const;
 
     int channels() const { return channels_; }
@@ -40,17 +40,17 @@ public:
     float outside() const { return outside_; }
     const Affine& index_from_world() const { return index_from_world_; }
     const Affine& world_from_index() const { return world_from_index_; }
-    /// Cells that may differ from outside, first and last (inclusive).
+    /// First and last cell (inclusive) of the box outside which the interpolant is outside().
     const Vec3i& first_cell() const { return first_cell_; }
     const Vec3i& last_cell() const { return last_cell_; }
     const std::vector<Vec3i>& bricks() const { return bricks_; }  ///< coordinates, sorted
     size_t bytes() const;
 
-    /// A box of 4096^3 cells and the part of it that bricks fill: rays test these and skip what lies between.
+    /// A box of 4096^3 cells, and the part of this box that bricks fill. Rays test the roots and skip space between.
     struct Root {
         Vec3i origin;                 ///< in units of 4096 cells
         Vec3i first, last;            ///< cells, inclusive
-        std::vector<int32_t> supers;  ///< 32^3 indices of 16^3 bricks, -1: none
+        std::vector<int32_t> supers;  ///< 32^3 indices for super(), each of 16^3 bricks; -1: no bricks
     };
     const std::vector<Root>& roots() const { return roots_; }
     const int32_t* super(int32_t index) const { return supers_.data() + size_t(index) * 4096; }
@@ -73,7 +73,7 @@ private:
     std::vector<float> values_;
 };
 
-/// The affine maps of a transform. Throws InputError naming `grid_name` if it is not affine.
+/// The affine maps of a transform. Throw InputError naming `grid_name` if the transform is not affine.
 Affine world_from_index(const Transform&, const std::string& grid_name);
 Affine index_from_world(const Transform&, const std::string& grid_name);
 

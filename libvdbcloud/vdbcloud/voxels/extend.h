@@ -1,14 +1,13 @@
 #pragma once
-// The fringe of a grid: one more layer of voxels, for fields that are known only inside a medium and are interpolated
-// at its edge.
+// The trilinear fringe of a grid: one more layer of active voxels, for interpolation of a medium's fields at its edge.
 #include "vdbcloud/core/fwd.h"
 
 namespace vdbcloud {
 
-/// A copy of `grid` (name, transform, background) in which every inactive voxel among the 26 neighbours of an active
-/// voxel is active as well. Its value is the mean of its active neighbours, summed in double: a constant field keeps
-/// its constant exactly, so trilinear samples in the medium's outermost cells do not fall towards the background.
-/// Active tiles become voxels.
+/// A copy of `grid` (name, transform, background) with a fringe: the inactive voxels among the 26 neighbours of active
+/// voxels become active. A fringe voxel has the mean of its active neighbours, summed in double, so a constant field
+/// stays exactly constant. Trilinear samples in the outermost cells then do not fall towards the background. Active
+/// tiles become voxels.
 Vec3SGridPtr with_fringe(const Vec3SGrid& grid);
 FloatGridPtr with_fringe(const FloatGrid& grid);
 

@@ -1,5 +1,5 @@
 #pragma once
-// The voxels of a grid that an equation is solved on, numbered flat, and the way from trees to arrays and back.
+// The voxels on which an equation is solved, numbered as slots, and the conversion between trees and flat arrays.
 #include "vdbcloud/core/affine.h"
 #include "vdbcloud/voxels/blocks.h"
 
@@ -11,11 +11,11 @@ struct VoxelIndexOptions {
     std::array<bool, 3> periodic{false, false, false};  ///< axes [index space] on which the domain repeats
 };
 
-/// The active voxels of a density grid whose value is above 0 (tiles voxelised), as Blocks: block by block, a leaf of
-/// the tree being a block, in a fixed order. With it go the geometry of one voxel, a box with edges along axis[0..2].
+/// The active voxels of a density grid whose value is above 0 (tiles voxelised), as Blocks in a fixed order. Also the
+/// geometry of one voxel: a box with edges along axis(0..2).
 ///
-/// Every array over the voxels is flat, one value a slot (blocks.h), so nothing that loops touches OpenVDB.
-/// A periodic axis repeats after the extent of the voxels along it, which must be a multiple of 8.
+/// Every array over the voxels is flat, one value per slot (blocks.h), so loops do not access OpenVDB.
+/// A periodic axis repeats after the extent of the voxels along that axis. This extent must be a multiple of 8.
 class VoxelIndex {
 public:
     /// Throws InputError naming the grid if its transform is not affine or its axes are not at right angles, if a
@@ -23,27 +23,26 @@ public:
     explicit VoxelIndex(const FloatGrid&, const VoxelIndexOptions& = {});
 
     const Blocks& blocks() const { return blocks_; }
-    /// World lengths of a voxel's edges, and their unit directions.
+    /// Lengths of a voxel's edges [world unit], and their unit directions in world space.
     const Vec3d& spacing() const { return spacing_; }
     const Vec3d& axis(int a) const { return axis_[a]; }
     /// Voxel coordinates of the tree = coordinates of the blocks + origin.
     const Vec3i& origin() const { return origin_; }
     const Affine& world_from_index() const { return world_from_index_; }
-    /// World position of a point given by block coordinates (voxel centres are at integers).
+    /// World position of a point in voxel coordinates of the blocks (voxel centres are at integers).
     Vec3d world(const Vec3d& voxel) const;
 
     /// Values of another grid of the same transform at the active slots, 0 elsewhere.
     std::vector<float> gather(const FloatGrid&) const;
-    /// One component of a vector grid.
+    /// As above, for one component (0, 1, 2) of a vector grid.
     std::vector<float> gather(const Vec3SGrid&, int component) const;
 
-    /// A vector grid of three fields over the voxels, each times its scale (any may be the same array), with the
-    /// transform of the grid that was indexed, active at the voxels and at the one-voxel fringe about them that
-    /// trilinear samples reach, where each value is the mean of the voxels beside it: a constant field stays constant
-    /// up to its edge.
+    /// A vector grid of three fields over the voxels, each times its scale. The three pointers may be equal. The grid
+    /// has the transform of the indexed grid. Active are the voxels and their fringe (with_fringe() in
+    /// voxels/extend.h), which keeps trilinear samples of a constant field constant up to the medium's edge.
     Vec3SGridPtr to_grid(const std::array<const float*, 3>& field, const std::string& name,
                          const Vec3d& scale = Vec3d(1, 1, 1)) const;
-    /// The same of one field.
+    /// As above, a float grid of one field.
     FloatGridPtr to_grid(const float* field, const std::string& name) const;
 
 private:
