@@ -27,14 +27,14 @@ FloatGridPtr sphere(int radius, float value, const openvdb::math::Transform::Ptr
 
 openvdb::math::Transform::Ptr scaled(double h) { return openvdb::math::Transform::createLinearTransform(h); }
 
-TEST(TypicalDepth, OfASphereIsThreeHalvesOfItsRadiusTimesItsDensity)
+TEST(TypicalDepth, SphereIsThreeHalvesRadiusTimesDensity)
 {
     // Columns of 8 x 8 voxels average over the rim: within a few per cent at R = 40, and better when finer.
     const double h = 0.05;
     EXPECT_NEAR(typical_depth(*sphere(40, 2.0f, scaled(h))) / (2 * 1.5 * 40 * h), 1, 0.03);
 }
 
-TEST(TypicalDepth, OfABoxIsTheMeanOfItsEdgesHoweverItIsStored)
+TEST(TypicalDepth, BoxIsTheMeanEdgeForTilesAndVoxels)
 {
     for (const bool tiles : {true, false}) {
         auto grid = openvdb::FloatGrid::create(0.0f);
@@ -45,7 +45,7 @@ TEST(TypicalDepth, OfABoxIsTheMeanOfItsEdgesHoweverItIsStored)
     }
 }
 
-TEST(TypicalDepth, CountsEmptySurroundingsForNothing)
+TEST(TypicalDepth, IgnoresEmptySurroundings)
 {
     auto grid = sphere(16, 1.0f, scaled(1));
     const double alone = typical_depth(*grid);
@@ -53,13 +53,13 @@ TEST(TypicalDepth, CountsEmptySurroundingsForNothing)
     EXPECT_DOUBLE_EQ(typical_depth(*grid), alone);
 }
 
-TEST(AutomaticExtinction, MakesTheTypicalDepthItsTarget)
+TEST(AutomaticExtinction, TypicalOpticalDepthEqualsTheTarget)
 {
     const auto grid = sphere(20, 0.3f, scaled(2));
     EXPECT_NEAR(automatic_extinction(*grid, 7) * typical_depth(*grid), 7, 1e-12);
 }
 
-TEST(AutomaticExtinction, GoesWithTheGridWhenItIsScaledTurnedAndMoved)
+TEST(AutomaticExtinction, FollowsGridScaleAndIgnoresRotationAndTranslation)
 {
     auto moved = scaled(3);
     moved->postRotate(0.7, openvdb::math::Y_AXIS);
@@ -69,7 +69,7 @@ TEST(AutomaticExtinction, GoesWithTheGridWhenItIsScaledTurnedAndMoved)
     EXPECT_NEAR(automatic_extinction(*sphere(12, 0.5f, moved)) * 3 / rest, 1, 1e-12);
 }
 
-TEST(AutomaticExtinction, OfNothingIsANumber)
+TEST(AutomaticExtinction, EmptyDensityGivesOne)
 {
     EXPECT_EQ(automatic_extinction(*openvdb::FloatGrid::create(0.0f)), 1);
     EXPECT_EQ(typical_depth(*openvdb::FloatGrid::create(0.0f)), 0);

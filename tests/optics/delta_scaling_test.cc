@@ -15,7 +15,7 @@ namespace {
 
 PhaseFunction hg(double g) { return PhaseFunction::henyey_greenstein(g); }
 
-TEST(DeltaScaling, KeepsAbsorptionAndTheTransportCrossSectionOfEachDegree)
+TEST(DeltaScaling, KeepsAbsorptionAndTransportCrossSections)
 {
     const PhaseFunction droplets("hg-draine", {15}), lobes("double-henyey-greenstein", {0.9, 0.2, 0.6});
     for (const PhaseFunction& phase : {hg(0.85), hg(-0.9), hg(0), PhaseFunction("rayleigh"), droplets, lobes})
@@ -33,14 +33,14 @@ TEST(DeltaScaling, KeepsAbsorptionAndTheTransportCrossSectionOfEachDegree)
             }
 }
 
-TEST(DeltaScaling, OfHenyeyGreensteinTakesThePowerOfGAboveTheDegree)
+TEST(DeltaScaling, HenyeyGreensteinFractionIsGToTheDegreePlusOne)
 {
     for (double g : {0.85, 0.3})
         for (int degree : {1, 3, 7}) EXPECT_EQ(delta_scaling(hg(g), degree).f, std::pow(g, degree + 1));
     EXPECT_NEAR(delta_scaling(hg(0.85), 1).mean_cosine(), 0.85 / 1.85, 1e-15);
 }
 
-TEST(DeltaScaling, TakesTheMomentAboveTheDegreeOfAnyForwardPhaseFunction)
+TEST(DeltaScaling, FractionIsTheMomentAboveTheDegree)
 {
     const PhaseFunction droplets("hg-draine", {20});
     for (int degree : {1, 3, 5}) {
@@ -64,7 +64,7 @@ TEST(DeltaScaling, ScalesNothingWhereAScaledMomentWouldBeNegative)
     EXPECT_THROW(delta_scaling(hg(0.5), 0), InputError);
 }
 
-TEST(DeltaScaling, LastDegreeIsThatOfTheLastMomentThatIsNotZero)
+TEST(DeltaScaling, LastDegreeIsTheHighestNonzeroMoment)
 {
     EXPECT_EQ(delta_scaling(PhaseFunction("isotropic"), 5).last_degree(), 0);
     EXPECT_EQ(delta_scaling(PhaseFunction("rayleigh"), 1).last_degree(), 0);
@@ -72,7 +72,7 @@ TEST(DeltaScaling, LastDegreeIsThatOfTheLastMomentThatIsNotZero)
     EXPECT_EQ(delta_scaling(hg(0.85), 5).last_degree(), 5);
 }
 
-TEST(DeltaScaling, ReadsBackExactlyWhatItWrote)
+TEST(DeltaScaling, MetadataRoundTripIsExact)
 {
     for (const PhaseFunction& phase : {hg(0.85), PhaseFunction("rayleigh"), PhaseFunction("hg-draine", {7})})
         for (int degree : {1, 4}) {
@@ -86,7 +86,7 @@ TEST(DeltaScaling, ReadsBackExactlyWhatItWrote)
         }
 }
 
-TEST(DeltaScaling, OfAFileWithoutMomentsHasThoseOfItsPhaseFunction)
+TEST(DeltaScaling, ReadsMissingMomentsFromThePhaseFunction)
 {
     MetaMap metadata;
     set_number(metadata, schema::degree, 3);
@@ -99,7 +99,7 @@ TEST(DeltaScaling, OfAFileWithoutMomentsHasThoseOfItsPhaseFunction)
     EXPECT_EQ(nothing.f, 0);
 }
 
-TEST(DeltaScaling, RefusesMetadataThatCannotBe)
+TEST(DeltaScaling, RejectsInvalidMetadata)
 {
     const auto refused = [](const char* key, auto change) {
         MetaMap metadata;

@@ -30,7 +30,7 @@ void expect_equal(const Medium& a, const Medium& b)
     EXPECT_EQ(a.phase.parameters(), b.phase.parameters());
 }
 
-TEST(Medium, ComesBackAsItWasWritten)
+TEST(Medium, MetadataRoundTripIsExact)
 {
     for (const PhaseFunction& phase :
          {PhaseFunction("isotropic"), PhaseFunction("rayleigh"), PhaseFunction::henyey_greenstein(-0.25),
@@ -54,7 +54,7 @@ TEST(Medium, WritingRemovesTheParametersOfAnotherPhaseFunction)
     EXPECT_EQ(get_number(metadata, "vdbcloud:droplet_diameter", 0), 12);
 }
 
-TEST(Medium, KeepsWhatMetadataDoesNotGive)
+TEST(Medium, MissingMetadataKeepsTheGivenCoefficients)
 {
     MetaMap metadata;
     expect_equal(read_medium(metadata, cloud()), cloud());
@@ -70,7 +70,7 @@ TEST(Medium, IsGreyWhereExtinctionIsTheSameInAllChannels)
     EXPECT_TRUE(Medium{}.grey());
 }
 
-TEST(Medium, RefusesCoefficientsThatCannotBeAndNamesThem)
+TEST(Medium, RejectsInvalidCoefficientsByName)
 {
     const auto refused = [](const char* key, auto change) {
         Medium medium = cloud();
@@ -90,7 +90,7 @@ TEST(Medium, RefusesCoefficientsThatCannotBeAndNamesThem)
     refused(schema::albedo, [](Medium& m) { m.albedo[0] = std::nan(""); });
 }
 
-TEST(Medium, RefusesWhatAFileMayClaim)
+TEST(Medium, RejectsInvalidFileMetadata)
 {
     MetaMap metadata;
     set_text(metadata, schema::phase, "mie\n\x1b[31m");

@@ -67,7 +67,7 @@ TEST(OpticalDepth, IsExactForTheInterpolantUnderAnyAffineTransform)
     expect_exact(*with(mirrored), 100, "mirrored");
 }
 
-TEST(OpticalDepth, MissesNothingOnRaysAlongFacesEdgesAndThroughCorners)
+TEST(OpticalDepth, IsExactAlongFacesAndEdgesAndThroughCorners)
 {
     auto grid = box({24, 24, 24}, 1, [](Coord ijk) { return test::clumps(ijk, 5, 1.0) + 0.1; });
     const BrickMap map(*grid);
@@ -88,7 +88,7 @@ TEST(OpticalDepth, MissesNothingOnRaysAlongFacesEdgesAndThroughCorners)
         }
 }
 
-TEST(OpticalDepth, OfUniformAndLinearFieldsIsTheirIntegral)
+TEST(OpticalDepth, UniformAndLinearFieldsMatchTheirIntegral)
 {
     // Edge voxels ramp to 0 over one voxel outside, half a voxel's worth at each end: a box of n voxels counts n.
     const int n = 32;
@@ -100,7 +100,7 @@ TEST(OpticalDepth, OfUniformAndLinearFieldsIsTheirIntegral)
     EXPECT_NEAR(density_depth(BrickMap(*ramp), along, 0, far), (0.5 + 0.1 * (n - 1) / 2.0) * n * h, 1e-6);
 }
 
-TEST(OpticalDepth, AddsOverSegmentsAndIsTheSameBothWays)
+TEST(OpticalDepth, IsAdditiveOverSegmentsAndSymmetric)
 {
     const auto grid = box({30, 30, 30}, 1, [](Coord ijk) { return test::clumps(ijk, 9, 1.0); });
     const BrickMap map(*grid);
@@ -112,7 +112,7 @@ TEST(OpticalDepth, AddsOverSegmentsAndIsTheSameBothWays)
     EXPECT_EQ(density_depth(map, {o, -w}, 0, 60), 0);
 }
 
-TEST(OpticalDepth, SeesActiveTilesAndPiecesFarApart)
+TEST(OpticalDepth, IncludesActiveTilesAndDistantPieces)
 {
     auto grid = openvdb::FloatGrid::create(0.0f);
     grid->fill(openvdb::CoordBBox(Coord(0, 0, 0), Coord(127, 127, 127)), 2.0f);  // tiles
@@ -159,7 +159,7 @@ TEST(OpticalDepth, ConvergesAtSecondOrderForSmoothFieldsAndFirstForJumps)
     EXPECT_GT(jump, 0.9);
 }
 
-TEST(OpticalDepth, OfAnEmptyGridIsZeroAndAFrustumIsRefused)
+TEST(OpticalDepth, EmptyGridIsZeroAndFrustumIsRejected)
 {
     const auto empty = openvdb::FloatGrid::create(0.0f);
     EXPECT_EQ(density_depth(BrickMap(*empty), {{0, 0, 0}, {1, 0, 0}}, 0, far), 0);

@@ -80,7 +80,7 @@ TEST_P(AnyPhaseFunction, MomentsAreItsIntegralsAgainstLegendrePolynomials)
     EXPECT_EQ(p.mean_cosine(), p.moment(1));
 }
 
-TEST_P(AnyPhaseFunction, IsTheSumOfItsLegendreSeries)
+TEST_P(AnyPhaseFunction, EqualsItsLegendreSeries)
 {
     // To the degree at which degree_below() says that the moments are below 1e-12.
     const PhaseFunction& p = GetParam();
@@ -147,7 +147,7 @@ TEST_P(AnyPhaseFunction, SamplesReachBothEndsOfTheSphere)
 
 INSTANTIATE_TEST_SUITE_P(Table, AnyPhaseFunction, testing::ValuesIn(cases()));
 
-TEST(PhaseLobe, SamplerInvertsTheDistributionFunctionAtEveryG)
+TEST(PhaseLobe, SamplerInvertsTheCumulativeDistributionAtEveryG)
 {
     // int_-1^cos of the lobe by the midpoint rule in t (a substitution that makes it flat) is u: also at small g, where
     // closed forms cancel.
@@ -174,14 +174,14 @@ TEST(HenyeyGreenstein, ScattersForwardForPositiveG)
     EXPECT_GT(hg(g)(1), hg(g)(-1));
 }
 
-TEST(HenyeyGreenstein, KeepsItsDigitsInTheForwardPeak)
+TEST(HenyeyGreenstein, ForwardPeakHasFullPrecision)
 {
     // p(1) in closed form; the textbook denominator 1 + g^2 - 2g loses eight digits here.
     const double g = 1 - 1e-8, a = 1 - g;
     EXPECT_NEAR(hg(g)(1) * 4 * pi * a * a / (1 + g), 1, 1e-12);
 }
 
-TEST(HenyeyGreenstein, HasPowersOfGAsMoments)
+TEST(HenyeyGreenstein, MomentsArePowersOfG)
 {
     for (int l = 0; l < 20; ++l) EXPECT_EQ(hg(0.85).moment(l), std::pow(0.85, l));
 }
@@ -192,7 +192,7 @@ TEST(HenyeyGreenstein, AtZeroIsIsotropic)
     EXPECT_DOUBLE_EQ(PhaseFunction()(0.4), 1 / (4 * pi));
 }
 
-TEST(Rayleigh, IsItsClosedFormWithASecondMomentOfOneTenth)
+TEST(Rayleigh, MatchesTheClosedFormAndSecondMomentOfOneTenth)
 {
     const PhaseFunction p("rayleigh");
     for (double c : {-1.0, -0.2, 0.0, 0.7, 1.0}) EXPECT_NEAR(p(c), 3 / (16 * pi) * (1 + c * c), 1e-16);
@@ -206,7 +206,7 @@ TEST(DoubleHenyeyGreenstein, IsTheWeightedSumOfItsLobes)
     for (int l = 1; l < 6; ++l) EXPECT_NEAR(p.moment(l), 0.8 * std::pow(0.9, l) + 0.2 * std::pow(-0.4, l), 1e-15);
 }
 
-TEST(HgDraine, HasTheFitOfJendersieAndDEonAtTwentyMicrometres)
+TEST(HgDraine, MatchesJendersieAndDEonAtTwentyMicrometres)
 {
     // exp(-0.0990567 / 18.32846), exp(-2.20679 / 23.91029 - 0.428934), exp(3.62489 - 8.29288 / 25.52825),
     // exp(-0.599085 / 19.358417 - 0.665888), evaluated apart.
@@ -219,7 +219,7 @@ TEST(HgDraine, HasTheFitOfJendersieAndDEonAtTwentyMicrometres)
         EXPECT_NEAR(PhaseFunction("hg-draine", {20})(c) / ((1 - w) * hg(g_hg)(c) + w * draine(c)), 1, 1e-4) << c;
 }
 
-TEST(HgDraine, HasTheMeanCosineOfWaterDroplets)
+TEST(HgDraine, MeanCosineMatchesWaterDroplets)
 {
     // Mie theory gives 0.84 to 0.89 in visible light for droplets of 5 to 50 micrometres, rising with the diameter.
     double before = 0.83;
@@ -231,7 +231,7 @@ TEST(HgDraine, HasTheMeanCosineOfWaterDroplets)
     EXPECT_LT(before, 0.9);
 }
 
-TEST(PhaseFunction, RefusesParametersThatCannotBe)
+TEST(PhaseFunction, RejectsInvalidParameters)
 {
     for (const double g : {1.0, -1.0, 1.5, std::nan("")}) EXPECT_THROW(hg(g), InputError) << g;
     EXPECT_THROW(PhaseFunction("mie"), InputError);

@@ -305,7 +305,7 @@ TEST_F(MonteCarlo, DISABLED_PrintsReference)
         }
 }
 
-TEST_F(MonteCarlo, ReferenceIsOfThisCloud)
+TEST_F(MonteCarlo, ReferenceMatchesTheCloud)
 {
     for (const Reference& of : references)
         for (size_t v = 0; v < 3; ++v) {

@@ -60,7 +60,7 @@ TEST(Beam, FluenceOfALayerIsTheMeanOfItsExponential)
         }
 }
 
-TEST(Beam, SourceOfALayerIsWhatEachVoxelTakesAndWhatGoesForward)
+TEST(Beam, SourceOfALayerMatchesDepositAndForwardFlux)
 {
     const Body body = layer();
     const double sigma = 0.8, w0 = 0.9, mu = 0.6, strength = 2.5;
@@ -86,7 +86,7 @@ TEST(Beam, SourceOfALayerIsWhatEachVoxelTakesAndWhatGoesForward)
     }
 }
 
-TEST(Beam, ProfileAddsTheMeanFromCentreToCentreLessTheFace)
+TEST(Beam, ProfileAddsCentreToCentreMeanMinusFaceValue)
 {
     const Body body = layer();
     const double w0 = 0.9, strength = 2.5;
@@ -117,7 +117,7 @@ Body dense_under_thin(double thin)
     return Body(test::field(Vec3i(9, 12, 9), Vec3d(1.0), [=](const Vec3i& p) { return p.y() < 8 ? 1.0 : thin; }));
 }
 
-TEST(Beam, FluenceOfAThinVoxelBesideADenseOneIsCappedByTheBeamAtItsBrightestFace)
+TEST(Beam, FluenceOfAThinVoxelIsCappedAtItsBrightestFace)
 {
     const double thin = 1e-4, sigma = 10;
     const Body body = dense_under_thin(thin);
@@ -138,7 +138,7 @@ TEST(Beam, FluenceOfAThinVoxelBesideADenseOneIsCappedByTheBeamAtItsBrightestFace
     EXPECT_NEAR(under_sun[body.slot(4, 7, 4)], (std::exp(-above) - std::exp(-through)) / sigma, 1e-6);
 }
 
-TEST(Beam, FluenceOfALampFollowsTheInverseSquareTimesTheExponential)
+TEST(Beam, FluenceOfALampIsInverseSquareTimesTransmittance)
 {
     const double h = 0.2, sigma = 1.5;
     const Body body(test::field(Vec3i(25), Vec3d(h), [](const Vec3i&) { return 1.0; }));
@@ -159,7 +159,7 @@ TEST(Beam, FluenceOfALampFollowsTheInverseSquareTimesTheExponential)
     }
 }
 
-TEST(Beam, EntersAndLeavesABoxWhereItsInterpolantEnds)
+TEST(Beam, BeamInAndOutOfABoxMatchTheExponential)
 {
     // Density falls to 0 half a voxel beyond each exposed face: 12 voxels along y hold a depth of 12 between these
     // ends.
@@ -182,7 +182,7 @@ TEST(Beam, EntersAndLeavesABoxWhereItsInterpolantEnds)
     EXPECT_NEAR(source.beam_out / (81 * std::exp(-12 * sigma)), 1, 3e-3);
 }
 
-TEST(Beam, OfALampInsideLosesItsPowerButTheExponentialOfTheWayOut)
+TEST(Beam, LampInsideABallDepositsAllButTheTransmittedPower)
 {
     const double h = 0.25, sigma = 0.6;
     // A ball of 12 voxels about the lamp. The staircase's mean radius is the ball's, to (h / R)^2 and the shift of
@@ -201,7 +201,7 @@ TEST(Beam, OfALampInsideLosesItsPowerButTheExponentialOfTheWayOut)
     EXPECT_NEAR(source.first_scatter, 0.9 * source.deposited, 1e-6);
 }
 
-TEST(Beam, LinesThroughAGaussianLoseItsEntireExponentialIntegral)
+TEST(Beam, LinesThroughAGaussianMatchTheExponentialIntegral)
 {
     // tau(b) = tau0 exp(-b^2 / 2 a^2), so that the loss is 2 pi a^2 Ein(tau0). Trilinear interpolation adds h^2 / 6 to
     // a^2 and keeps the mass, but along an axis, where lines run through voxel centres; beyond that it errs by (h /
@@ -224,7 +224,7 @@ TEST(Beam, LinesThroughAGaussianLoseItsEntireExponentialIntegral)
     }
 }
 
-TEST(Beam, LinesThroughALayerLoseTheirExponential)
+TEST(Beam, LinesThroughALayerMatchTheExponential)
 {
     const Body body = layer();
     for (const double mu : {1.0, 0.6}) {
@@ -234,14 +234,14 @@ TEST(Beam, LinesThroughALayerLoseTheirExponential)
     }
 }
 
-TEST(Beam, PeriodicMediumRefusesLightsThatNeverLeaveOrHaveNoDirection)
+TEST(Beam, PeriodicMediumRejectsHorizontalSunsAndLamps)
 {
     const Body body = layer();
     for (const Light& light : {make_sun(Vec3d(1, 0, 0)), make_lamp(Vec3d(4, 30, 4))})
         EXPECT_THROW(periodic_beam_depths(body.index, body.exposed, body.density, light), InputError) << light.name;
 }
 
-TEST(Beam, OfALitBodyIsTheSameTurnedAndMirrored)
+TEST(Beam, PowersAreInvariantUnderRotationAndReflection)
 {
     const auto density = [](const Vec3i& p) {
         const Vec3d r = Vec3d(p.x(), p.y(), p.z()) - Vec3d(9, 10, 8);

@@ -36,7 +36,7 @@ ScatterFields solved(const FloatGrid& grid, const PhaseFunction& phase, const Ve
     return scatter_p1(grid, nullptr, nullptr, medium, {sun}, options, {}, report);
 }
 
-TEST(CollidedGrids, OfChannelsThatShareASolutionAreMultiplesByTheIrradiance)
+TEST(CollidedGrids, SharedSolutionsScaleWithTheIrradiance)
 {
     const auto grid = ball();
     const Vec3d irradiance(2, 1, 0.5);
@@ -65,7 +65,7 @@ TEST(CollidedGrids, OfChannelsThatShareASolutionAreMultiplesByTheIrradiance)
     }
 }
 
-TEST(CollidedGrids, BearTheDeltaScalingOfTheirPhaseFunctionAndDegree)
+TEST(CollidedGrids, MetadataHoldsTheDeltaScalingOfPhaseAndDegree)
 {
     const auto grid = ball();
     for (const PhaseFunction& phase : {test::hg(0.8), PhaseFunction("rayleigh"), PhaseFunction("hg-draine", {10})})

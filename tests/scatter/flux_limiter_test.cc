@@ -13,7 +13,7 @@
 namespace vdbcloud {
 namespace {
 
-TEST(FluxLimiter, IsOneInThickMediaAndKeepsFluxBelowFluenceInThin)
+TEST(FluxLimiter, FactorIsOneInThickMediaAndBoundsFluxInThinMedia)
 {
     EXPECT_DOUBLE_EQ(levermore_pomraning(0), 1);
     EXPECT_NEAR(levermore_pomraning(0.00999999), levermore_pomraning(0.01000001), 1e-9)
@@ -80,7 +80,7 @@ double exact_transmitted(double tau, double inflow)
     return lo;
 }
 
-TEST(FluxLimiter, SolvesALayerAsTheDifferentialEquationDoes)
+TEST(FluxLimiter, LayerMatchesTheDifferentialEquation)
 {
     const double inflow = 2 * pi / 3, tau = 1, exact = exact_transmitted(tau, inflow);
     LimiterReport report;
@@ -92,12 +92,9 @@ TEST(FluxLimiter, SolvesALayerAsTheDifferentialEquationDoes)
     EXPECT_LT(report.least, 0.95);
 }
 
-TEST(FluxLimiter, LeavesThickMediaToP1)
-{
-    EXPECT_NEAR(transmitted(400, 64, true) / transmitted(400, 64, false), 1, 0.01);
-}
+TEST(FluxLimiter, ThickMediaMatchP1) { EXPECT_NEAR(transmitted(400, 64, true) / transmitted(400, 64, false), 1, 0.01); }
 
-TEST(FluxLimiter, KeepsTheFluxOfThinPartsBelowTheirFluence)
+TEST(FluxLimiter, FluxStaysBelowFluenceInThinParts)
 {
     const auto grid = test::voxel_field(Vec3i(24), Vec3d(1.0 / 24), [](const Vec3i& p) {
         const Vec3d x = Vec3d(p.x(), p.y(), p.z()) / 11.5 - Vec3d(1);

@@ -46,7 +46,7 @@ TEST(Harmonics, AreOrthonormal)
         for (int j = 0; j < n; ++j) EXPECT_NEAR(gram[i * n + j], i == j, 1e-12) << i << ' ' << j;
 }
 
-TEST(Harmonics, OfDegreeOneAreTheDirectionItself)
+TEST(Harmonics, DegreeOneIsProportionalToTheDirection)
 {
     double y[4];
     const Vec3d s = Vec3d(0.3, -0.5, 0.2).unit();
@@ -59,7 +59,7 @@ TEST(Harmonics, OfDegreeOneAreTheDirectionItself)
 
 class Coupling : public testing::TestWithParam<int> {};
 
-TEST_P(Coupling, EqualsItsIntegralAndIsSymmetric)
+TEST_P(Coupling, MatchesQuadratureAndIsSymmetric)
 {
     const int axis = GetParam(), degree = 6, n = harmonic_count(degree);
     const auto matrix = direction_coupling(degree, axis);
@@ -81,14 +81,14 @@ TEST_P(Coupling, EqualsItsIntegralAndIsSymmetric)
 
 INSTANTIATE_TEST_SUITE_P(XYZ, Coupling, testing::Values(0, 1, 2));
 
-TEST(Coupling, OfDegreeOneIsOneOverRootThreeOnEveryAxis)
+TEST(Coupling, DegreeOneEntryIsOneOverRootThreeOnEveryAxis)
 {
     const int of_axis[3] = {harmonic(1, 1), harmonic(1, -1), harmonic(1, 0)};
     for (int axis = 0; axis < 3; ++axis)
         EXPECT_NEAR(direction_coupling(1, axis)[of_axis[axis]], 1 / std::sqrt(3.0), 1e-15);
 }
 
-TEST(P1Closure, IsDivergenceAndAThirdOfTheGradient)
+TEST(P1Closure, CoefficientsAreOneAndOneThird)
 {
     EXPECT_NEAR(p1_closure().divergence, 1.0, 1e-15);
     EXPECT_NEAR(p1_closure().gradient, 1.0 / 3, 1e-15);

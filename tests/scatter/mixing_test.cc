@@ -36,7 +36,7 @@ void affine(Mixing::Arrays& x)
         for (size_t k = 0; k < array.size(); ++k) array[k] = rate[k % 4] * array[k] + 1;
 }
 
-TEST(Mixing, FindsAnAffineFixedPointInAsManyStepsAsThereAreRatesThoughTheMapGrows)
+TEST(Mixing, ConvergesForDivergentAffineMaps)
 {
     Mixing::Arrays x(2, std::vector<float>(n, 0.0f));
     const auto residual = iterate(x, 5, 7, affine);
@@ -47,7 +47,7 @@ TEST(Mixing, FindsAnAffineFixedPointInAsManyStepsAsThereAreRatesThoughTheMapGrow
     EXPECT_GT(iterate(plain, 0, 7, affine).back(), 0.2);  // depth 0 is the plain iteration
 }
 
-TEST(Mixing, KeepsWhatIsAffineInTheState)
+TEST(Mixing, PreservesAffineConstraints)
 {
     // G keeps the sum of its results at 1; so do all mixtures.
     Mixing::Arrays x(2, std::vector<float>(n, 0.0f));
@@ -64,7 +64,7 @@ TEST(Mixing, KeepsWhatIsAffineInTheState)
     EXPECT_NEAR(sum, 1, 1e-3);  // 9000 values of size 1 in single precision
 }
 
-TEST(Mixing, IsStillAtAFixedPointAndWithRepeatedDifferences)
+TEST(Mixing, HandlesFixedPointsAndParallelDifferences)
 {
     Mixing::Arrays x(2, std::vector<float>(n, 2.0f));
     EXPECT_EQ(iterate(x, 5, 4, [](Mixing::Arrays&) {}).back(), 0);

@@ -42,7 +42,7 @@ std::vector<Ordinates> all_sets()
     return sets;
 }
 
-TEST(Ordinates, IntegrateProductsOfHarmonicsUpToTheirDegreeAndNoFurther)
+TEST(Ordinates, ProductsOfHarmonicsAreExactUpToTheDegreeOnly)
 {
     for (const Ordinates& set : all_sets()) {
         EXPECT_LT(worst_moment(set, set.degree), 1e-12) << name(set.kind) << ' ' << set.count();
@@ -91,14 +91,14 @@ int symmetries(const Ordinates& set)
     return count;
 }
 
-TEST(Ordinates, HaveTheCubesSymmetriesOrSixteenOfThem)
+TEST(Ordinates, LevelSymmetricHas48SymmetriesAndProductHas16)
 {
     EXPECT_EQ(symmetries(ordinates(OrdinateKind::LevelSymmetric, 80, 1)), 48);
     EXPECT_EQ(symmetries(ordinates(OrdinateKind::LevelSymmetric, 24, 1)), 48);
     for (int count : {16, 32, 72, 144}) EXPECT_EQ(symmetries(ordinates(OrdinateKind::Product, count, 1)), 16) << count;
 }
 
-TEST(Ordinates, KnowThePublishedLevelSymmetricCosines)
+TEST(Ordinates, LevelSymmetricCosinesMatchCarlsonAndLathrop)
 {
     // Carlson & Lathrop 1968: mu_1 of S_4, S_6, S_8, S_12.
     for (const auto& [count, mu] : {std::pair(24, 0.3500212), {48, 0.2666355}, {80, 0.2182179}, {168, 0.1672126}}) {
@@ -109,7 +109,7 @@ TEST(Ordinates, KnowThePublishedLevelSymmetricCosines)
     }
 }
 
-TEST(Ordinates, RoundCountsUpToWhatThereIsAndToWhatTheDegreeNeeds)
+TEST(Ordinates, CountsRoundUpToTheSmallestSufficientSet)
 {
     const auto count = [](int asked, int degree) { return ordinates(OrdinateKind::Product, asked, degree).count(); };
     EXPECT_EQ(count(32, 1), 32u);

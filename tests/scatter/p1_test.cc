@@ -138,7 +138,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, Slab,
                                          SlabCase{64, 1, 0, 0.7, false}, SlabCase{64, 0.999, 0.85, 1, true},
                                          SlabCase{8, 0.95, -0.5, 0.6, true}));
 
-TEST(Slab, OfIsotropicInflowTransmitsWhatTheFormulaSays)
+TEST(Slab, TransmissionOfIsotropicInflowMatchesTheClosedForm)
 {
     for (double g : {0.0, 0.5}) {
         const double tau = 8;
@@ -155,7 +155,7 @@ TEST(Slab, OfIsotropicInflowTransmitsWhatTheFormulaSays)
     }
 }
 
-TEST(Layers, InSeriesAreExactOnTheGrid)
+TEST(Layers, LayersInSeriesAreExact)
 {
     const int n = 16;
     const double h = 1.0 / n, sigma[2] = {300, 0.01};
@@ -171,7 +171,7 @@ TEST(Layers, InSeriesAreExactOnTheGrid)
     EXPECT_NEAR(s.budget.out[Blocks::YMinus] / (64 * h * h) * (1 + 0.75 * tau), 1, 1e-5);
 }
 
-TEST(Scaling, LeavesTheMatrixAsItIs)
+TEST(Scaling, DoesNotChangeTheMatrix)
 {
     Case c(test::field(Vec3i(8, 8, 8), Vec3d(0.2), [](const Vec3i& p) { return 1.0 + p.x(); }));
     const P1Operator plain(c.index, c.density, c.exposed, {3, 0.97, nullptr, test::hg(0.85), false});
@@ -207,7 +207,7 @@ double sphere_error(int R, double sigma_R, double w0, bool sky)
     return error;
 }
 
-TEST(Sphere, ConvergesToTheClosedFormDespiteItsStaircase)
+TEST(Sphere, VoxelisedSphereConvergesToTheClosedForm)
 {
     for (double tau : {1.0, 8.0}) {
         const double e8 = sphere_error(8, tau, 1, false), e16 = sphere_error(16, tau, 1, false),
@@ -258,7 +258,7 @@ TEST(Furnace, IsExactInAnyDensityFromAZeroGuess)
         }
 }
 
-TEST(Sun, OnHardMediaConvergesAndBalances)
+TEST(Sun, ConvergesAndBalancesInHardMedia)
 {
     const std::pair<const char*, FloatGridPtr> cases[] = {
         {"salt and pepper with voids",
@@ -296,7 +296,7 @@ TEST(Sun, OnHardMediaConvergesAndBalances)
             }
 }
 
-TEST(Moments, OfAPointSourceAreTheExactOnes)
+TEST(Moments, PointSourceMomentsAreExact)
 {
     // Far enough for the boundary not to matter: exp(-k r) with k^2 = 3 (1-w0)(1-w0 g).
     const int n = 47;
@@ -345,7 +345,7 @@ std::pair<double, double> cloud_power(int n, const Vec3d& to_light, double* defe
     return {deposited, lost_power(line_depths(c.index, bricks, sun), extinction)};
 }
 
-TEST(Energy, OfACloudBalancesAndMeetsTheLinesAtSecondOrder)
+TEST(Energy, CloudBalancesAndMatchesLinesAtSecondOrder)
 {
     for (const Vec3d& to_light : {Vec3d(0, 1, 0), Vec3d(0.3, 1, 0.2)}) {
         double defect[2];
@@ -358,7 +358,7 @@ TEST(Energy, OfACloudBalancesAndMeetsTheLinesAtSecondOrder)
     }
 }
 
-TEST(PointLight, InsideACloudBringsItsWholePower)
+TEST(PointLight, InsideACloudDepositsItsWholePower)
 {
     Case c(test::field(Vec3i(17), Vec3d(0.25), [](const Vec3i&) { return 1.0; }));
     const P1Operator p1(c.index, c.density, c.exposed, {2, 1, nullptr, test::hg(0.5), true});
@@ -375,7 +375,7 @@ TEST(PointLight, InsideACloudBringsItsWholePower)
     EXPECT_NEAR(out, 3 * 4 * pi, 1e-4);
 }
 
-TEST(ScatterP1, SharesSolutionsBetweenChannelsAndStampsWhatItMade)
+TEST(ScatterP1, SharesSolutionsBetweenChannelsAndWritesMetadata)
 {
     const auto grid = test::field(Vec3i(12), Vec3d(0.2), [](const Vec3i& p) { return bumpy(p, 11) > 0 ? 1.0 : 0.0; });
     Medium medium;
@@ -407,7 +407,7 @@ TEST(ScatterP1, SharesSolutionsBetweenChannelsAndStampsWhatItMade)
     EXPECT_EQ(blue.channel[0].budget.largest, 0);
 }
 
-TEST(ScatterP1, TakesTheAlbedoOfEachVoxelFromItsTint)
+TEST(ScatterP1, UniformTintMatchesUniformAlbedo)
 {
     // A tint of one value everywhere is that albedo, scaling and beam included.
     const auto grid = test::field(Vec3i(16), Vec3d(0.1), [](const Vec3i&) { return 1.0; });
@@ -426,7 +426,7 @@ TEST(ScatterP1, TakesTheAlbedoOfEachVoxelFromItsTint)
     EXPECT_GT(plain.channel[0].budget.absorbed, 0.01);
 }
 
-TEST(ScatterP1, OfNothingIsNothing)
+TEST(ScatterP1, EmptyDensityGivesNoGrids)
 {
     const auto grid = test::field(Vec3i(4), Vec3d(1), [](const Vec3i&) { return 0.0; });
     ScatterReport report;
@@ -434,7 +434,7 @@ TEST(ScatterP1, OfNothingIsNothing)
     EXPECT_TRUE(report.converged);
 }
 
-TEST(ReentryShare, TellsASphereFromTwoSheetsThatFaceEachOther)
+TEST(ReentryShare, IsZeroForASphereAndHalfForFacingSheets)
 {
     const auto share = [](const FloatGridPtr& grid) {
         Case c(grid);
@@ -454,7 +454,7 @@ TEST(ReentryShare, TellsASphereFromTwoSheetsThatFaceEachOther)
                 0.45, 0.06);
 }
 
-TEST(VoxelIndex, RefusesShearAndSaysSo)
+TEST(VoxelIndex, RejectsShearAndAcceptsRotation)
 {
     const auto sheared =
         test::field(Vec3i(4), Vec3d(1, 0, 0), Vec3d(0.3, 1, 0), Vec3d(0, 0, 1), [](const Vec3i&) { return 1.0; });

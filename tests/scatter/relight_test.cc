@@ -32,7 +32,7 @@ double difference(const Vec3SGrid& a, const Vec3SGrid& b)
 
 class Relight : public testing::TestWithParam<PhaseFunction> {};
 
-TEST_P(Relight, GivesPhiAndFluxOfTheDirectSolve)
+TEST_P(Relight, PhiAndFluxMatchTheDirectSolve)
 {
     const auto grid = test::field(Vec3i(edge), Vec3d(0.05), [](const Vec3i&) { return 1.0; });
     Medium medium;

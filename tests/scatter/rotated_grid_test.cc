@@ -73,7 +73,7 @@ double higher(const ScatterFields& fields, const openvdb::Coord& at, const Vec3d
 
 class TurnedGrid : public testing::TestWithParam<Turn> {};
 
-TEST_P(TurnedGrid, PhiStaysAndFluxAndMomentsTurn)
+TEST_P(TurnedGrid, PhiIsInvariantAndFluxAndMomentsRotate)
 {
     // Single precision, and a solver that stops at 1e-10: 1e-4 of the largest value.
     const Turn none{"none", Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)}, &turn = GetParam();

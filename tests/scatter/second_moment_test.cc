@@ -170,7 +170,7 @@ double emergent(const Slab& slab, const Result& r, const Lit& lit, double tau, d
     return sum;
 }
 
-TEST(SecondMoment, AgreesWithExactSlabs)
+TEST(SecondMoment, SlabsMatchExactTransport)
 {
     // 2 and 8 polar points a hemisphere. Thin slabs err more, as light grazes.
     struct Bound {
@@ -223,7 +223,7 @@ TEST(SecondMoment, AgreesWithExactSlabs)
     EXPECT_GT(std::log2(wave[0] / wave[1]), 4);
 }
 
-TEST(SecondMoment, TransmitsRightAtAnyOpticalDepthOfAVoxel)
+TEST(SecondMoment, TransmissionHoldsAtAnyOpticalDepthPerVoxel)
 {
     for (const auto& [per_voxel, tau] :
          {std::pair(0.25, 16.0), {4.0, 16.0}, {4.0, 1000.0}, {16.0, 1000.0}, {60.0, 960.0}}) {
@@ -239,7 +239,7 @@ TEST(SecondMoment, TransmitsRightAtAnyOpticalDepthOfAVoxel)
     }
 }
 
-TEST(SecondMoment, ScattersForwardWithASuitableDegree)
+TEST(SecondMoment, ForwardScatteringSlabsMatchExactTransport)
 {
     // Degree 3 suits where light is scattered often enough to forget; a slab of tau 1 at g = 0.85 takes 5. Of what
     // passes, most is what delta scaling says is not scattered: T is the sum of both.
@@ -336,7 +336,7 @@ TEST(SecondMoment, ErrorEstimateIsWithinAFactorOfTwoAndAHalf)
     }
 }
 
-TEST(SecondMoment, IsAsSymmetricAsItsDirections)
+TEST(SecondMoment, SolutionHasTheSymmetriesOfTheDirections)
 {
     // A ball lit by a sky of one radiance: 48 images of each voxel with a level-symmetric set, 16 with a product set
     // about y.
@@ -399,7 +399,7 @@ double second_cube(int gap, double sigma, double emission_of_first)
     return sum;
 }
 
-TEST(SecondMoment, CarriesLightFromCloudToCloud)
+TEST(SecondMoment, LightBetweenTwoCubesMatchesTheIntegral)
 {
     // Optically thin cubes (tau 0.08): what the second has of the first is int int j / r^2 over both volumes. 512
     // directions see a cube at 2 edges' distance as some 20 beams; P1 alone gives it nothing.
@@ -414,7 +414,7 @@ TEST(SecondMoment, CarriesLightFromCloudToCloud)
     EXPECT_NEAR(second_cube(gap, 0.08, 1.0) / exact, 1, 0.05);
 }
 
-TEST(SecondMoment, TakesTheAlbedoOfEachVoxelFromItsTint)
+TEST(SecondMoment, UniformTintMatchesUniformAlbedo)
 {
     // Through scatter_p1, at every degree's own scaling, whose beam differs from voxel to voxel: a tint of one value is
     // that albedo. Densities are scaled before they are interpolated, so nothing but single precision lies between the
@@ -444,7 +444,7 @@ TEST(SecondMoment, TakesTheAlbedoOfEachVoxelFromItsTint)
     }
 }
 
-TEST(SecondMoment, KeepsTheWhiteFurnaceInSaltAndPepper)
+TEST(SecondMoment, WhiteFurnaceIsExactInSaltAndPepper)
 {
     for (const auto& [g, degree, directions] : {std::tuple(0.0, 1, 32), {0.85, 3, 64}}) {
         Cloud c(test::voxel_field(Vec3i(32), Vec3d(0.1), [](const Vec3i& p) { return clumps(p, 3); }));

@@ -67,7 +67,7 @@ struct SeriesCase {
 };
 class Series : public testing::TestWithParam<SeriesCase> {};
 
-TEST_P(Series, SumsToTheDirectSolutionInsideItsRadius)
+TEST_P(Series, PartialSumsMatchTheDirectSolutionInsideTheRadius)
 {
     const auto [g, delta] = GetParam();
     const Slab slab(32, 4);
@@ -90,7 +90,7 @@ TEST_P(Series, SumsToTheDirectSolutionInsideItsRadius)
     EXPECT_LT(before, 3e-6);  // 0.2^9 and the basis in single precision
 }
 
-TEST_P(Series, OfGalerkinHoldsWhereTheSumDiverges)
+TEST_P(Series, GalerkinMatchesTheDirectSolutionWhereTheSumDiverges)
 {
     const auto [g, delta] = GetParam();
     const Slab slab(128, 64);
@@ -107,7 +107,7 @@ TEST_P(Series, OfGalerkinHoldsWhereTheSumDiverges)
 INSTANTIATE_TEST_SUITE_P(Media, Series,
                          testing::Values(SeriesCase{0, true}, SeriesCase{0.5, false}, SeriesCase{0.5, true}));
 
-TEST(Series, GrowsByTheInverseOfTheSlabsRadius)
+TEST(Series, RatioOfTermsIsTheInverseRadiusOfASlab)
 {
     for (double g : {0.0, 0.5}) {
         const double tau = 8;
@@ -128,7 +128,7 @@ TEST(Series, GrowsByTheInverseOfTheSlabsRadius)
     }
 }
 
-TEST(Series, TableInterpolatesAndEndsWhereItSays)
+TEST(Series, TableInterpolatesAndRejectsAlbedosOutside)
 {
     const Slab slab(32, 16);
     SeriesOptions options;

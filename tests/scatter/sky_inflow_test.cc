@@ -44,7 +44,7 @@ Sky sky_above()
     return sky;  // the ground is black, but for the horizon's haze
 }
 
-TEST(SkyInflow, EntersP1ThroughEachSideWithItsOwnStrength)
+TEST(SkyInflow, P1OutflowMatchesMarshakForSkyFromBothSides)
 {
     // Marshak, w0 = 1: the net flux is (J_top - J_bottom) / (1 + 3/4 tau), layers and boundaries being exact on the
     // grid.
@@ -63,7 +63,7 @@ TEST(SkyInflow, EntersP1ThroughEachSideWithItsOwnStrength)
     EXPECT_NEAR(layer.transmitted(source, phi), top * pass + bottom * (1 - pass), 1e-4);
 }
 
-TEST(SkyInflow, EntersSweepsAlongEachDirectionWithItsOwn)
+TEST(SkyInflow, SweepsMatchExactTransportUnderAnOvercastSky)
 {
     const double tau = 2;
     const Layer layer(tau, 64);

@@ -42,7 +42,7 @@ struct ThinBall {
     std::vector<double> phi;
 };
 
-TEST(ThinBody, IsNegativeOnItsLitSideWhereP1IsSo)
+TEST(ThinBody, PhiMatchesFirstOrderP1IncludingNegativeValues)
 {
     // To first order in tau' = sigma_t' R the solution of P1 with Marshak's condition on the true sphere is
     //     phi = tau' E (2/3 + 3 g' x / R):   what leaves is what scatters, 4 pi R^2 phi / 2, and F = -D grad phi + g'/(1-g') E
@@ -69,7 +69,7 @@ TEST(ThinBody, IsNegativeOnItsLitSideWhereP1IsSo)
     }
 }
 
-TEST(ThinBody, GivesThePictureARadianceThatIsNotNegative)
+TEST(ThinBody, PictureRadianceIsNonnegative)
 {
     const ThinBall ball(0.5);
     auto flux = cell_flux(ball.p1, ball.source, ball.phi);

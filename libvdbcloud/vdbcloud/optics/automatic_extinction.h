@@ -1,5 +1,5 @@
 #pragma once
-// An extinction for a density whose maker did not say what it means.
+// Chooses an extinction for a density grid that comes without one.
 #include "vdbcloud/core/fwd.h"
 
 namespace vdbcloud {
@@ -9,13 +9,13 @@ namespace vdbcloud {
 ///
 ///     sum c^2 / sum c,
 ///
-/// averaged over the grid's three axes. Weighting by mass makes thin veils and empty surroundings count for
-/// nothing; for a uniform sphere of radius R it is 3 R / 2 (here in columns of 8 x 8 voxels, so up to that
-/// discretisation). 0 for an empty density. Scales with the grid and turns with it.
+/// averaged over the grid's three axes. Weighting by c makes thin veils and empty surroundings negligible. For a
+/// uniform sphere of radius R the value is 3 R / 2, up to the discretisation in columns of 8 x 8 voxels. 0 for an empty
+/// density. The value scales with the grid's voxel size and does not depend on the grid's rotation.
 double typical_depth(const FloatGrid& density);
 
-/// The sigma_t per density that makes typical_depth an optical depth of `target`: 9 lets a cloud be opaque in
-/// its body and translucent at its edges. 1 for an empty density.
+/// The sigma_t per density that makes typical_depth an optical depth of `target`: at 9 a cloud is opaque in its
+/// body and translucent at its edges. 1 for an empty density.
 double automatic_extinction(const FloatGrid& density, double target = 9);
 
 }  // namespace vdbcloud

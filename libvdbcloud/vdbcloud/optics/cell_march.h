@@ -1,6 +1,6 @@
 #pragma once
-// Walks a ray through the cells of a brick map, skipping what is empty. Inside one cell the trilinear density along a
-// ray is a cubic polynomial, so whatever is integrated per cell can be integrated exactly.
+// Walks a ray through the nonempty cells of a brick map. Inside one cell the trilinear density along a ray is a cubic
+// polynomial, so its integral over the cell is exact.
 #include "vdbcloud/voxels/brick_map.h"
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace vdbcloud {
 
-/// A world ray in the index space of one grid; t stays the distance in world units.
+/// A world ray in the index space of one grid. The parameter t is the distance in world units.
 struct IndexRay {
     IndexRay(const Affine& index_from_world, const WorldRay& ray)
         : origin(index_from_world.point(ray.origin)), direction(index_from_world.vector(ray.direction))
@@ -21,8 +21,8 @@ struct IndexRay {
     Vec3d origin, direction, inverse;
 };
 
-/// Narrows [t0, t1] to the part of the ray inside the box lo..hi; false if nothing is left. A ray that runs in a face
-/// is inside at lo and outside at hi, so that of two boxes that touch it meets one.
+/// Narrows [t0, t1] to the part of the ray inside the box lo..hi; false if that part is empty. A ray that runs within a
+/// face is inside at lo and outside at hi, so such a ray meets only one of two adjacent boxes.
 inline bool clip(const IndexRay& ray, const Vec3d& lo, const Vec3d& hi, double& t0, double& t1)
 {
     for (int a = 0; a < 3; ++a) {
@@ -66,9 +66,9 @@ inline Cubic along(const float* c, const Vec3d& p, const Vec3d& d)
 /// Calls visit(t_in, t_out, corners, cell) for each cell that the ray crosses between t0 and t1, in order, where any
 /// corner is not 0; corners points to the cell's first corner value. Stops when visit returns false.
 ///
-/// Cells are met exactly once each up to rounding: a ray through an edge or a corner may touch cells over lengths of
-/// 1e-15, which integrate to nothing. Brick borders are cell borders like any other. Source: Amanatides & Woo 1987,
-/// with distances to the planes computed afresh at each step so that long rays do not drift.
+/// Each cell is visited once, up to rounding: a ray through an edge or a corner may visit cells over lengths of 1e-15,
+/// whose integral is negligible. Brick borders are ordinary cell borders. Source: Amanatides & Woo 1987; distances to
+/// the planes are recomputed at each step, so that long rays do not accumulate rounding.
 template<typename Visit>
 bool march_cells(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit&& visit);
 

@@ -12,14 +12,13 @@ namespace vdbcloud {
 ///
 /// rho is the trilinear interpolant between voxel centres [density], t a distance [world unit]. Along a ray inside
 /// one cell rho is a cubic in t and its integral is taken in closed form, so the only error is rounding (1e-12).
-/// There is no step and no cap. The cost follows the cells that hold something.
+/// There is no step size and no upper limit. The cost is proportional to the number of nonempty cells on the ray.
 ///
-/// Threads: no state; call from as many as you like.
+/// Threads: no state; may be called from any number of threads.
 /// Source: Kajiya & Von Herzen 1984, section 3.1: the exponent of the brightness integral.
 double density_depth(const BrickMap& density, const WorldRay& ray, double t0, double t1);
 
-/// The density along the way from x to a light [density x world unit], by density_depth(); 0 where the light is at x.
-/// x: world space.
+/// Density depth from x to a light [density x world unit], by density_depth(); 0 if the light is at x. x: world space.
 double depth_to_light(const BrickMap& density, const LightModel& light, const Vec3d& x);
 
 }  // namespace vdbcloud

@@ -1,5 +1,5 @@
 #pragma once
-// Phase functions: how scattered light is spread over directions, and the table of those that there are.
+// Phase functions: the distribution of scattered light over directions, and the table of available phase functions.
 #include "vdbcloud/core/fwd.h"
 
 #include <string>
@@ -7,17 +7,17 @@
 
 namespace vdbcloud {
 
-/// A number that a phase function depends on. The option of a program is "--" and the name.
+/// A parameter of a phase function. A program's option for this parameter is "--" and the name.
 struct PhaseParameter {
     const char* name;
     const char* meaning;  ///< for help texts
     double low, high;
     bool open;         ///< low and high are excluded
-    double otherwise;  ///< the value where none is given; NaN: one has to be given
+    double otherwise;  ///< default; NaN: no default, a value is required
 
     bool allows(double value) const;
     std::string range() const;  ///< "a number in (-1, 1)"
-    std::string key() const;    ///< of the metadata: "vdbcloud:g"
+    std::string key() const;    ///< metadata key: "vdbcloud:g"
 };
 
 /// One lobe of a phase function, in Draine's form, c = cos_theta:
@@ -31,11 +31,11 @@ struct PhaseLobe {
 
     double value(double cos_theta) const;  ///< [1/sr], weight included
     double moment(int l) const;            ///< Legendre moment, weight included
-    double sample(double u) const;         ///< cos_theta at which the distribution function of the lobe is u
+    double sample(double u) const;         ///< cos_theta at which the lobe's cumulative distribution is u
 };
 
-/// One row of the table: all that the library and the programs know of a phase function. A new phase function is a new
-/// row in phase_table.cc.
+/// One row of the table, which defines a phase function for the library and the programs. To add a phase function, add
+/// a row in phase_table.cc.
 struct PhaseForm {
     const char* name;     ///< in metadata and as a word of --phase
     const char* meaning;  ///< for help texts
@@ -45,13 +45,13 @@ struct PhaseForm {
 };
 
 const std::vector<PhaseForm>& phase_table();
-/// Throws InputError with the names that there are.
+/// Throws InputError that lists the valid names.
 const PhaseForm& phase_form(const std::string& name);
 
 /// p(cos_theta) [1/sr], normalised: its integral over the sphere is 1.
 ///
-/// Directions point along propagation and cos_theta = dot(w_in, w_out), so forward scattering is +1. Texts whose two
-/// vectors both point away from the scatterer write + 2 g cos for our - 2 g cos.
+/// Directions point along propagation and cos_theta = dot(w_in, w_out), so forward scattering is +1. Texts in
+/// which both vectors point away from the scatterer write + 2 g cos instead of - 2 g cos.
 ///
 /// A value type: copy it freely, share it between threads.
 /// Source: Kajiya & Von Herzen 1984, section 2 (phase functions); Henyey & Greenstein 1941.
@@ -59,8 +59,9 @@ class PhaseFunction {
 public:
     /// Isotropic.
     PhaseFunction() : PhaseFunction("isotropic") {}
-    /// A row of the table, its parameters in the order of the row; those that are missing take their defaults. Throws
-    /// InputError for an unknown name, a parameter out of range, too many parameters, or one that has no default.
+    /// A row of the table, with parameters in the row's order. Missing parameters have their defaults. Throws
+    /// InputError for an unknown name, a parameter out of range, too many parameters, or a missing parameter without
+    /// default.
     explicit PhaseFunction(const std::string& name, std::vector<double> parameters = {});
     static PhaseFunction henyey_greenstein(double g) { return PhaseFunction("henyey-greenstein", {g}); }
 
@@ -72,19 +73,20 @@ public:
 
     double operator()(double cos_theta) const;
 
-    /// The outgoing direction (unit) for the incoming one (unit), with density operator() over the sphere for u and v
-    /// uniform in [0, 1). Robust: a distribution function is inverted in closed form, or by bracketed Newton steps.
+    /// Samples an outgoing direction (unit) for an incoming direction (unit). For u, v uniform in [0, 1) its density
+    /// over the sphere is operator(). The cumulative distribution is inverted in closed form or by bracketed Newton
+    /// steps.
     Vec3d sample(const Vec3d& incoming, double u, double v) const;
 
     /// The l-th Legendre moment, 2 pi int_-1^1 p(c) P_l(c) dc, l >= 0, in closed form: 1, then the mean cosine, ...
-    /// (Henyey-Greenstein: g^l; Rayleigh: 1, 0, 1/10, 0, ...). It is the eigenvalue of the scattering operator on
-    /// harmonics of degree l.
+    /// (Henyey-Greenstein: g^l; Rayleigh: 1, 0, 1/10, 0, ...). The moment is the eigenvalue of the scattering
+    /// operator on harmonics of degree l.
     double moment(int l) const;
     double mean_cosine() const { return moment(1); }
-    /// A degree from which on every |m_l| is below `size`, 0 < size < 1.
+    /// A degree L such that |m_l| < `size` for all l >= L; 0 < size < 1.
     int degree_below(double size) const;
 
-    /// The same form with the same parameters, to 1e-9 relative: parameters may have gone through text.
+    /// True for the same form and parameters equal to 1e-9 relative, as parameters may be converted to text and back.
     bool operator==(const PhaseFunction&) const;
     bool operator!=(const PhaseFunction& other) const { return !(*this == other); }
 

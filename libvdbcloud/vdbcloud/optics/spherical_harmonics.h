@@ -1,12 +1,12 @@
 #pragma once
-// Real spherical harmonics: the functions of direction that radiance is expanded in.
+// Real spherical harmonics: the basis in which radiance is expanded over directions.
 #include "vdbcloud/core/fwd.h"
 
 namespace vdbcloud {
 
 /// Position of Y_lm among all harmonics, by rising l and then m from -l to l.
 constexpr int harmonic(int l, int m) { return l * (l + 1) + m; }
-/// How many harmonics there are up to `degree`.
+/// Number of harmonics up to `degree`.
 constexpr int harmonic_count(int degree) { return (degree + 1) * (degree + 1); }
 
 /// Y_lm(s), l = 0..degree, real and orthonormal over the sphere, for the unit vector `s`; `y` takes

@@ -81,7 +81,7 @@ struct ScatterFields {
 /// and render forms the image in the scaled medium too. With w0, sigma_t of the true medium, s towards the eye and p
 /// the true phase function (Nakajima & Tanaka 1988, TMS), both attenuated by sigma_t' = (1 - w0 f) sigma_t:
 ///
-///     single scattering    w0 sigma_t p(cos) E T', times the forward-peak factor (render/forward_peak.h)
+///     single scattering    w0 sigma_t p(cos) E T', times what the forward peak scatters again (render/forward_peak.h)
 ///     multiple scattering  w0' sigma_t' / (4 pi) (phi + 3 m_1' s.F),   w0' sigma_t' = w0 (1 - f) sigma_t
 ///
 /// P1's flux is shortened to |F| <= phi / 3 where it is longer and the mean cosine is not 0 (limit_flux).
