@@ -1,4 +1,4 @@
-// Enumerators and their words, and the error for a value.
+// Tables of enumerators and words, and the error for an unusable value.
 #include "vdbcloud/core/refuse.h"
 #include "vdbcloud/core/words.h"
 
@@ -24,7 +24,7 @@ std::string message(const Work& work)
     return {};
 }
 
-TEST(Words, GoBothWays)
+TEST(Words, RoundTripBetweenValueAndWord)
 {
     for (const Fruit fruit : {Fruit::Apple, Fruit::Pear, Fruit::Plum})
         EXPECT_EQ(fruits.value(fruits.word(fruit)), fruit);
@@ -34,7 +34,7 @@ TEST(Words, GoBothWays)
     EXPECT_EQ(fruits.choices()[1], (std::pair<std::string, Fruit>("pear", Fruit::Pear)));
 }
 
-TEST(Words, ErrorListsThemAll)
+TEST(Words, ErrorListsAllWords)
 {
     EXPECT_EQ(message([] { fruits.value("Pear"); }), "fruit 'Pear': expected apple, pear or plum");
     EXPECT_EQ(message([] { fruits.value("a\nb", "basket"); }), "basket: fruit 'a?b': expected apple, pear or plum");

@@ -1,5 +1,4 @@
-// Damaged files: whatever a byte is changed to, reading ends with a grid or with a sentence, in bounded time and
-// memory, and never with the end of this process.
+// Reading a damaged file gives grids or an error message, in bounded time and memory, and never ends the process.
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/random.h"
 #include "vdbcloud/file/io.h"
@@ -26,7 +25,7 @@ namespace {
 
 using namespace test;
 
-/// Numbers from a seed and a place in a sequence.
+/// Random numbers as a function of a seed and a position in a sequence.
 class Dice {
 public:
     explicit Dice(uint64_t seed) : seed_(seed) {}
@@ -43,7 +42,7 @@ void put(std::string& bytes, size_t at, T value)
     if (at + sizeof value <= bytes.size()) std::memcpy(&bytes[at], &value, sizeof value);
 }
 
-/// One small damage: what disks, networks and wrong programs do, and what someone might do on purpose.
+/// Damages the bytes in one place, as a failing disk or network, a faulty program or an attacker would.
 std::string damaged(std::string bytes, Dice& dice)
 {
     const size_t reach = dice.below(10) < 6 ? std::min<size_t>(bytes.size(), 4096) : bytes.size();
@@ -88,7 +87,7 @@ std::string damaged(std::string bytes, Dice& dice)
     return bytes;
 }
 
-/// Files to damage: every type, layout, and compression that there is, and what the folder of odd files holds.
+/// Contents of the files to damage: each compression, both layouts (file, stream), and the files of data/odd.
 std::map<std::string, std::string> seeds(const Scratch& folder)
 {
     std::map<std::string, std::string> all;
@@ -117,7 +116,7 @@ std::map<std::string, std::string> seeds(const Scratch& folder)
     return all;
 }
 
-/// Reads as a tool would. The outcome, for the record.
+/// Reads and writes the file as a program does. Returns a word for the outcome, for the test's report.
 std::string outcome(const std::string& path)
 {
     ReadOptions options;
@@ -140,7 +139,7 @@ std::string outcome(const std::string& path)
     }
 }
 
-TEST(Fuzz, DamagedFilesAreReadOrRefusedNeverMore)
+TEST(Fuzz, DamagedFilesAreReadOrRefusedWithoutCrash)
 {
     const Scratch folder;
     const auto files = seeds(folder);

@@ -1,4 +1,4 @@
-// OpenVDB's own programs read what we write, and we read what they write.
+// OpenVDB's programs read vdbcloud's files, and vdbcloud reads files of OpenVDB's programs.
 #include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/compare.h"
 #include "vdbcloud/grid/metadata.h"
@@ -16,7 +16,7 @@ using namespace test;
 
 bool there(const std::string& tool) { return shell("command -v " + tool).status == 0; }
 
-/// A file in our layout for files, and one in that for pipes, with a grid of each kind a stage makes.
+/// Two files with the same grids: one in the layout for files, one in the layout for pipes.
 class Interchange : public testing::Test {
 protected:
     void SetUp() override
@@ -36,11 +36,11 @@ protected:
     Scratch folder_;
 };
 
-TEST_F(Interchange, VdbPrintListsThemWithoutComplaint)
+TEST_F(Interchange, VdbPrintListsOurFilesWithoutWarning)
 {
     if (!there("vdb_print")) GTEST_SKIP() << "vdb_print is not installed";
     for (const char* name : {"file.vdb", "stream.vdb"}) {
-        const auto listed = run({"vdb_print", "-l", folder_ / name});  // its status is 0 whatever happens
+        const auto listed = run({"vdb_print", "-l", folder_ / name});  // vdb_print always exits with status 0
         for (const char* complaint : {"ERROR", "FATAL", "WARN"}) {
             EXPECT_EQ(listed.out.find(complaint), std::string::npos) << listed.out;
             EXPECT_EQ(listed.err.find(complaint), std::string::npos) << listed.err;
@@ -51,7 +51,7 @@ TEST_F(Interchange, VdbPrintListsThemWithoutComplaint)
     }
 }
 
-TEST_F(Interchange, VdbToolReadsThemAndWritesTheSameGrids)
+TEST_F(Interchange, VdbToolCopiesOurFilesUnchanged)
 {
     if (!there("vdb_tool")) GTEST_SKIP() << "vdb_tool is not installed";
     const std::string back = folder_ / "back.vdb";

@@ -1,4 +1,4 @@
-// What is written is what is read: grids, metadata and oddities, through files.
+// Writing and reading files: grids and metadata, half precision, choice and checks of the density.
 #include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/density.h"
 #include "vdbcloud/grid/digest.h"
@@ -23,7 +23,7 @@ using openvdb::CoordBBox;
 using test::file_of;
 using test::Scratch;
 
-/// The ball of support/grids.h with an active tile of 128^3 voxels beside it.
+/// The ball of support/grids.h and a separate active tile of 128^3 voxels.
 FloatGridPtr ball(const std::string& name)
 {
     const auto grid = test::ball(name);
@@ -39,7 +39,7 @@ GridFile again(const GridFile& file, const WriteOptions& options = {})
     return read_grid_file(folder / "a.vdb");
 }
 
-TEST(GridIo, ValuesTopologyTransformAndMetadataComeBack)
+TEST(GridIo, RoundTripKeepsValuesTopologyTransformAndMetadata)
 {
     const auto grid = ball("density");
     openvdb::Mat4d matrix = openvdb::Mat4d::identity();
@@ -73,7 +73,7 @@ TEST(GridIo, ValuesTopologyTransformAndMetadataComeBack)
     }
 }
 
-TEST(GridIo, EqualGridsAreEqualBytes)
+TEST(GridIo, EqualGridsGiveEqualBytes)
 {
     const Scratch folder;
     write_grid_file(folder / "a.vdb", file_of({ball("density")}));
@@ -87,13 +87,13 @@ TEST(GridIo, EqualGridsAreEqualBytes)
     EXPECT_EQ(a[29], '-');
 }
 
-TEST(GridIo, HalfIsForDensityColourAndMomentsAndTheLightFollows)
+TEST(GridIo, HalfRoundsDensityColourAndMomentsAndUpdatesDensityDigests)
 {
     const auto density = ball("density"), light = ball("transmittance_sun"), phi = ball("temperature");
     const auto colour = Vec3SGrid::create(Vec3f(1));
     colour->setName("Cd");
     set_text(*light, "vdbcloud:density_digest", grid_digest(*density));
-    light->setSaveFloatAsHalf(true);  // as a copy of a density's metadata would have it
+    light->setSaveFloatAsHalf(true);  // as if copied from the density's metadata
     WriteOptions options;
     options.half = true;
     const auto moment = ball("sh_2m1_r"), fluence = ball("phi");
@@ -119,7 +119,7 @@ TEST(GridIo, HalfIsForDensityColourAndMomentsAndTheLightFollows)
     EXPECT_THROW(again(file_of({dense}), options), InputError);
 }
 
-TEST(GridIo, DensityIsFoundByAliasOrAsTheOnlyFog)
+TEST(GridIo, FindsDensityByAliasOrAsTheOnlyFog)
 {
     auto file = file_of({ball("temperature"), ball("smoke")});
     EXPECT_EQ(density_of(file)->getName(), "smoke");
@@ -134,7 +134,7 @@ TEST(GridIo, DensityIsFoundByAliasOrAsTheOnlyFog)
     EXPECT_EQ(density_of(file, "density[1]"), file.grids[1]);
 }
 
-TEST(GridIo, NegativeValuesAreClampedWithOneWarningAndNaNIsRefused)
+TEST(GridIo, ClampsNegativeValuesWithOneWarningAndRefusesNaN)
 {
     auto grid = ball("density");
     grid->tree().setValue(Coord(0, 0, 0), -1.0f);

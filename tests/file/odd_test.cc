@@ -1,4 +1,4 @@
-// The files of data/odd: each is used as it is meant, or refused in a sentence; and each is what make_odd writes.
+// The files of data/odd: each equals the output of make_odd, and each is used correctly or refused with a message.
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/compare.h"
@@ -41,7 +41,7 @@ std::string objection(const std::string& name)
 
 constexpr size_t ball_voxels = 895;  // of radius 6: lattice points with x^2 + y^2 + z^2 < 36
 
-TEST(OddFiles, AreWhatTheProgramMakes)
+TEST(OddFiles, EqualTheOutputOfMakeOdd)
 {
     const Scratch folder;
     make_odd_files(folder.path());
@@ -59,7 +59,7 @@ TEST(OddFiles, AreWhatTheProgramMakes)
     }
 }
 
-TEST(OddFiles, Tiles)
+TEST(OddFiles, KeepActiveTiles)
 {
     const auto grid = density("tiles.vdb");
     EXPECT_EQ(grid->tree().activeTileCount(), 2u);
@@ -67,7 +67,7 @@ TEST(OddFiles, Tiles)
     EXPECT_EQ(grid->tree().getValue(Coord(200, 100, 100)), 0.125f);
 }
 
-TEST(OddFiles, TransformsOfAnyAffineKind)
+TEST(OddFiles, AcceptAffineTransformsAndRefuseFrustum)
 {
     const auto grid = density("rotated.vdb");
     EXPECT_FALSE(grid->hasUniformVoxels());
@@ -78,7 +78,7 @@ TEST(OddFiles, TransformsOfAnyAffineKind)
     EXPECT_EQ(objection("frustum.vdb"), "grid 'density' has a frustum (non-linear) transform: expected an affine one");
 }
 
-TEST(OddFiles, ThreeGridsOfOneName)
+TEST(OddFiles, RequireAChoiceAmongGridsOfOneName)
 {
     EXPECT_EQ(objection("three_of_one_name.vdb"), "3 grids are called 'density': expected a choice among 'density[0]', "
                                                   "'density[1]', 'density[2]'");
@@ -91,7 +91,7 @@ TEST(OddFiles, ThreeGridsOfOneName)
     EXPECT_THROW(density_of(file, "density"), InputError);
 }
 
-TEST(OddFiles, NothingInside)
+TEST(OddFiles, AcceptEmptyGridsAndRefuseFilesWithoutGrids)
 {
     EXPECT_TRUE(density("empty.vdb")->empty());
     EXPECT_EQ(objection("no_grids.vdb"), "no density among its grids: it has no grids");
@@ -101,7 +101,7 @@ TEST(OddFiles, NothingInside)
     EXPECT_EQ(grid_of(file, schema::velocity)->getName(), "velocity");
 }
 
-TEST(OddFiles, NamesAndTypes)
+TEST(OddFiles, FindDensityUnderOddNamesAndTypes)
 {
     EXPECT_EQ(density("unnamed.vdb")->activeVoxelCount(), ball_voxels);
     EXPECT_EQ(density("odd_name.vdb")->getName(), "voxel_fog_density");
@@ -112,7 +112,7 @@ TEST(OddFiles, NamesAndTypes)
     EXPECT_EQ(density("all_types.vdb")->activeVoxelCount(), ball_voxels);
 }
 
-TEST(OddFiles, WhatIsNoFog)
+TEST(OddFiles, RefuseLevelSetsPointsAndVectorsAsDensity)
 {
     EXPECT_EQ(objection("level_set.vdb"), "grid 'ls_sphere' is a level set: expected a fog volume");
     EXPECT_EQ(objection("points.vdb"), "grid 'points' holds points: expected a fog volume");
@@ -121,7 +121,7 @@ TEST(OddFiles, WhatIsNoFog)
               std::string::npos);
 }
 
-TEST(OddFiles, WrongValues)
+TEST(OddFiles, ClampNegativeValuesAndRefuseNaN)
 {
     std::string warning;
     const auto grid = density("negative.vdb", &warning);
@@ -130,7 +130,7 @@ TEST(OddFiles, WrongValues)
     EXPECT_EQ(objection("nan.vdb").find("grid 'density': value nan at voxel [12, 16, 16]: expected finite"), 0u);
 }
 
-TEST(OddFiles, AVectorInThreeScalars)
+TEST(OddFiles, MergeThreeScalarsIntoAVector)
 {
     const auto file = read_grid_file(odd("components.vdb"));
     const auto velocity = openvdb::gridPtrCast<Vec3SGrid>(grid_of(file, schema::velocity));
@@ -141,7 +141,7 @@ TEST(OddFiles, AVectorInThreeScalars)
     EXPECT_EQ(velocity->activeVoxelCount(), 1u);
 }
 
-TEST(OddFiles, PassThroughUnchanged)
+TEST(OddFiles, RoundTripUnchanged)
 {
     const Scratch folder;
     for (const auto& entry : std::filesystem::directory_iterator(VDBCLOUD_ODD)) {
@@ -160,7 +160,7 @@ TEST(OddFiles, PassThroughUnchanged)
 
 class Damaged : public testing::TestWithParam<std::string> {};
 
-/// Found by the fuzz test: what each did to OpenVDB's reader is in data/odd/README.md.
+/// Files found by the fuzz test. data/odd/README.md describes the effect of each file on OpenVDB's reader.
 TEST_P(Damaged, IsRefused)
 {
     const std::string path = odd("damaged/" + GetParam());

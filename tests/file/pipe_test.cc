@@ -1,4 +1,4 @@
-// Through pipes: "-" for standard input and output.
+// Reading and writing through pipes: path "-" is standard input and output.
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/digest.h"
@@ -30,7 +30,7 @@ GridFile read_piped(const std::string& bytes, const ReadOptions& options = {})
     return file;
 }
 
-TEST(Pipe, CarriesWhatAFileCarries)
+TEST(Pipe, RoundTripKeepsGridsAndMetadata)
 {
     auto file = file_of({ball("density", 40), ball("temperature", 5), FloatGrid::create(1.0f)});
     set_text(*file.metadata, "history", "a line");
@@ -45,7 +45,7 @@ TEST(Pipe, CarriesWhatAFileCarries)
                   grid_digest(static_cast<FloatGrid&>(*file.grids[k])));
 }
 
-TEST(Pipe, EqualGridsAreEqualBytesAndOtherGridsAnotherIdentifier)
+TEST(Pipe, EqualGridsGiveEqualBytesAndChangedGridsANewIdentifier)
 {
     const std::string a = piped(file_of({ball("density")}));
     EXPECT_EQ(a, piped(file_of({ball("density")})));
@@ -55,7 +55,7 @@ TEST(Pipe, EqualGridsAreEqualBytesAndOtherGridsAnotherIdentifier)
     EXPECT_NE(a.substr(21, 36), piped(file_of({other})).substr(21, 36)) << "another value in one voxel";
 }
 
-TEST(Pipe, TakesAFileAsWell)
+TEST(Pipe, AcceptsFileLayoutAndRedirection)
 {
     const Scratch folder;
     write_grid_file(folder / "a.vdb", file_of({ball("density")}));
@@ -70,14 +70,14 @@ TEST(Pipe, TakesAFileAsWell)
     EXPECT_EQ(read_grid_file("-").grids.size(), 1u);
 }
 
-TEST(Pipe, OfAStreamLayoutCanBeSavedAndReadAsAFile)
+TEST(Pipe, StreamSavedToAFileIsReadable)
 {
     const Scratch folder;
     write_text(folder / "a.vdb", piped(file_of({ball("density"), ball("heat")})));
     EXPECT_EQ(read_grid_file(folder / "a.vdb").grids.size(), 2u);
 }
 
-TEST(Pipe, ThatEndsEarlyIsRefusedInASentence)
+TEST(Pipe, RefusesATruncatedStream)
 {
     const std::string bytes = piped(file_of({ball("density", 30)}));
     EXPECT_EQ(sentence<IoError>([&] { read_piped(""); }).find("-: nothing came"), 0u);
@@ -90,7 +90,7 @@ TEST(Pipe, ThatEndsEarlyIsRefusedInASentence)
     }
 }
 
-TEST(Pipe, IsBounded)
+TEST(Pipe, RefusesMoreThanMaxBytes)
 {
     ReadOptions options;
     options.max_bytes = 1000;
@@ -98,7 +98,7 @@ TEST(Pipe, IsBounded)
     EXPECT_NE(sentence<IoError>([&] { read_piped(bytes, options); }).find("at most 1000 bytes"), std::string::npos);
 }
 
-TEST(Pipe, ThatNobodyReadsIsAnErrorWhereTheSignalIsIgnored)
+TEST(Pipe, ClosedReaderIsAnIoErrorIfSigpipeIsIgnored)
 {
     const auto before = std::signal(SIGPIPE, SIG_IGN);
     int ends[2];
@@ -113,7 +113,7 @@ TEST(Pipe, ThatNobodyReadsIsAnErrorWhereTheSignalIsIgnored)
     EXPECT_EQ(said, "-: cannot write: Broken pipe");
 }
 
-TEST(Pipe, BytesBehindTheLastGridArePassedOverWithAWarning)
+TEST(Pipe, IgnoresBytesAfterTheLastGridWithAWarning)
 {
     std::string said;
     ReadOptions options;

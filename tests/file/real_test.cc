@@ -1,4 +1,5 @@
-// Files by other programs (VDBCLOUD_REAL=folder): every one is read and written without loss, or refused in a sentence.
+// Files of other programs (VDBCLOUD_REAL=folder): all are read and written without loss, and their density is found or
+// refused with a message.
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/file/io.h"
@@ -15,7 +16,7 @@
 namespace vdbcloud {
 namespace {
 
-/// What density_of has to say of each file: empty for a density, else a part of the sentence.
+/// Expected result of density_of() for each file: part of the error message; empty if the file has a usable density.
 const std::map<std::string, std::string> expected = {
     {"wdas_cloud_sixteenth.vdb", ""},
     {"openvdb_smoke.vdb", ""},
@@ -31,7 +32,7 @@ const std::map<std::string, std::string> expected = {
 
 class RealFile : public testing::TestWithParam<std::string> {};
 
-TEST_P(RealFile, IsReadAndWrittenOrRefusedInASentence)
+TEST_P(RealFile, RoundTripsAndHasADensityOrIsRefused)
 {
     const char* folder = std::getenv("VDBCLOUD_REAL");
     if (!folder) GTEST_SKIP() << "VDBCLOUD_REAL is not set";

@@ -1,4 +1,4 @@
-// What cannot be read or written is refused in one sentence that begins with the path, and leaves nothing behind.
+// Failed reads and writes give one sentence that begins with the path, and leave no temporary files.
 #include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/file/guard.h"
@@ -26,7 +26,7 @@ namespace {
 using namespace test;
 using openvdb::Coord;
 
-/// The sentence of a refusal to read; checks that it begins with the path and is one line.
+/// The error message of a failed read, without the path. Checks that the message begins with the path and is one line.
 std::string refusal(const std::string& path, const ReadOptions& options = {})
 {
     const std::string said = sentence<IoError>([&] { read_grid_file(path, options); });
@@ -42,7 +42,7 @@ std::string write_refusal(const std::string& path, const GridFile& file, const W
     return said.substr(std::min(said.size(), path.size() + 2));
 }
 
-/// Through OpenVDB's own writer, which checks nothing.
+/// Writes the grid with OpenVDB's own writer, which accepts invalid grids. Returns the path.
 std::string saved(const Scratch& folder, const GridBasePtr& grid)
 {
     openvdb::initialize();
@@ -59,7 +59,7 @@ Transform::Ptr thin()
     return Transform::createLinearTransform(scale);
 }
 
-TEST(Reading, RefusesWhatIsNoFile)
+TEST(Reading, RefusesPathsThatAreNotVdbFiles)
 {
     const Scratch folder;
     EXPECT_EQ(refusal(folder / "missing.vdb"), "cannot read: No such file or directory");
@@ -72,7 +72,7 @@ TEST(Reading, RefusesWhatIsNoFile)
     EXPECT_EQ(refusal("/dev/null").find("nothing came"), 0u);
 }
 
-TEST(Reading, RefusesAFileCutAnywhere)
+TEST(Reading, RefusesTruncatedFiles)
 {
     const Scratch folder;
     write_grid_file(folder / "whole.vdb", file_of({ball("density"), ball("heat")}));
@@ -85,7 +85,7 @@ TEST(Reading, RefusesAFileCutAnywhere)
     EXPECT_NE(refusal(folder / "cut.vdb").find("ends too early"), std::string::npos);
 }
 
-TEST(Reading, SeesACutInTheHeaderAlone)
+TEST(Reading, HeaderCheckDetectsTruncation)
 {
     const Scratch folder;
     write_grid_file(folder / "a.vdb", file_of({ball("density"), ball("heat")}));
@@ -97,7 +97,7 @@ TEST(Reading, SeesACutInTheHeaderAlone)
     ::close(descriptor);
 }
 
-TEST(Reading, RefusesANewerFormatByItsNumber)
+TEST(Reading, RefusesANewerFormatVersion)
 {
     const Scratch folder;
     write_grid_file(folder / "a.vdb", file_of({ball("density")}));
@@ -107,7 +107,7 @@ TEST(Reading, RefusesANewerFormatByItsNumber)
     EXPECT_EQ(refusal(folder / "a.vdb").find(".vdb format 225: expected 224 or older"), 0u);
 }
 
-TEST(Reading, RefusesImpossibleTransforms)
+TEST(Reading, RefusesSingularNonFiniteAndOutOfRangeTransforms)
 {
     const Scratch folder;
     const auto grid = ball("density");
@@ -140,7 +140,7 @@ TEST(Reading, RefusesImpossibleTransforms)
     }
 }
 
-TEST(Reading, RefusesMoreVoxelsThanCanBeMeant)
+TEST(Reading, RefusesMoreVoxelsAndLargerCoordinatesThanTheLimits)
 {
     const Scratch folder;
     const auto grid = FloatGrid::create(0.0f);
@@ -155,7 +155,7 @@ TEST(Reading, RefusesMoreVoxelsThanCanBeMeant)
     EXPECT_EQ(read_grid_file(saved(folder, grid)).grids.size(), 1u);
 }
 
-TEST(Reading, CutsAndCleansTextFromTheFile)
+TEST(Reading, ShortensAndSanitisesTextFromTheFile)
 {
     const Scratch folder;
     const auto grid = ball("bad\x1b[31m\nname" + std::string(5000, 'x'));
@@ -165,7 +165,7 @@ TEST(Reading, CutsAndCleansTextFromTheFile)
     EXPECT_EQ(said.find('\x1b'), std::string::npos);
 }
 
-TEST(Guard, TurnsEveryEndOfTheWorkIntoASentence)
+TEST(Guard, ReportsReturnExceptionSignalAndLimits)
 {
     const GuardLimits limits{uint64_t(256) << 20, 1.0};
     EXPECT_EQ(run_guarded([] {}, limits), "");
@@ -186,7 +186,7 @@ TEST(Guard, TurnsEveryEndOfTheWorkIntoASentence)
 #endif
 }
 
-TEST(Guard, DestroysNothingThatTheWorkBuilt)
+TEST(Guard, DoesNotDestroyObjectsOfTheWork)
 {
     struct Stuck {
         ~Stuck() { ::pause(); }
@@ -201,7 +201,7 @@ TEST(Guard, DestroysNothingThatTheWorkBuilt)
               "as it should");
 }
 
-TEST(Writing, RefusesAFullDiskWhereverTheBytesGo)
+TEST(Writing, ReportsAFullDisk)
 {
     EXPECT_EQ(write_refusal("/dev/full", file_of({ball("density")})), "cannot write: No space left on device");
     EXPECT_EQ(write_refusal("/dev/full", file_of({ball("density", 60)})), "cannot write: No space left on device")
@@ -211,7 +211,7 @@ TEST(Writing, RefusesAFullDiskWhereverTheBytesGo)
     EXPECT_TRUE(S_ISCHR(status.st_mode)) << "the device is still there";
 }
 
-TEST(Writing, RefusesFoldersAndLeavesNothing)
+TEST(Writing, RefusesFoldersAndLeavesNoFile)
 {
     const Scratch folder;
     const auto file = file_of({ball("density")});
@@ -223,7 +223,7 @@ TEST(Writing, RefusesFoldersAndLeavesNothing)
     EXPECT_EQ(folder.list(), std::vector<std::string>{"plain"});
 }
 
-TEST(Writing, ThatFailsKeepsTheOldFile)
+TEST(Writing, FailureKeepsTheOldFile)
 {
     const Scratch folder;
     write_grid_file(folder / "a.vdb", file_of({ball("density")}));
@@ -263,7 +263,7 @@ TEST(Writing, FollowsLinksAndKeepsPermissions)
     EXPECT_EQ(status.st_mode & 0777, 0666u & ~mask);
 }
 
-TEST(Writing, GoesIntoAFifo)
+TEST(Writing, WritesToAFifo)
 {
     const Scratch folder;
     ASSERT_EQ(::mkfifo((folder / "fifo").c_str(), 0600), 0);
@@ -276,7 +276,7 @@ TEST(Writing, GoesIntoAFifo)
     EXPECT_TRUE(S_ISFIFO(status.st_mode));
 }
 
-TEST(Writing, LeavesNoTemporaryBehindWhenGivenUpOrInterrupted)
+TEST(Writing, RemovesTemporariesWithoutCommitAndOnInterrupt)
 {
     const Scratch folder;
     {
@@ -292,7 +292,7 @@ TEST(Writing, LeavesNoTemporaryBehindWhenGivenUpOrInterrupted)
     EXPECT_TRUE(folder.list().empty());
 }
 
-TEST(Writing, ManyFilesAtOnceAreRefusedNotForgotten)
+TEST(Writing, RefusesFilesBeyondTheTableOfTemporaries)
 {
     const Scratch folder;
     std::vector<std::unique_ptr<AtomicFile>> files;

@@ -1,4 +1,4 @@
-// Differences of grids that are known: by value, whatever the nodes.
+// compare_grids() and compare_files() against differences in closed form.
 #include "vdbcloud/grid/compare.h"
 #include "vdbcloud/grid/metadata.h"
 
@@ -21,7 +21,7 @@ using namespace test;
 using openvdb::Coord;
 using openvdb::CoordBBox;
 
-TEST(Compare, EqualGridsDoNotDiffer)
+TEST(Compare, EqualGridsHaveZeroDifference)
 {
     const auto d = compare_grids(*ball("density"), *ball("density"));
     EXPECT_TRUE(d.comparable);
@@ -33,10 +33,10 @@ TEST(Compare, EqualGridsDoNotDiffer)
     EXPECT_TRUE(d.metadata.empty());
 }
 
-TEST(Compare, MeasuresWhatWasChanged)
+TEST(Compare, MatchesClosedFormOfThreeChangedVoxels)
 {
     const auto a = FloatGrid::create(0.0f), b = FloatGrid::create(0.0f);
-    // Two active leaves of 512 in the lower corner, and one voxel each that the other lacks.
+    // Both grids have two leaves with 512 active voxels each. Each grid also has one voxel that the other grid lacks.
     for (const auto& grid : {a, b}) grid->tree().fill(CoordBBox(Coord(0), Coord(7, 7, 15)), 2.0f);
     b->tree().setValue(Coord(3, 4, 5), 5.0f);
     a->tree().setValue(Coord(-200, 0, 0), 0.5f);
@@ -52,7 +52,7 @@ TEST(Compare, MeasuresWhatWasChanged)
     EXPECT_DOUBLE_EQ(d.relative, std::sqrt(sum / (1024 * 4 + 0.25)));
 }
 
-TEST(Compare, TilesAreTheVoxelsTheyCover)
+TEST(Compare, TileEqualsTheVoxelsThatTheTileCovers)
 {
     const auto tiles = FloatGrid::create(0.0f), voxels = FloatGrid::create(0.0f);
     tiles->tree().addTile(2, Coord(0), 1.5f, true);  // 128^3
@@ -73,13 +73,13 @@ TEST(Compare, TilesAreTheVoxelsTheyCover)
         EXPECT_EQ(swapped ? d.only_a : d.only_b, 0u);
         EXPECT_EQ(d.max, 0.5);
     }
-    // A tile of the root: 4096^3 voxels are compared without visiting them.
+    // A tile of the root node: its 4096^3 voxels are compared at once.
     const auto huge = FloatGrid::create(0.0f), same = FloatGrid::create(0.0f);
     for (const auto& grid : {huge, same}) grid->tree().addTile(3, Coord(0), 1.0f, true);
     EXPECT_EQ(compare_grids(*huge, *same).voxels, uint64_t(1) << 36);
 }
 
-TEST(Compare, CountsTheBackgroundAndWhatIsNotFinite)
+TEST(Compare, IncludesBackgroundAndNonFiniteValues)
 {
     EXPECT_EQ(compare_grids(*FloatGrid::create(1.0f), *FloatGrid::create(0.25f)).max, 0.75);
     const auto a = FloatGrid::create(0.0f), b = FloatGrid::create(0.0f);
@@ -100,7 +100,7 @@ double changed(const typename GridT::ValueType& a, const typename GridT::ValueTy
     return compare_grids(*p, *q).max;
 }
 
-TEST(Compare, KnowsTheTypes)
+TEST(Compare, SubtractsEachSupportedValueType)
 {
     EXPECT_EQ(changed<openvdb::DoubleGrid>(1, 1 + 1e-12), 1 + 1e-12 - 1);
     EXPECT_EQ(changed<Vec3SGrid>(Vec3f(0), Vec3f(3, 4, 0)), 5);
@@ -114,7 +114,7 @@ TEST(Compare, KnowsTheTypes)
     EXPECT_FALSE(compare_grids(*a, *FloatGrid::create()).comparable);
 }
 
-TEST(Compare, SeesTransformsAndMetadataButNotHowAFileCameToBe)
+TEST(Compare, ReportsTransformAndMetadataButNotVolatileKeys)
 {
     const auto a = ball("density"), b = ball("density");
     b->setTransform(Transform::createLinearTransform(1 + 1e-6));
@@ -149,7 +149,7 @@ TEST(Compare, MatchesGridsByLabel)
     EXPECT_THROW(compare_files(a, b, {"nothing"}), InputError);
 }
 
-TEST(Compare, AppliesEachToleranceByItself)
+TEST(Compare, AppliesEachToleranceSeparately)
 {
     const auto a = ball("density"), b = ball("density");
     b->tree().setValue(Coord(0), a->tree().getValue(Coord(0)) + 0.125f);

@@ -1,4 +1,4 @@
-// Fingerprints: equal for equal things, other for the smallest change, the same however the bytes come.
+// Fingerprints: equal for equal contents, different after the smallest change, independent of how bytes are split.
 #include "vdbcloud/grid/digest.h"
 
 #include "support/grids.h"
@@ -14,7 +14,7 @@ namespace {
 using openvdb::Coord;
 using test::ball;
 
-TEST(Digest, DoesNotDependOnHowTheBytesAreCut)
+TEST(Digest, DoesNotDependOnSplittingTheBytes)
 {
     std::string bytes;
     for (int k = 0; k < 1000; ++k) bytes += char(k * k);
@@ -30,9 +30,9 @@ TEST(Digest, DoesNotDependOnHowTheBytesAreCut)
     EXPECT_EQ(whole.uuid().size(), 36u);
 }
 
-TEST(Digest, IsXxh3OfTheBytes)
+TEST(Digest, MatchesXxhsumH128)
 {
-    // As `xxhsum -H128` prints them, of nothing and of "abc".
+    // Output of `xxhsum -H128` for an empty file and for "abc".
     Digest digest;
     EXPECT_EQ(digest.hex(), "99aa06d3014798d86001c324468d497f");
     digest.add("abc", 3);
@@ -40,7 +40,7 @@ TEST(Digest, IsXxh3OfTheBytes)
     EXPECT_EQ(digest.uuid(), "06b05ab6-733a-6185-78af-5f94892f3950");
 }
 
-TEST(Digest, ChangesWithEachBitAndWithTheLength)
+TEST(Digest, ChangesWithEachBitAndTheLength)
 {
     std::set<std::string> seen;
     std::string bytes(70, '\0');
@@ -61,7 +61,7 @@ TEST(Digest, ChangesWithEachBitAndWithTheLength)
     }
 }
 
-TEST(GridDigest, ChangesWithEverythingThatMatters)
+TEST(GridDigest, ChangesWithTransformBackgroundTopologyAndValuesOnly)
 {
     const auto changed = [](const std::function<void(FloatGrid&)>& change) {
         const auto grid = ball("density");

@@ -1,4 +1,4 @@
-// Occupied corners: around what is dense, by voxels and not by leaves, under any transform.
+// occupied_corners(): boxes around dense voxels, not around whole leaves, under any affine transform.
 #include "vdbcloud/grid/extent.h"
 
 #include "vdbcloud/core/vdb.h"
@@ -18,7 +18,7 @@ openvdb::BBoxd box_of(const std::vector<Vec3d>& points)
     return box;
 }
 
-TEST(OccupiedCorners, AreTightAroundVoxels)
+TEST(OccupiedCorners, BoxesAreTightAroundVoxels)
 {
     auto grid = openvdb::FloatGrid::create(0.0f);
     grid->setTransform(openvdb::math::Transform::createLinearTransform(0.5));
@@ -30,7 +30,7 @@ TEST(OccupiedCorners, AreTightAroundVoxels)
     EXPECT_LT((box_of(points).max() - Vec3d(5.25, 2.25, 2.75)).length(), 1e-12);
 }
 
-TEST(OccupiedCorners, PassOverWhatIsTooThinToSee)
+TEST(OccupiedCorners, ExcludeValuesBelowTheFraction)
 {
     auto grid = openvdb::FloatGrid::create(0.0f);
     grid->sparseFill(CoordBBox(Coord(0, 0, 0), Coord(127, 127, 127)), 0.01f);
@@ -53,7 +53,7 @@ TEST(OccupiedCorners, FollowARotation)
     EXPECT_NEAR(std::abs(centre[1]), 10, 1e-12);
 }
 
-TEST(OccupiedCorners, OfNothingAreNone)
+TEST(OccupiedCorners, AreEmptyIfNoValueIsAboveZero)
 {
     auto grid = openvdb::FloatGrid::create(0.0f);
     EXPECT_TRUE(occupied_corners(*grid).empty());

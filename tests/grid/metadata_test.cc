@@ -1,4 +1,4 @@
-// Metadata as numbers, vectors and text, whoever wrote it.
+// Metadata as numbers, vectors and text, in the value types of vdbcloud and of other programs.
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/grid/metadata.h"
 
@@ -13,7 +13,7 @@ namespace {
 
 using test::sentence;
 
-TEST(Metadata, ComesBackAndMayBeAbsent)
+TEST(Metadata, ReadsWrittenValuesAndDefaultsForAbsentKeys)
 {
     MetaMap map;
     set_number(map, "n", 0.1);
@@ -29,7 +29,7 @@ TEST(Metadata, ComesBackAndMayBeAbsent)
     EXPECT_EQ(get_text(map, "absent", "otherwise"), "otherwise");
 }
 
-TEST(Metadata, IsTakenInTheTypesOthersUse)
+TEST(Metadata, ConvertsFloatIntLongAndVec3s)
 {
     MetaMap map;
     map.insertMeta("float", openvdb::FloatMetadata(0.5f));
@@ -40,11 +40,11 @@ TEST(Metadata, IsTakenInTheTypesOthersUse)
     EXPECT_EQ(get_number(map, "int", 0), -3);
     EXPECT_EQ(get_number(map, "long", 0), std::pow(2.0, 40));
     EXPECT_EQ(get_vector(map, "vec3s", Vec3d(0)), Vec3d(1, 2, 3));
-    set_number(map, "vec3s", 2);  // another type in its place
+    set_number(map, "vec3s", 2);  // replaces a value of another type
     EXPECT_EQ(get_number(map, "vec3s", 0), 2);
 }
 
-TEST(Metadata, OfAnotherTypeOrNotFiniteIsRefusedByItsKey)
+TEST(Metadata, RefusesOtherTypesAndNonFiniteValues)
 {
     MetaMap map;
     set_text(map, "vdbcloud:g", "much");

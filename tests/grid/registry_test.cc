@@ -1,4 +1,4 @@
-// What names mean: the table itself, and docs/format.md against it in both directions.
+// The registry of names, and its agreement with docs/format.md in both directions.
 #include "vdbcloud/grid/registry.h"
 
 #include "support/run.h"
@@ -18,7 +18,8 @@ using Cells = std::vector<std::string>;
 
 const std::string source = VDBCLOUD_SOURCE;
 
-/// The rows of the tables below "## HEADING" whose first cell is `code`, cells without blanks around and without ``.
+/// The rows of the tables below "## HEADING" whose first cell is in backticks. Cells are without surrounding blanks and
+/// backticks.
 std::vector<Cells> rows(const std::string& heading)
 {
     std::vector<Cells> all;
@@ -38,7 +39,7 @@ std::vector<Cells> rows(const std::string& heading)
     return all;
 }
 
-TEST(Registry, GivesEachNameItsRole)
+TEST(Registry, MapsEachNameToItsRole)
 {
     const std::vector<std::pair<const char*, Role>> known = {{"density", Role::Density},
                                                              {"smoke", Role::Density},
@@ -75,7 +76,7 @@ TEST(Registry, GivesEachNameItsRole)
         EXPECT_FALSE(kind_of(name)) << name;
 }
 
-TEST(Registry, KnowsEveryNameThatIsBuilt)
+TEST(Registry, ContainsEveryBuiltName)
 {
     for (int c = 0; c < 3; ++c) EXPECT_TRUE(has_role(flux_name(c), Role::Flux));
     for (int l = 2; l <= 12; ++l)
@@ -106,7 +107,7 @@ TEST(Registry, KeepsWhatLaterStagesReadAndStoresResultsInFull)
     EXPECT_EQ(aliases("phi"), std::vector<std::string>{"phi"});
 }
 
-TEST(Format, ListsTheGridsOfTheRegistryAndNoOthers)
+TEST(Format, ListsExactlyTheGridsOfTheRegistry)
 {
     std::vector<Cells> expected;
     for (const GridKind& kind : grid_kinds())
@@ -115,7 +116,7 @@ TEST(Format, ListsTheGridsOfTheRegistryAndNoOthers)
     EXPECT_EQ(rows("Grids"), expected);
 }
 
-TEST(Format, ListsTheMetadataOfTheRegistryAndNoOther)
+TEST(Format, ListsExactlyTheMetadataOfTheRegistry)
 {
     std::vector<Cells> expected, found;
     for (const MetaKey& key : meta_keys()) expected.push_back({key.key, key.type, key.where});
@@ -128,14 +129,14 @@ TEST(Format, ListsTheMetadataOfTheRegistryAndNoOther)
     EXPECT_EQ(found, expected);
 }
 
-TEST(Format, NamesItsVersion)
+TEST(Format, StatesTheFormatVersion)
 {
     const std::string page = test::read_text(source + "/docs/format.md");
     EXPECT_NE(page.find("This is format version " + std::to_string(format_version) + "."), std::string::npos);
 }
 
-/// The library's sources and the programs' but render's, whose keys are of pictures.
-TEST(Format, HasEveryKeyThatTheSourcesSpell)
+/// Searches the sources of the library and of all programs except render, whose keys are metadata of pictures.
+TEST(Format, RegistryContainsEveryKeyInTheSources)
 {
     const std::regex literal("\"((vdbcloud|cloudsim):[a-z_]+)\"");
     std::map<std::string, std::string> spelt;
@@ -147,7 +148,7 @@ TEST(Format, HasEveryKeyThatTheSourcesSpell)
             for (std::sregex_iterator k(text.begin(), text.end(), literal), end; k != end; ++k) spelt[(*k)[1]] = path;
         }
     EXPECT_GT(spelt.size(), 20u) << "the sources are not where the test looks for them";
-    spelt.erase("vdbcloud:series");  // a beginning
+    spelt.erase("vdbcloud:series");  // the prefix of several keys
     for (const auto& [key, path] : spelt) EXPECT_TRUE(is_known_key(key)) << key << " in " << path;
 }
 

@@ -1,4 +1,4 @@
-// Statistics of grids whose figures are known.
+// grid_statistics() and file_statistics() against known values.
 #include "vdbcloud/grid/statistics.h"
 
 #include "vdbcloud/core/vdb.h"
@@ -10,9 +10,9 @@
 namespace vdbcloud {
 namespace {
 
-TEST(GridStatistics, CountsTilesByTheirVoxelsAndWeighsTheMean)
+TEST(GridStatistics, WeightTilesByTheirVoxelsAndExcludeNaN)
 {
-    const auto grid = FloatGrid::create(5.0f);  // a background that must not enter
+    const auto grid = FloatGrid::create(5.0f);  // the background must not contribute
     grid->setName("density");
     grid->setTransform(Transform::createLinearTransform(0.25));
     grid->tree().addTile(/*level=*/1, openvdb::Coord(0, 0, 0), 2.0f, true);  // 8^3 voxels
@@ -32,7 +32,7 @@ TEST(GridStatistics, CountsTilesByTheirVoxelsAndWeighsTheMean)
     EXPECT_EQ(s.not_finite, 1u);
 }
 
-TEST(GridStatistics, OfVectorsAreOfTheirLength)
+TEST(GridStatistics, MeasureTheLengthOfVectors)
 {
     const auto grid = Vec3SGrid::create(Vec3f(0));
     grid->tree().setValue(openvdb::Coord(0), Vec3f(3, 4, 0));
@@ -42,7 +42,7 @@ TEST(GridStatistics, OfVectorsAreOfTheirLength)
     EXPECT_EQ(s.mean, 5);
 }
 
-TEST(GridStatistics, OfAFileLabelEqualNamesAndPassOverOtherTypes)
+TEST(GridStatistics, LabelEqualNamesAndOmitValuesOfOtherTypes)
 {
     const auto a = FloatGrid::create(), b = FloatGrid::create();
     const auto mask = openvdb::BoolGrid::create();

@@ -1,4 +1,4 @@
-// The up axis: word, index and vector agree, and travel in metadata.
+// The up axis: word, index and vector agree, and metadata keeps the axis.
 #include "vdbcloud/grid/up_axis.h"
 
 #include "vdbcloud/core/vdb.h"
@@ -9,7 +9,7 @@
 namespace vdbcloud {
 namespace {
 
-TEST(UpAxis, HasAWordAnIndexAndAUnitVector)
+TEST(UpAxis, MapsToWordIndexAndUnitVector)
 {
     EXPECT_STREQ(word(UpAxis::Y), "Y");
     EXPECT_STREQ(word(UpAxis::Z), "Z");
@@ -19,7 +19,7 @@ TEST(UpAxis, HasAWordAnIndexAndAUnitVector)
     EXPECT_EQ(vector_of(UpAxis::Z), Vec3d(0, 0, 1));
 }
 
-TEST(UpAxis, ReadsBackWhatItWrote)
+TEST(UpAxis, RoundTripsThroughMetadata)
 {
     for (const auto& [text, axis] : up_axis_words) {
         MetaMap meta;
@@ -30,7 +30,7 @@ TEST(UpAxis, ReadsBackWhatItWrote)
     }
 }
 
-TEST(UpAxis, ReadsLowerCaseAndIgnoresForeignWords)
+TEST(UpAxis, ReadsLowerCaseAndIgnoresOtherWords)
 {
     for (const auto& [text, expected] : {std::pair<const char*, std::optional<UpAxis>>{"z", UpAxis::Z},
                                          {"y", UpAxis::Y},

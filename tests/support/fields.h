@@ -1,5 +1,5 @@
 #pragma once
-// Small density grids with known values, and an integral of their interpolant that shares no code with the library's.
+// Small density grids with known values, and a reference integral of their interpolant without the library's code.
 #include "vdbcloud/core/affine.h"
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/random.h"
@@ -11,7 +11,7 @@
 
 namespace vdbcloud::test {
 
-/// n[0] x n[1] x n[2] voxels from the origin on, voxel edge h [world], value f(Coord).
+/// n[0] x n[1] x n[2] voxels that begin at the origin, voxel edge h [world unit], value f(Coord).
 template<typename F>
 FloatGridPtr box(const Vec3i& n, double h, F f)
 {
@@ -27,7 +27,7 @@ FloatGridPtr box(const Vec3i& n, double h, F f)
     return grid;
 }
 
-/// A clumpy field with holes: 0 in about half of the voxels, up to `top` in the others, smooth over some voxels.
+/// A clumpy, smooth field with holes: about half of the voxels are 0, the others have values up to `top`.
 inline double clumps(const openvdb::Coord& ijk, uint64_t seed, double top)
 {
     const auto phase = [&](int n) { return 6.28 * uniform(hash_bits(seed, uint64_t(n))); };
@@ -38,14 +38,14 @@ inline double clumps(const openvdb::Coord& ijk, uint64_t seed, double top)
     return v > 0.3 ? top * std::min(1.0, (v - 0.3) / 1.5) : 0.0;
 }
 
-/// A random point of the unit sphere.
+/// A random point on the unit sphere.
 inline Vec3d direction(uint64_t seed)
 {
     const double z = 2 * uniform(hash_bits(seed, 1)) - 1, a = 2 * pi * uniform(hash_bits(seed, 2));
     return Vec3d(std::sqrt(1 - z * z) * std::cos(a), std::sqrt(1 - z * z) * std::sin(a), z);
 }
 
-/// The trilinear interpolant in double precision (OpenVDB's sampler rounds to float), written as its definition.
+/// The trilinear interpolant by its definition, in double precision (OpenVDB's sampler rounds to float).
 template<typename Accessor>
 double trilinear(const Accessor& accessor, const Vec3d& p)
 {
@@ -60,8 +60,8 @@ double trilinear(const Accessor& accessor, const Vec3d& p)
     return sum;
 }
 
-/// The integral of the trilinear interpolant along a ray, from every crossing with a plane of voxel centres to the
-/// next, by three Gauss points, exact for the cubic between them.
+/// The integral of the trilinear interpolant along a ray. Between two crossings with planes of voxel centres the
+/// interpolant is a cubic, which three Gauss points integrate exactly.
 inline double integral_of_interpolant(const FloatGrid& grid, const WorldRay& ray, double t0, double t1)
 {
     const auto& transform = grid.transform();

@@ -10,7 +10,7 @@
 
 namespace vdbcloud::test {
 
-/// A fog ball, 1 at its centre and 0 at `radius` voxels, around `centre`.
+/// A fog ball around `centre`: density 1 at the centre, falling linearly to 0 at a distance of `radius` voxels.
 inline FloatGridPtr ball(const std::string& name, int radius = 9, openvdb::Coord centre = openvdb::Coord(0))
 {
     const auto grid = FloatGrid::create(0.0f);
@@ -31,7 +31,7 @@ inline GridFile file_of(std::vector<GridBasePtr> grids)
     return {"memory", std::move(grids), std::make_shared<MetaMap>()};
 }
 
-/// What `work` throws as an E, as text; empty if it throws nothing.
+/// The message of the exception of type E that `work` throws; empty if `work` throws nothing.
 template<typename E, typename Work>
 std::string sentence(const Work& work)
 {

@@ -1,4 +1,4 @@
-// The small odd files of data/odd, each with something that files of other programs have been seen to hold.
+// The small files of data/odd. Each has an unusual feature found in files of other programs.
 #include "support/make_odd.h"
 
 #include "support/grids.h"
@@ -16,7 +16,7 @@ namespace {
 
 using openvdb::Coord;
 
-/// Everything in one octant, so that a file is small.
+/// A fog ball within one octant of index space, which keeps files small.
 FloatGridPtr fog(const std::string& name, Coord centre = Coord(16)) { return ball(name, 6, centre); }
 
 void write(const std::string& path, std::vector<GridBasePtr> grids)
@@ -24,7 +24,7 @@ void write(const std::string& path, std::vector<GridBasePtr> grids)
     write_grid_file(path, file_of(std::move(grids)));
 }
 
-/// As other programs write: no class, local space, an identifier of its own, no offsets.
+/// Writes as other programs do: no grid class, local space, a random identifier, no file offsets.
 void write_stream(const std::string& path, const GridBasePtr& grid)
 {
     std::ofstream stream(path, std::ios::binary);
@@ -59,7 +59,7 @@ void frustum(const std::string& path)
     write(path, {grid});
 }
 
-/// Three places of one tree, which is stored once.
+/// Three grids at different positions that share one tree; the file stores the tree once.
 void three_of_one_name(const std::string& path)
 {
     std::vector<GridBasePtr> grids;
@@ -92,7 +92,7 @@ void numbers_of_all_types(const std::string& path)
     const auto count = openvdb::Int32Grid::create(-1);
     const auto position = openvdb::Vec3DGrid::create(Vec3d(0));
     const auto active = openvdb::MaskGrid::create();
-    mask->tree().addTile(3, Coord(0), true, false);  // in the root: nodes below it would make the file large
+    mask->tree().addTile(3, Coord(0), true, false);  // a root tile: child nodes would make the file large
     position->tree().setValue(Coord(1, 2, 3), Vec3d(0.5, 0.25, 1e-9));
     mask->setName("mask"), count->setName("count"), position->setName("position"), active->setName("active");
     write(path, {mask, fog("density"), count, position, active});

@@ -6,10 +6,10 @@
 
 namespace vdbcloud::test {
 
-/// Writes all of them into a folder.
+/// Writes all odd files into a folder.
 void make_odd_files(const std::string& folder);
 
-/// A grid "points" of three points, which is no volume.
+/// A grid "points" with three points; not a volume.
 GridBasePtr point_grid();
 
 }  // namespace vdbcloud::test

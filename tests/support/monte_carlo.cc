@@ -42,8 +42,8 @@ double radiance_sample(const McMedium& m, const WorldRay& ray, double length, ui
         if (next() >= share) continue;
         weight *= m.w0;
         const double depth = density_depth(*m.density, {x, m.to_sun}, 0, length);
-        sum += weight * phase(m.g, r.direction.dot(m.to_sun)) *
-               std::exp(-m.sigma_t * depth);  // towards the eye is -direction
+        // Light scatters to -direction, towards the eye.
+        sum += weight * phase(m.g, r.direction.dot(m.to_sun)) * std::exp(-m.sigma_t * depth);
         if (weight < 0.3) {
             if (next() < 0.5) return sum;
             weight *= 2;

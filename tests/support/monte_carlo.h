@@ -1,23 +1,24 @@
 #pragma once
-// Path tracing of a voxel cloud under one sun: slow, without bias, and without any of the library's transport.
+// Reference path tracer for a voxel cloud under one sun: slow and unbiased, without the library's transport code.
 #include "vdbcloud/voxels/brick_map.h"
 
 #include <cstdint>
 
 namespace vdbcloud::test {
 
-/// A grey medium with Henyey-Greenstein scattering; density as its trilinear interpolant.
+/// A grey medium with Henyey-Greenstein scattering. The density is the trilinear interpolant of the voxels.
 struct McMedium {
     const BrickMap* density = nullptr;
     double sigma_t = 1;  ///< sigma_t at density 1 [1/world unit]
-    double densest = 1;  ///< no density is greater
+    double densest = 1;  ///< upper bound of the density
     double w0 = 1, g = 0;
-    Vec3d to_sun{0, 1, 0};  ///< unit; irradiance 1
+    Vec3d to_sun{0, 1, 0};  ///< unit vector in world space; the sun's irradiance is 1
 };
 
-/// One sample of the radiance that comes back along a ray that starts outside (collisions of the ray with the medium,
-/// next-event estimation of the sun, Woodcock tracking, roulette). `length` bounds the part of the ray that can meet
-/// the medium.
+/// One sample of the collided radiance that arrives at the origin of a ray, which is outside the medium.
+///
+/// Method: Woodcock tracking, next-event estimation of the sun, Russian roulette. `length` [world unit] is an upper
+/// bound of the distance over which a ray can meet the medium. `path`: index of the sample for the given seed.
 double radiance_sample(const McMedium& medium, const WorldRay& ray, double length, uint64_t seed, uint64_t path);
 
 }  // namespace vdbcloud::test

@@ -1,5 +1,5 @@
 #pragma once
-// Closed forms of the P1 equations with Marshak boundaries: what the discrete solver must converge to.
+// Closed-form solutions of the P1 equations with Marshak boundaries: the limits of the discrete solver.
 #include <cmath>
 
 namespace vdbcloud::test {
@@ -30,7 +30,7 @@ struct P1Slab {
         a = (r0 * m11 - r1 * m01) / det;
         b = (m00 * r1 - m10 * r0) / det;
     }
-    // Two solutions that stay of order one: exp(-k t) and exp(-k (tau - t)), or 1 and t.
+    // Two homogeneous solutions, scaled to order one: exp(-k t) and exp(-k (tau - t)), or 1 and t.
     bool linear() const { return k * tau < 1e-6; }
     double u(double t) const { return linear() ? 1 : std::exp(-k * t); }
     double v(double t) const { return linear() ? t : std::exp(-k * (tau - t)); }
@@ -38,13 +38,13 @@ struct P1Slab {
     double v_slope(double t) const { return linear() ? 1 : k * v(t); }
 
     double phi(double t) const { return p * std::exp(-t / mu) + a * u(t) + b * v(t); }
-    /// Collided flux along increasing t.
+    /// Collided flux in the direction of increasing t.
     double flux(double t) const
     {
         const double slope = -p / mu * std::exp(-t / mu) + a * u_slope(t) + b * v_slope(t);
         return -d * slope + q * E * mu * std::exp(-t / mu);
     }
-    /// Power that leaves diffusely at depth 0 and at depth tau, per area (inflow not subtracted).
+    /// Diffuse power per area that leaves at depth 0 and at depth tau (inflow not subtracted).
     double reflected() const { return -flux(0) + j0; }
     double transmitted() const { return flux(tau) + j1; }
 };

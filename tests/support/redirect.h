@@ -1,5 +1,5 @@
 #pragma once
-// Standard input and output of the test itself, turned elsewhere for a while.
+// Temporary redirection of the test's own standard input and output.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -10,7 +10,7 @@
 
 namespace vdbcloud::test {
 
-/// Makes descriptor `which` mean `other` for the object's life; takes `other` over.
+/// Redirects descriptor `which` to `other` during the object's lifetime. Takes ownership of `other`.
 class Redirect {
 public:
     Redirect(int which, int other) : which_(which), kept_(::dup(which))
@@ -49,7 +49,7 @@ inline void with_input(const std::string& bytes, const std::function<void()>& wo
             work();
         } catch (...) {
             for (char rest[4096]; ::read(0, rest, sizeof rest) > 0;) {
-            }  // so that the feeder can end
+            }  // lets the feeder thread finish
             feeder.join();
             throw;
         }
@@ -59,7 +59,7 @@ inline void with_input(const std::string& bytes, const std::function<void()>& wo
     feeder.join();
 }
 
-/// What `work` writes to standard output, through a real pipe.
+/// The bytes that `work` writes to standard output, through a real pipe.
 inline std::string output_of(const std::function<void()>& work)
 {
     int ends[2];

@@ -61,16 +61,16 @@ struct Pipe {
     ::_exit(127);
 }
 
-/// Moves what can be read into `text`; false at the end.
+/// Appends the bytes available from `file` to `text`; false at the end of the stream.
 bool take(int file, std::string& text)
 {
     char buffer[65536];
     const ssize_t n = ::read(file, buffer, sizeof buffer);
     if (n > 0) text.append(buffer, size_t(n));
-    return n > 0 || (n < 0 && (errno == EINTR || errno == EAGAIN));  // a terminal ends with EIO
+    return n > 0 || (n < 0 && (errno == EINTR || errno == EAGAIN));  // EIO: end of a terminal's output
 }
 
-/// The parent's side while the child lives.
+/// The parent's side of the pipes, while the child process runs.
 class Watch {
 public:
     Watch(pid_t child, const RunOptions& options) : child_(child), options_(options) {}
@@ -141,7 +141,7 @@ RunResult run_on_terminal(const std::vector<std::string>& command, const RunOpti
 RunResult run(const std::vector<std::string>& command, const RunOptions& options)
 {
     if (options.terminal) return run_on_terminal(command, options);
-    ::signal(SIGPIPE, SIG_IGN);  // a child may end before it has read its input
+    ::signal(SIGPIPE, SIG_IGN);  // a child may exit without reading all input
     Pipe in, out, err;
     const pid_t child = ::fork();
     if (child < 0) throw std::runtime_error("fork");
@@ -159,7 +159,7 @@ RunResult run(const std::vector<std::string>& command, const RunOptions& options
     err.close(1);
     if (options.close_stdout) out.close(0);
     const int input = in.ends[1];
-    in.ends[1] = -1;  // closed when all is sent
+    in.ends[1] = -1;  // closed after all input is sent
     return Watch(child, options).follow(input, out.ends[0], err.ends[0]);
 }
 

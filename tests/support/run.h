@@ -1,5 +1,5 @@
 #pragma once
-// Programs run as a user would, from tests: arguments, standard input, limits; status and what they said.
+// Runs programs as a user does: arguments, standard input and limits in; exit status and output out.
 #include <sys/types.h>
 
 #include <functional>
@@ -9,34 +9,34 @@
 namespace vdbcloud::test {
 
 struct RunOptions {
-    std::string input;                     ///< bytes for standard input, which then ends
+    std::string input;                     ///< all bytes of standard input
     std::string stdout_to;                 ///< a file or device to open for standard output; empty: captured
-    std::vector<std::string> environment;  ///< "NAME=value", added to the test's own; "NAME" takes NAME away
-    double seconds = 60;                   ///< then it is killed: `timed_out`
-    uint64_t memory = 0;                   ///< address space [bytes]; 0: no limit
-    bool terminal = false;                 ///< standard input, output and error are a terminal; all said is in `out`
-    bool ignore_sigpipe = false;           ///< SIGPIPE ignored at the start, as some services leave it
-    bool close_stdout = false;             ///< nobody reads standard output (a pipe whose other end is closed)
+    std::vector<std::string> environment;  ///< changes of the test's environment: "NAME=value" sets, "NAME" removes
+    double seconds = 60;                   ///< time limit [s]; then the program is killed and `timed_out` is true
+    uint64_t memory = 0;                   ///< limit of address space [bytes]; 0: no limit
+    bool terminal = false;                 ///< standard streams are a terminal; `out` captures all output
+    bool ignore_sigpipe = false;           ///< the program starts with SIGPIPE ignored, as under some services
+    bool close_stdout = false;             ///< standard output is a pipe whose read end is closed
     std::string until;                     ///< once standard error contains this ...
     int signal = 0;                        ///< ... send this signal
 };
 
 struct RunResult {
-    int status = -1;  ///< as a shell shows it: 128 + N for an end by signal N
+    int status = -1;  ///< exit status as in a shell: 128 + N after signal N
     std::string out, err;
     bool timed_out = false;
 };
 
-/// Runs `command` (a path, or a name to find in PATH, then arguments) and waits for its end.
+/// Runs `command` (a path or a name in PATH, then arguments) and waits for its end.
 RunResult run(const std::vector<std::string>& command, const RunOptions& = {});
 
-/// The same for a shell line, under `bash -o pipefail`.
+/// As run(), for a line of shell, under `bash -o pipefail`.
 RunResult shell(const std::string& line, const RunOptions& = {});
 
-/// Where the programs of this build are: "DIR/NAME".
+/// The path of a program of this build.
 std::string program(const std::string& name);
 
-/// A fresh folder, removed with all it holds at the end of this object's life.
+/// A new empty folder. The destructor removes the folder and its contents.
 class Scratch {
 public:
     Scratch();
@@ -46,7 +46,7 @@ public:
 
     std::string operator/(const std::string& name) const { return path_ + "/" + name; }
     const std::string& path() const { return path_; }
-    /// Names of what is in it, hidden ones too, in order.
+    /// Sorted names of all files and folders in it, hidden names included.
     std::vector<std::string> list() const;
 
 private:

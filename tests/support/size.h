@@ -1,5 +1,5 @@
 #pragma once
-// How big a heavy check is: the environment variable SIZE=full asks for the whole of it, otherwise a CI-sized part
+// Size of expensive tests: the environment variable SIZE=full selects the full test, otherwise a part sized for CI
 // runs.
 #include <cstdlib>
 #include <string_view>

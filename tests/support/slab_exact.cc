@@ -10,7 +10,7 @@ namespace vdbcloud::test {
 
 namespace {
 
-/// Gauss-Legendre on (0, 1).
+/// Gauss-Legendre nodes and weights on (0, 1).
 void half_range_gauss(int n, std::vector<double>& x, std::vector<double>& w)
 {
     for (int i = 1; i <= n; ++i) {
@@ -48,7 +48,7 @@ SlabExact::SlabExact(const Options& o) : o_(o), n_(o.n), size_(o.n + 1 + int(o.v
     mu_.push_back(o.mu0);
     mu_.insert(mu_.end(), o.view.begin(), o.view.end());
     w_.resize(size_t(size_), 0.0);
-    // The phase function as far as the quadrature carries it: 2 n terms.
+    // The first 2 n Legendre terms of the phase function: the quadrature does not resolve more.
     const int degree = std::max(1, 2 * n_ - 1);
     forward_.resize(size_t(size_) * size_);
     backward_ = forward_;
@@ -105,8 +105,8 @@ SlabExact::Layer SlabExact::doubled_to(double tau) const
 
 SlabExact::Layer SlabExact::add(const Layer& upper, const Layer& lower) const
 {
-    // S = (1 - Ra Rb)^-1 Ra Rb as a series of squares: it converges however thick the layers are, the largest
-    // eigenvalue being < 1.
+    // S = (1 - Ra Rb)^-1 Ra Rb as a series of squares. The series converges for layers of any optical depth, because
+    // the largest eigenvalue of Ra Rb is < 1.
     Matrix power = product(upper.r, lower.r), s = power;
     for (int k = 0; k < 64; ++k) {
         // s_2m = s_m + p^m + p^m s_m, and so on: s holds 2^k terms.
@@ -174,7 +174,7 @@ SlabExact::Inside SlabExact::at(double depth) const
     if (depth <= 0) return moments(none, up_top_);
     if (depth >= o_.tau) return moments(down_bottom_, none);
     const Layer upper = doubled_to(depth), lower = doubled_to(o_.tau - depth);
-    // As in add(), for the beam's column alone: iterate D = T + Ra U, U = Rb (D + beam) by the summed series.
+    // As in add(), only for the beam's column. Solves D = T + Ra U, U = Rb (D + beam) by the summed series.
     Matrix power = product(upper.r, lower.r), s = power;
     for (int k = 0; k < 64; ++k) {
         const Matrix more = product(power, s);

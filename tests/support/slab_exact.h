@@ -1,14 +1,13 @@
 #pragma once
-// Exact transport in a homogeneous plane-parallel slab, by adding and doubling: the truth that approximations are held
-// to.
+// Reference solution of transport in a homogeneous plane-parallel slab, by adding and doubling.
 #include <cstddef>
 #include <vector>
 
 namespace vdbcloud::test {
 
-/// A slab of optical depth `tau`, albedo w0, phase function by Henyey-Greenstein g or by its Legendre moments, lit at
-/// depth 0 by a beam of irradiance 1 (perpendicular to itself) with cosine mu0 to the inward normal. Azimuthal means of
-/// radiance; all of it collided.
+/// A slab of optical depth `tau` and albedo w0, lit at depth 0 by a beam. The phase function is given by
+/// Henyey-Greenstein g or by Legendre moments. The beam has irradiance 1 (perpendicular to itself) and cosine mu0 to
+/// the inward normal. All results are azimuthal means of collided radiance.
 ///
 /// Discrete ordinates: `n` half-range Gauss points a hemisphere, and mu0 and `view` as points of weight zero. Thin
 /// layers of optical depth below 1e-12 scatter once; they are doubled and added. Shares no code with the library.
@@ -19,10 +18,10 @@ class SlabExact {
 public:
     struct Options {
         double tau = 1, w0 = 1, g = 0, mu0 = 1;
-        std::vector<double> view;  ///< cosines, in (0, 1], at which emergent radiance is wanted
+        std::vector<double> view;  ///< cosines in (0, 1] of the view directions of emergent radiance
         int n = 24;
-        /// m_0, m_1, ... of the phase function, moments beyond the last being 0; empty: g^l. The quadrature carries
-        /// 2 n of them.
+        /// m_0, m_1, ... of the phase function; moments after the last are 0. Empty: g^l. The quadrature uses the
+        /// first 2 n moments.
         std::vector<double> moments{};
     };
     explicit SlabExact(const Options&);

@@ -1,5 +1,5 @@
 #pragma once
-// Small densities for tests whose sources do without OpenVDB's headers.
+// Small density grids for tests that do not include OpenVDB's headers.
 #include "vdbcloud/core/fwd.h"
 
 #include <functional>

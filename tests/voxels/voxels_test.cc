@@ -22,7 +22,7 @@ FloatGridPtr box_of(const Coord& low, const Coord& high, float value)
     return grid;
 }
 
-TEST(Fringe, IsTheMeanOfTheActiveNeighbours)
+TEST(Fringe, EqualsTheMeanOfActiveNeighbours)
 {
     const auto grid = FloatGrid::create(0.0f);
     grid->setName("name");
@@ -40,7 +40,7 @@ TEST(Fringe, IsTheMeanOfTheActiveNeighbours)
     EXPECT_EQ(grid->activeVoxelCount(), 2u) << "the grid itself is left";
 }
 
-TEST(Fringe, KeepsAConstantToTheBitAndTilesAsVoxels)
+TEST(Fringe, KeepsAConstantExactlyAndVoxelisesTiles)
 {
     const auto grid = box_of(Coord(-3, 1, 2), Coord(4, 6, 9), 0.1f);
     grid->tree().setValueOff(Coord(0, 3, 4));
@@ -78,7 +78,7 @@ TEST(Blocks, NumberVoxelsAndFindNeighbours)
     EXPECT_FALSE(blocks.active(blocks.slot(Vec3i(20, 0, 0))));
 }
 
-TEST(Blocks, RepeatOnPeriodicAxesAlone)
+TEST(Blocks, WrapOnlyOnPeriodicAxes)
 {
     const Blocks blocks = box_blocks(Vec3i(24, 8, 8), {true, false, false});
     EXPECT_EQ(blocks.voxel(blocks.neighbour(blocks.slot(Vec3i(0, 3, 4)), Blocks::XMinus)), Vec3i(23, 3, 4));
@@ -99,12 +99,12 @@ TEST(BrickMap, InterpolatesALinearFieldExactly)
         EXPECT_DOUBLE_EQ(map.sample(p), f(p)) << p;
     EXPECT_EQ(map.sample(Vec3d(30, 0, 8)), -1);
     EXPECT_EQ(map.sample(Vec3d(NAN, 0, 8)), -1);
-    // Half a voxel beyond the last centre: half of the value there, half of what is outside.
+    // Half a voxel beyond the last centre: the mean of the last voxel's value and the outside value.
     EXPECT_DOUBLE_EQ(map.sample(Vec3d(9.5, 0, 8)), (f(Vec3d(9, 0, 8)) - 1) / 2);
     EXPECT_DOUBLE_EQ(map.sample(Vec3d(-10.5, 0, 8)), (f(Vec3d(-10, 0, 8)) - 1) / 2);
 }
 
-TEST(BrickMap, MapsValuesAndKeepsChannelsAndTilesApart)
+TEST(BrickMap, MapsVoxelsAndTilesAndInterpolatesEachChannel)
 {
     const auto grid = box_of(Coord(0), Coord(3), 2);
     grid->tree().addTile(1, Coord(16, 0, 0), 4, true);
@@ -120,7 +120,7 @@ TEST(BrickMap, MapsValuesAndKeepsChannelsAndTilesApart)
     EXPECT_EQ(squares.sample3(Vec3d(1.5)), Vec3d(4.0));
 }
 
-TEST(VoxelIndex, CountsWhatIsAboveZeroAndKnowsItsGeometry)
+TEST(VoxelIndex, IndexesPositiveVoxelsAndKeepsTheirGeometry)
 {
     const auto grid = box_of(Coord(-4, 3, 5), Coord(6, 8, 9), 1);
     grid->tree().setValueOn(Coord(0, 5, 6), 0);
@@ -154,7 +154,7 @@ TEST(VoxelIndex, CountsWhatIsAboveZeroAndKnowsItsGeometry)
     EXPECT_EQ(index.gather(*scaled, 2)[index.blocks().slot(Vec3i(44, 4, 4))], -6);
 }
 
-TEST(VoxelIndex, RefusesShearAndExtentsThatDoNotRepeat)
+TEST(VoxelIndex, RefusesShearAndPeriodicExtentsNotMultipleOf8)
 {
     const auto grid = box_of(Coord(0), Coord(9, 7, 7), 1);
     EXPECT_THROW(VoxelIndex(*grid, {{true, false, false}}), InputError);

@@ -21,7 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A handler may run at any instant: a slot's path is complete before its flag says so, and memory never moves.
+// A signal handler may read the slots at any time. So a slot's path is complete before its state is Live, and the
+// array never moves in memory.
 struct Slot {
     enum State { Free, Filling, Live };
     std::atomic<int> state{Free};
@@ -30,7 +31,7 @@ struct Slot {
 Slot slots[64];
 static_assert(std::atomic<int>::is_always_lock_free);
 
-/// Notes a file to be removed should the process die; -1 if there is no room for it.
+/// Registers a file for remove_temporaries(). Returns its slot; -1 if the table is full or the path is too long.
 int remember(const std::string& path)
 {
     if (path.size() >= sizeof(Slot::path)) return -1;
@@ -51,12 +52,12 @@ std::string temporary_name(const fs::path& target)
     const uint64_t bits = hash_bits(uint64_t(now), uint64_t(getpid()), ++count);
     char random[16];
     std::snprintf(random, sizeof random, "%010llx", static_cast<unsigned long long>(bits >> 24));
-    // A name as long as the system allows leaves no room for more: shorten what is only for people.
+    // Shorten the stem: the temporary's name must not exceed the system's limit even if the target's name is at it.
     const std::string stem = target.stem().string().substr(0, 160), extension = target.extension().string();
     return (target.parent_path() / ("." + stem + "." + random + extension)).string();
 }
 
-/// The target of a chain of links, also if nothing is there yet.
+/// The target of a chain of symbolic links, whether the target exists or not.
 fs::path followed(fs::path path)
 {
     std::error_code failed;
@@ -97,7 +98,7 @@ AtomicFile::AtomicFile(const std::string& path, bool no_clobber) : path_(path), 
     target_ = target.string();
     for (int attempt = 0; attempt < 100 && descriptor_ < 0; ++attempt) {
         name_ = temporary_name(target);
-        // Noted before it exists, so that a signal between the two finds it.
+        // Register before the file exists, so that a signal handler never misses the file.
         if (slot_ = remember(name_); slot_ < 0)
             throw IoError(printable(path, 4096) + ": name too long, or too many files being written at once");
         descriptor_ = ::open(name_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -107,7 +108,7 @@ AtomicFile::AtomicFile(const std::string& path, bool no_clobber) : path_(path), 
         if (code != EEXIST) throw IoError(system_message(path, "cannot write", code));
     }
     if (descriptor_ < 0) throw IoError(system_message(path, "cannot write", EEXIST));
-    if (exists) (void)!::fchmod(descriptor_, status.st_mode & 07777);  // best effort: as the file it replaces
+    if (exists) (void)!::fchmod(descriptor_, status.st_mode & 07777);  // best effort: permissions of the replaced file
 }
 
 AtomicFile::~AtomicFile()
@@ -133,7 +134,7 @@ void AtomicFile::forget_temporary(bool remove)
 
 void AtomicFile::commit()
 {
-    // Devices and pipes cannot be synchronised, and say so by EINVAL or EROFS; that is no failure.
+    // Devices and pipes cannot be synchronised. Their EINVAL, EROFS or ENOTSUP is not a failure.
     if (::fsync(descriptor_) != 0 && (seekable() || (errno != EINVAL && errno != EROFS && errno != ENOTSUP)))
         throw IoError(system_message(path_, "cannot write", errno));
     close_descriptor();
@@ -141,7 +142,7 @@ void AtomicFile::commit()
 
     int failed = no_clobber_ ? ::renameat2(AT_FDCWD, name_.c_str(), AT_FDCWD, target_.c_str(), RENAME_NOREPLACE)
                              : ::rename(name_.c_str(), target_.c_str());
-    if (failed && no_clobber_ && errno == EINVAL) {  // a file system without RENAME_NOREPLACE: a hard link is as good
+    if (failed && no_clobber_ && errno == EINVAL) {  // no RENAME_NOREPLACE here; link() does not replace either
         failed = ::link(name_.c_str(), target_.c_str());
         if (!failed) ::unlink(name_.c_str());
     }

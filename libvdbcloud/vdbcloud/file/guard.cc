@@ -29,7 +29,7 @@ void limit(int resource, rlim_t most)
     rlimit now = {};
     ::getrlimit(__rlimit_resource(resource), &now);
     now.rlim_cur = std::min(most, now.rlim_max);
-    if (resource == RLIMIT_CPU) now.rlim_max = std::min(most + 1, now.rlim_max);  // the second one cannot be caught
+    if (resource == RLIMIT_CPU) now.rlim_max = std::min(most + 1, now.rlim_max);  // SIGKILL at the hard limit
     ::setrlimit(__rlimit_resource(resource), &now);
 }
 
@@ -44,11 +44,11 @@ uint64_t mapped_bytes()
     return uint64_t(pages) * uint64_t(::sysconf(_SC_PAGESIZE));
 }
 
-/// Turns the forked process into one that can do no harm and says nothing.
+/// Confines the forked process: default signal handlers, no output, limits on memory and processor time.
 void confine(const GuardLimits& limits, uint64_t mapped)
 {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    // The program's handlers would remove files that are the parent's.
+    // The program's signal handlers would remove temporary files of the parent process.
     for (const int signal :
          {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGALRM, SIGXCPU, SIGABRT, SIGSEGV, SIGBUS, SIGFPE})
         std::signal(signal, SIG_DFL);
@@ -57,19 +57,19 @@ void confine(const GuardLimits& limits, uint64_t mapped)
     const auto seconds = rlim_t(std::ceil(std::max(limits.cpu_seconds, 1.0)));
     limit(RLIMIT_CORE, 0);
     limit(RLIMIT_CPU, seconds);
-#if !defined(__SANITIZE_ADDRESS__)  // its shadow memory alone is terabytes of addresses
+#if !defined(__SANITIZE_ADDRESS__)  // AddressSanitizer reserves terabytes of address space
     limit(RLIMIT_AS, rlim_t(mapped + limits.memory_bytes));
 #else
     (void)mapped;
 #endif
-    ::alarm(unsigned(60 + 30 * seconds));  // should it wait for something that never comes
+    ::alarm(unsigned(60 + 30 * seconds));  // a process that waits forever uses no processor time
 }
 
-// For the terminate handler of the forked process, which has one thread that works.
+// Arguments of the terminate handler. The forked process has a single working thread.
 const std::function<std::string()>* describe_thrown = nullptr;
 int report_to = -1;
 
-/// Reached by an exception that nothing catches, before anything is unwound.
+/// Terminate handler: runs for an uncaught exception, before the stack is unwound.
 [[noreturn]] void report_and_exit()
 {
     int ending = Threw;
@@ -84,7 +84,7 @@ int report_to = -1;
     ::_exit(ending);
 }
 
-/// In a thread of its own, as below its stack nobody catches.
+/// Runs `work` in a new thread: no caller on that thread's stack catches exceptions.
 [[noreturn]] void run_and_exit(const std::function<void()>& work, int report,
                                const std::function<std::string()>& describe)
 {

@@ -13,11 +13,11 @@ namespace vdbcloud {
 
 namespace {
 
-constexpr uint32_t oldest_checked = 220;  // older headers are laid out otherwise: those go to the reader as they are
+constexpr uint32_t oldest_checked = 220;  // older headers have another layout and are not checked
 constexpr int most_grids = 4096;
 const std::string half_suffix = "_HalfFloat";
 
-/// Reads values one after the other, never beyond the end of the file.
+/// Reads values in sequence, never beyond the end of the file.
 class Cursor {
 public:
     Cursor(const std::string& path, int descriptor, uint64_t size) : path_(path), descriptor_(descriptor), size_(size)
@@ -74,19 +74,20 @@ private:
 void check_metadata(Cursor& file)
 {
     const auto count = file.take<uint32_t>();
-    for (uint32_t k = 0; k < count; ++k) {  // each takes at least 12 bytes of the file, so this ends
+    for (uint32_t k = 0; k < count; ++k) {  // terminates: each key takes at least 12 bytes of the file
         file.text();                        // name
         file.text();                        // type
         file.skip(file.take<uint32_t>());
     }
 }
 
-/// One grid's descriptor, and the step to the next where the file says where that is. False where it does not.
+/// Checks one grid's descriptor and moves to the next descriptor. False if the file does not give the next position.
 bool check_descriptor(Cursor& file, bool offsets)
 {
     std::string name = file.text(), type = file.text();
-    name.resize(std::min(name.find('\x1e'), name.size()));  // OpenVDB numbers equal names behind this character
-    file.text();                                            // the grid whose tree it shares
+    // OpenVDB appends the character 0x1e and a number to equal names.
+    name.resize(std::min(name.find('\x1e'), name.size()));
+    file.text();  // name of the grid that shares the tree
     const auto begin = file.take<int64_t>(), block = file.take<int64_t>(), end = file.take<int64_t>();
 
     const size_t plain = type.size() - std::min(type.size(), half_suffix.size());
@@ -130,7 +131,7 @@ void check_header(const std::string& path, int descriptor, uint64_t size)
     file.skip(8);  // version of the library
     const auto offsets = file.take<char>();
     if (offsets != 0 && offsets != 1) file.fail("an impossible flag in its header");
-    if (version < 222) file.skip(1);  // compression, which later became each grid's own
+    if (version < 222) file.skip(1);  // compression flag; from 222 on stored for each grid
     file.skip(identifier_size);
     check_metadata(file);
 

@@ -27,7 +27,7 @@ namespace vdbcloud {
 
 namespace {
 
-/// An open file of known size that can be read at any position; standard input after spooling.
+/// An open file of known size that can be read at any position. Standard input is spooled first.
 class Input {
 public:
     Input(const std::string& path, uint64_t max_bytes);
@@ -51,7 +51,7 @@ private:
     uint64_t size_ = 0;
 };
 
-/// A file without a name, for as long as it is open.
+/// Opens an unlinked temporary file, which exists until the descriptor is closed.
 int anonymous_file(const std::string& path)
 {
     std::error_code none;
@@ -66,7 +66,7 @@ Input::Input(const std::string& path, uint64_t max_bytes) : path_(path)
 {
     if (path == "-") {
         if (::isatty(0)) fail("standard input is a terminal: expected a .vdb through a pipe");
-        descriptor_ = ::fcntl(0, F_DUPFD_CLOEXEC, 3);  // one of our own: the guard closes the streams of its process
+        descriptor_ = ::fcntl(0, F_DUPFD_CLOEXEC, 3);  // a duplicate: the guard process replaces descriptors 0..2
     } else {
         descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     }
@@ -99,7 +99,7 @@ void Input::spool(uint64_t max_bytes)
         if (n < 0) refuse(system_message(path_, "cannot read", errno));
         held += size_t(n);
         if (n > 0 && held < 4) continue;
-        if (size_ == 0 && held >= 4 && !has_magic(part.data()))  // before a wrong source is taken in whole
+        if (size_ == 0 && held >= 4 && !has_magic(part.data()))  // before spooling all of a wrong input
             refuse(printable(path_, 4096) + ": " + wrong_magic);
         for (size_t done = 0; done < held;) {
             const ssize_t written = ::write(kept, part.data() + done, held - done);
@@ -121,12 +121,12 @@ void Input::spool(uint64_t max_bytes)
 struct Contents {
     openvdb::GridPtrVecPtr grids;
     MetaMap::Ptr metadata;
-    uint64_t end = 0;  // of the last grid, in the file
+    uint64_t end = 0;  // file position after the last grid
 };
 
 void check_transform(const Transform& transform, const std::string& what)
 {
-    if (!transform.isLinear()) return;  // whoever needs an affine one says so
+    if (!transform.isLinear()) return;  // stages that need an affine transform check for it
     openvdb::Mat4d matrix;
     try {
         matrix = transform.baseMap()->getAffineMap()->getMat4();
@@ -146,7 +146,8 @@ void check_transform(const Transform& transform, const std::string& what)
         throw IoError(what + ": its transform is flat (not invertible)");
 }
 
-/// The meaning of one grid, as far as all stages need it. `count`: also count voxels, which uses threads.
+/// Checks what all stages need of a grid: transform, coordinates, number of voxels. `count`: check the number of voxels
+/// too, which uses threads.
 void check_grid(const GridBase& grid, const std::string& path, bool count)
 {
     const std::string what = printable(path, 4096) + ": grid '" + printable(grid.getName()) + "'";
@@ -166,7 +167,7 @@ void check_grid(const GridBase& grid, const std::string& path, bool count)
         throw IoError(what + ": " + std::to_string(voxels) + " active voxels: expected at most 2^31");
 }
 
-/// Reads everything, none of it later, and checks it. Lets through whatever is thrown.
+/// Reads the whole file without delayed loading and checks the grids. Catches no exceptions.
 Contents load(const std::string& path, const Input& input, bool count)
 {
     DescriptorSource source(input.descriptor(), input.size());
@@ -178,7 +179,7 @@ Contents load(const std::string& path, const Input& input, bool count)
     return contents;
 }
 
-/// The current exception, out of load(), as a sentence.
+/// Message for the current exception, thrown by load().
 std::string load_failure(const std::string& path, uint64_t size)
 {
     const std::string file = printable(path, 4096);
@@ -197,7 +198,7 @@ std::string load_failure(const std::string& path, uint64_t size)
     }
 }
 
-/// Touches every value as a stage would; the sum only keeps that from being optimised away.
+/// Reads every value, as a stage does. The sum keeps the compiler from removing the reads.
 template<typename GridT>
 void walk(const GridBase& base)
 {
@@ -222,7 +223,7 @@ void try_in_guard(const std::string& path, const Input& input, const ReadOptions
                 walk<FloatGrid>(*grid);
                 walk<Vec3SGrid>(*grid);
             }
-            ::_exit(0);  // before destructors, which use threads that a forked process does not have
+            ::_exit(0);  // skips destructors: they need threads, which a forked process lacks
         },
         limits, [&] { return load_failure(path, input.size()); });
     if (said.empty()) return;

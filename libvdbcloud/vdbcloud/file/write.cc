@@ -29,7 +29,7 @@ namespace {
 
 constexpr double half_max = 65504;  // the largest finite 16-bit float
 
-/// Archive::write on a stream of our own: io::File checks neither its stream nor what closing it says.
+/// Calls Archive::write on our own stream, because io::File does not check for errors of its stream or of closing.
 class Archive : public openvdb::io::Archive {
 public:
     void put(std::ostream& stream, const openvdb::GridCPtrVec& grids, const MetaMap& metadata, bool seekable) const
@@ -59,7 +59,7 @@ Archive archive_for(Compression compression)
     throw InputError(text.str());
 }
 
-/// Throws if half would turn a finite value into an infinite one.
+/// Throws InputError if a finite value is infinite as half.
 void check_half(const GridBase& base)
 {
     const auto check = [&](double value, const auto& where) {
@@ -81,7 +81,7 @@ void check_half(const GridBase& base)
     }
 }
 
-/// The digest that a grid will have when it is read back from half.
+/// The digest of a grid after storing as half and reading back.
 std::string half_digest(const FloatGrid& grid)
 {
     const auto rounded = grid.deepCopy();
@@ -91,8 +91,8 @@ std::string half_digest(const FloatGrid& grid)
     return grid_digest(*rounded);
 }
 
-/// A light's grid names the density it was made from by its digest. Storing that density as half changes the digest,
-/// which is not to look like another density to the next stage: the name is changed with it.
+/// Updates density_digest of grids that were computed from `density`. Storing the density as half changes its digest;
+/// without the update the next stage would reject those grids as computed from another density.
 void follow_rounding(const FloatGrid& density, const std::vector<GridBasePtr>& grids)
 {
     std::string before, after;
@@ -106,7 +106,7 @@ void follow_rounding(const FloatGrid& density, const std::vector<GridBasePtr>& g
     }
 }
 
-/// Shallow copies of the grids with the metadata they are to have in the file.
+/// Shallow copies of the grids, with the metadata for the file.
 std::vector<GridBasePtr> prepared(const GridFile& file, const WriteOptions& options)
 {
     std::vector<GridBasePtr> grids;
@@ -130,8 +130,8 @@ std::vector<GridBasePtr> prepared(const GridFile& file, const WriteOptions& opti
     return grids;
 }
 
-/// An identifier from the contents, so that equal runs write equal bytes: of what goes through a pipe, whose first
-/// bytes leave before the last are known, by the grids themselves.
+/// An identifier computed from the contents, so that equal runs write equal bytes. In a pipe the identifier is sent
+/// before the grids are serialised, so the digest is of grids and metadata, not of the bytes.
 std::string stream_identifier(const std::vector<GridBasePtr>& grids, const MetaMap& metadata)
 {
     Digest digest;

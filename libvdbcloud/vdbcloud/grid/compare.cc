@@ -23,7 +23,7 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Keys of two maps that one lacks or that differ in type or value.
+/// Keys that only one of two maps has, and keys whose type or value differs.
 std::vector<std::string> differing_keys(const MetaMap& a, const MetaMap& b)
 {
     std::set<std::string> keys;
@@ -51,7 +51,7 @@ double transform_difference(const Transform& a, const Transform& b)
     return most / scale;
 }
 
-/// Everything but its metadata, as bytes: for types that we know nothing of.
+/// Digest of a grid's stored bytes without its metadata, for value types that compare_trees() does not support.
 std::string stored_digest(const GridBase& grid)
 {
     const auto bare = grid.copyGridReplacingMetadata(MetaMap());

@@ -48,7 +48,7 @@ double difference(const openvdb::math::Vec3<T>& a, const openvdb::math::Vec3<T>&
     return std::sqrt(sum);
 }
 
-/// Walks boxes of the standard tree (4096, 128 and 8 voxels wide), down to where both trees are constant.
+/// Visits boxes of the standard tree (4096, 128 and 8 voxels wide) and descends until both trees are constant.
 template<typename TreeT>
 class Walk {
 public:
@@ -68,7 +68,7 @@ public:
     }
 
 private:
-    /// `level` 3, 2, 1: a box that one node of the root's children, of theirs, or one leaf would cover.
+    /// `level` 3, 2, 1: a box of 4096^3, 128^3 or 8^3 voxels, the extent of a node at this level of the tree.
     void box(const Coord& origin, int level)
     {
         static constexpr int width[] = {1, 8, 128, 4096};
@@ -91,7 +91,7 @@ private:
         const Value constant_a = a_.getValue(origin), constant_b = b_.getValue(origin);
         const bool on_a = a_.isValueOn(origin), on_b = b_.isValueOn(origin);
         const TreeDifference before = result_;
-        result_.sum_squares = result_.sum_squares_a = 0;  // summed leaf by leaf, so that large grids lose no digits
+        result_.sum_squares = result_.sum_squares_a = 0;  // partial sums per leaf, against rounding in large grids
         for (openvdb::Index n = 0; n < Leaf::SIZE; ++n)
             add(p ? p->offsetToGlobalCoord(n) : q->offsetToGlobalCoord(n), p ? p->getValue(n) : constant_a,
                 q ? q->getValue(n) : constant_b, p ? p->isValueOn(n) : on_a, q ? q->isValueOn(n) : on_b, 1);

@@ -1,4 +1,4 @@
-// The density of a file: which grid it is, and whether its values can be used.
+// Finds the density grid of a file and checks its values.
 #include "vdbcloud/grid/density.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/tiles.h"
@@ -23,8 +23,8 @@ std::string called(const GridFile& file, const GridBase& grid)
 
 bool is_real(const GridBase& grid) { return grid.isType<FloatGrid>() || grid.isType<openvdb::DoubleGrid>(); }
 
-/// Where no name fits: among real grids whose names no stage knows, the only grid of class fog, else the only grid of
-/// unknown class.
+/// The density if no alias matches. Among float and double grids whose names no stage uses: the only grid of class fog,
+/// else the only grid of unknown class. Throws InputError if there are several.
 GridBasePtr only_fog(const GridFile& file)
 {
     for (const auto wanted : {openvdb::GRID_FOG_VOLUME, openvdb::GRID_UNKNOWN}) {
@@ -54,14 +54,14 @@ GridBasePtr pick(const GridFile& file, const std::string& asked)
 {
     GridBasePtr grid = !asked.empty() ? chosen_grid(file, asked) : aliased_grid(file, schema::density);
     if (!grid) grid = only_fog(file);
-    if (!grid && file.grids.size() == 1) grid = file.grids.front();  // to say what is wrong with it
+    if (!grid && file.grids.size() == 1) grid = file.grids.front();  // objection() then gives the reason
     if (!grid) throw InputError(printable(file.path, 4096) + ": no density among its grids: it has " + grid_list(file));
     if (const std::string why = objection(*grid); !why.empty()) throw InputError(called(file, *grid) + " " + why);
     return grid;
 }
 
-/// Counts values below 0, of active and inactive voxels and tiles and the background alike, as all of them are
-/// interpolated. Throws at the first that is not finite.
+/// Counts values below 0 of all voxels and tiles (active and inactive) and of the background, because trilinear
+/// interpolation uses all of them. Throws InputError at the first value that is not finite.
 uint64_t negatives(const FloatGrid& grid, const std::string& what)
 {
     const auto refuse_value = [&](float value, const auto& where) {

@@ -9,7 +9,7 @@ namespace vdbcloud {
 
 /// The density grid of a file, as floats.
 ///
-/// `asked` is the user's choice (NAME or NAME[k]). If `asked` is empty, the density is the first alias in the file.
+/// `asked` is the user's choice (NAME or NAME[k]). If `asked` is empty, aliased_grid() selects the density.
 /// Without an alias, the density is the only fog volume: a float or double grid of class fog, else of class unknown.
 ///
 /// Double and half grids are converted to float. Negative values become 0, with one warning that counts them. Active

@@ -51,7 +51,7 @@ std::string grid_digest(const FloatGrid& grid)
     });
     constexpr int size = FloatGrid::TreeType::LeafNodeType::SIZE;
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
-        if (leaf->getValueMask().isOff()) continue;  // a leaf without active voxels is topology of no one
+        if (leaf->getValueMask().isOff()) continue;  // not part of the active topology
         digest.add_value(leaf->origin());
         float values[size];
         const float* all = leaf->buffer().data();

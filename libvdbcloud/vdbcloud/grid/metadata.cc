@@ -11,7 +11,7 @@ namespace vdbcloud {
 
 namespace {
 
-/// The value as a T if that is what the metadata holds, else null.
+/// The value if the metadata is of type T, else null.
 template<typename T>
 const T* value(const openvdb::Metadata& meta)
 {
@@ -27,7 +27,7 @@ const T* value(const openvdb::Metadata& meta)
 template<typename T>
 void set(MetaMap& map, const std::string& key, const T& x)
 {
-    map.removeMeta(key);  // inserting over another type throws
+    map.removeMeta(key);  // insertMeta() throws if the key has another type
     map.insertMeta(key, openvdb::TypedMetadata<T>(x));
 }
 

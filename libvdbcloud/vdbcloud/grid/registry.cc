@@ -20,7 +20,7 @@ bool digits(const std::string& text)
     return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-/// "20", "2m1", "2p1", each perhaps with "_r", "_g" or "_b".
+/// True for "20", "2m1", "2p1" and the like, optionally followed by "_r", "_g" or "_b".
 bool harmonic(std::string text)
 {
     if (text.size() > 2 && text[text.size() - 2] == '_' && std::string("rgb").find(text.back()) != std::string::npos)

@@ -21,7 +21,7 @@ std::vector<GridBasePtr> all_called(const GridFile& file, const std::string& nam
     return found;
 }
 
-/// Splits "NAME[k]"; false if `text` does not end so.
+/// Splits "NAME[k]" into NAME and k; false if `text` does not end in "[k]".
 bool split_index(const std::string& text, std::string& name, size_t& index)
 {
     const size_t open = text.rfind('[');
@@ -33,7 +33,7 @@ bool split_index(const std::string& text, std::string& name, size_t& index)
     return true;
 }
 
-/// A vec3s grid of three float grids with one transform, active where any of them is.
+/// A vec3s grid from three float grids with equal transforms, active where at least one of the three is active.
 Vec3SGridPtr merged(const std::array<const FloatGrid*, 3>& parts, const std::string& name)
 {
     const auto result =
@@ -55,7 +55,7 @@ Vec3SGridPtr merged(const std::array<const FloatGrid*, 3>& parts, const std::str
     return result;
 }
 
-/// A vector that other programs write as three scalars: NAME.x NAME.y NAME.z, NAME_x ..., NAMEX ...
+/// Merges a vector that other programs write as three scalar grids: NAME.x NAME.y NAME.z, NAME_x ..., NAMEX ...
 Vec3SGridPtr from_components(const GridFile& file, const std::string& role, const std::vector<std::string>& suffixes)
 {
     for (const std::string& name : schema::aliases(role))

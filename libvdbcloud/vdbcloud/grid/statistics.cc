@@ -16,7 +16,7 @@ double magnitude(float x) { return double(x); }
 double magnitude(double x) { return x; }
 double magnitude(const Vec3f& x) { return Vec3d(x).length(); }
 
-/// Minimum, maximum and sum of weighted values, in the order they come.
+/// Minimum, maximum and weighted sum of values, summed in the order of the calls.
 struct Tally {
     double min = std::numeric_limits<double>::infinity(), max = -min, sum = 0;
     uint64_t count = 0, not_finite = 0;
@@ -42,7 +42,7 @@ bool measure(const GridBase& base, GridStatistics& result)
     Tally total;
     for_each_active_tile(*grid, [&](const auto& tile) { total.add(magnitude(*tile), tile.getVoxelCount()); });
     for (auto leaf = grid->tree().cbeginLeaf(); leaf; ++leaf) {
-        Tally part;  // summed leaf by leaf, so that a large grid loses no digits
+        Tally part;  // partial sums per leaf, against rounding in large grids
         for (auto value = leaf->cbeginValueOn(); value; ++value) part.add(magnitude(*value), 1);
         total.min = std::min(total.min, part.min);
         total.max = std::max(total.max, part.max);

@@ -64,7 +64,7 @@ Vec3i Blocks::voxel(size_t slot) const
 
 size_t Blocks::slot(const Vec3i& voxel) const
 {
-    const Vec3i at(voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3);  // floor, also below 0
+    const Vec3i at(voxel.x() >> 3, voxel.y() >> 3, voxel.z() >> 3);  // rounds down, for negative coordinates too
     return size_t(find(at)) * size + size_t((voxel.x() & 7) * 64 + (voxel.y() & 7) * 8 + (voxel.z() & 7));
 }
 

@@ -16,7 +16,7 @@ namespace {
 
 Vec3i brick_of(const openvdb::Coord& ijk) { return {ijk[0] >> 3, ijk[1] >> 3, ijk[2] >> 3}; }
 
-/// What fills an 8^3 block of voxels: a leaf, or a constant tile.
+/// Source of the values of an 8^3 block of voxels: a leaf or a constant tile.
 template<typename GridT>
 struct Block {
     using Value = typename GridT::ValueType;
@@ -24,7 +24,7 @@ struct Block {
     Vec3i b;
     const Leaf* leaf;
     Value tile;
-    int low;  ///< bit a: some voxel of the first layer along axis a is not `outside`
+    int low;  ///< bit a: the first layer along axis a has a voxel other than `outside`
 };
 
 bool before(const Vec3i& p, const Vec3i& q)
@@ -65,7 +65,8 @@ const B* find(const std::vector<B>& blocks, const Vec3i& b)
     return it != blocks.end() && it->b == b ? &*it : nullptr;
 }
 
-/// A cell needs the voxels above it, so a block also feeds the bricks below those of its faces that hold something.
+/// A cell needs the voxels at its upper corners. So a block also feeds the brick below each face whose layer has a
+/// voxel other than `outside`.
 template<typename B>
 std::vector<Vec3i> bricks_fed_by(const std::vector<B>& blocks)
 {
@@ -125,7 +126,7 @@ Affine world_from_index(const Transform& transform, const std::string& grid_name
 
 Affine index_from_world(const Transform& transform, const std::string& grid_name)
 {
-    world_from_index(transform, grid_name);  // for its check
+    world_from_index(transform, grid_name);  // throws if not affine
     const auto m = transform.baseMap()->getAffineMap()->getMat4().inverse();
     Affine f;
     for (int r = 0; r < 3; ++r) f.a[r] = {m(0, r), m(1, r), m(2, r)};
@@ -153,8 +154,8 @@ void BrickMap::build(const GridT& grid, const Map& map)
     const auto blocks = blocks_of(grid);
     bricks_ = bricks_fed_by(blocks);
 
-    // Bricks of one value (inside tiles) share storage; the others are filled in parallel, chunk by chunk, and the
-    // chunks are joined in order, so that slots do not depend on threads.
+    // Bricks of one value (inside tiles) share storage. All other bricks are filled in parallel, in chunks. The chunks
+    // are joined in order, so slots do not depend on threads.
     constexpr size_t chunk = 1024;
     const size_t size_of_brick = 729 * size_t(channels_);
     std::map<float, int32_t> constants;
@@ -230,7 +231,7 @@ const float* BrickMap::find(const Vec3i& b) const
 
 const float* BrickMap::corners(const Vec3d& index, Vec3d& fraction) const
 {
-    // Beyond the first and last cell all is outside; this also keeps the conversion to integers in range.
+    // Beyond the first and last cell every value is `outside`. The test also keeps the integer conversion in range.
     for (int a = 0; a < 3; ++a)
         if (!(index[a] >= first_cell_[a] && index[a] < double(last_cell_[a]) + 1)) return nullptr;
     const Vec3d low(std::floor(index[0]), std::floor(index[1]), std::floor(index[2]));

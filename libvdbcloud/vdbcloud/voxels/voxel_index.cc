@@ -17,9 +17,9 @@ namespace vdbcloud {
 
 namespace {
 
-constexpr double right_angle = 1e-5;  // largest cosine between axes that still counts as one
+constexpr double right_angle = 1e-5;  // largest cosine between axes that counts as a right angle
 
-/// Masks by block coordinates, filled voxel by voxel.
+/// Masks of active voxels, by block coordinates.
 struct Builder {
     std::map<std::tuple<int, int, int>, BlockMask> masks;
 
@@ -30,7 +30,7 @@ struct Builder {
     }
 };
 
-/// All voxels above 0, coordinates less `origin`.
+/// Masks of all active voxels with values above 0, at coordinates relative to `origin`.
 Builder masks_of(const FloatGrid& grid, const openvdb::Coord& origin)
 {
     Builder builder;
@@ -148,7 +148,7 @@ std::vector<float> VoxelIndex::gather(const Vec3SGrid& grid, int component) cons
 
 namespace {
 
-/// A grid of value(slot) at the active voxels, with a fringe.
+/// A grid with value(slot) at the active voxels, and a fringe.
 template<typename GridT, typename F>
 typename GridT::Ptr grid_of(const VoxelIndex& index, const F& value)
 {
