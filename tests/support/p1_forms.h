@@ -4,8 +4,8 @@
 
 namespace vdbcloud::test {
 
-/// A slab of optical depth `tau`, lit at depth 0 by a beam of irradiance E (perpendicular to itself) whose cosine to
-/// the inward normal is mu, and by isotropic inflow of partial currents j0 at depth 0 and j1 at depth tau.
+/// A slab of optical depth `tau`, lit at depth 0 by a beam. The beam has irradiance E (perpendicular to itself) and
+/// cosine mu to the inward normal. Isotropic inflow has partial currents j0 at depth 0 and j1 at depth tau.
 ///
 /// In optical depth t:  phi'' / (3 (1 - w0 g)) = (1 - w0) phi - E (w0 + q) exp(-t/mu),  q = w0 g / (1 - w0 g),
 /// F = -phi' / (3 (1 - w0 g)) + q E mu exp(-t/mu); F.n = phi/2 - 2 j on both sides.

@@ -46,7 +46,7 @@ public:
 
     std::string operator/(const std::string& name) const { return path_ + "/" + name; }
     const std::string& path() const { return path_; }
-    /// Sorted names of all files and folders in it, hidden names included.
+    /// Sorted names of all files and folders inside, hidden names included.
     std::vector<std::string> list() const;
 
 private:

@@ -52,7 +52,7 @@ std::string temporary_name(const fs::path& target)
     const uint64_t bits = hash_bits(uint64_t(now), uint64_t(getpid()), ++count);
     char random[16];
     std::snprintf(random, sizeof random, "%010llx", static_cast<unsigned long long>(bits >> 24));
-    // Shorten the stem: the temporary's name must not exceed the system's limit even if the target's name is at it.
+    // Shorten the stem, so that the temporary's name stays within the system's limit for every valid target name.
     const std::string stem = target.stem().string().substr(0, 160), extension = target.extension().string();
     return (target.parent_path() / ("." + stem + "." + random + extension)).string();
 }

@@ -14,8 +14,8 @@ namespace vdbcloud {
 /// The destructor removes a temporary without commit(). Not to be shared between threads.
 class AtomicFile {
 public:
-    /// Opens for writing. Throws IoError beginning with the path if the target is a folder, its folder is missing, the
-    /// permission is missing, or the target exists and `no_clobber` is true.
+    /// Opens for writing. Throws IoError beginning with the path. Causes: the target is a folder, the target's folder
+    /// does not exist, the permission is missing, or the target exists and `no_clobber` is true.
     explicit AtomicFile(const std::string& path, bool no_clobber = false);
     ~AtomicFile();
     AtomicFile(const AtomicFile&) = delete;

@@ -30,8 +30,8 @@ struct ReadCost {
 /// Because of the fork, call this function while no other thread of the program holds a lock. Standard input is spooled
 /// to an unlinked temporary file.
 ///
-/// Each grid then must have a finite invertible transform, voxel edges within 1e-6..1e6 world units, coordinates below
-/// 2^30, at most 2^31 active voxels (a tile counts as its voxels), and a registered value type.
+/// Each grid must have a registered value type, a finite invertible transform, and voxel edges within 1e-6..1e6 world
+/// units. Active voxels must have coordinates below 2^30; at most 2^31 may be active (a tile counts as its voxels).
 ///
 /// Throws IoError: one sentence that begins with the path; text from the file is shortened and made printable.
 GridFile read_grid_file(const std::string& path, const ReadOptions& = {}, ReadCost* = nullptr);

@@ -42,6 +42,7 @@ struct Tolerances {
     bool metadata = false;                  ///< true: metadata must agree too
 };
 
+/// Compares two grids of any type. The label is the first grid's name.
 GridDifference compare_grids(const GridBase& a, const GridBase& b);
 
 /// Matches grids by label. `which`: labels to compare; empty: all grids, and the files' metadata. Throws InputError for

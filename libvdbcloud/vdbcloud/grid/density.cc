@@ -40,7 +40,7 @@ GridBasePtr only_fog(const GridFile& file)
     return nullptr;
 }
 
-/// Why this grid cannot be a density, as the end of a sentence; empty if it can.
+/// The reason why a grid is not usable as density, as the end of a sentence; empty for a usable grid.
 std::string objection(const GridBase& grid)
 {
     if (grid.type().find("ptdataidx") != std::string::npos) return "holds points: expected a fog volume";

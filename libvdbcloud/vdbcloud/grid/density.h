@@ -16,9 +16,11 @@ namespace vdbcloud {
 /// tiles stay tiles. The returned grid is a copy only if values or type had to change; the copy then replaces the
 /// file's entry.
 ///
-/// Throws InputError if several grids have the matching name and `asked` is empty (the message lists NAME[0],
-/// NAME[1], ...), if the grid is a level set, holds points or another value type, if the transform is not affine, or if
-/// a value is not finite (the message gives the voxel).
+/// Throws InputError in these cases:
+///   no grid can be the density, or several can; the message lists the grids, equal names as NAME[0], NAME[1], ...
+///   the grid is a level set, holds points, or has a value type other than float and double;
+///   the transform is not affine;
+///   a value is not finite; the message gives the voxel.
 FloatGridPtr density_of(GridFile&, const std::string& asked = {}, const Warn& = {});
 
 }  // namespace vdbcloud

@@ -3,7 +3,7 @@
 //
 // | grid                   | type  | unit, meaning                                              | background |
 // |------------------------|-------|------------------------------------------------------------|------------|
-// | density                | float | what the source calls density; sigma_t = scale x density   | 0          |
+// | density                | float | density in the source's unit; sigma_t = scale x density    | 0          |
 // | temperature            | float | kelvin                                                     | 0          |
 // | vel                    | vec3s | velocity [world unit/s]                                    | 0          |
 // | Cd                     | vec3s | albedo tint per colour channel, 0..1                       | 1          |

@@ -24,6 +24,7 @@ struct GridStatistics {
     uint64_t not_finite = 0;            ///< number of active voxels whose value is not finite
 };
 
+/// Statistics of one grid. The label is the grid's name.
 GridStatistics grid_statistics(const GridBase&);
 
 /// Statistics of each grid, in file order.

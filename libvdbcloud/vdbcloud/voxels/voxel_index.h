@@ -18,8 +18,8 @@ struct VoxelIndexOptions {
 /// A periodic axis repeats after the extent of the voxels along that axis. This extent must be a multiple of 8.
 class VoxelIndex {
 public:
-    /// Throws InputError naming the grid if its transform is not affine or its axes are not at right angles, if a
-    /// periodic extent does not fit, or if there are more than 2^31 voxels.
+    /// Throws InputError naming the grid. Causes: the transform is not affine, the axes are not at right angles, a
+    /// periodic extent is not a multiple of 8, or the grid has more than 2^31 voxels.
     explicit VoxelIndex(const FloatGrid&, const VoxelIndexOptions& = {});
 
     const Blocks& blocks() const { return blocks_; }
