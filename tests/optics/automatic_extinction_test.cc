@@ -1,4 +1,4 @@
-// The automatic extinction: closed forms, and that it goes with the grid.
+// The automatic extinction: closed forms, and invariance under the grid's transform.
 #include "vdbcloud/optics/automatic_extinction.h"
 
 #include "vdbcloud/core/vdb.h"

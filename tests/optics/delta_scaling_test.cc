@@ -1,4 +1,4 @@
-// Delta-M scaling of any phase function: what it keeps, when it scales, and how it travels in a file.
+// Delta-M scaling of any phase function: conserved quantities, condition for scaling, and metadata.
 #include "vdbcloud/optics/delta_scaling.h"
 
 #include "vdbcloud/core/error.h"
@@ -79,7 +79,8 @@ TEST(DeltaScaling, MetadataRoundTripIsExact)
             MetaMap metadata;
             const DeltaScaling written = delta_scaling(phase, degree);
             write_delta_scaling(metadata, written);
-            const DeltaScaling read = read_delta_scaling(metadata, PhaseFunction());  // the file's moments count
+            const DeltaScaling read =
+                read_delta_scaling(metadata, PhaseFunction());  // the file's moments take precedence
             EXPECT_EQ(read.degree, written.degree);
             EXPECT_EQ(read.f, written.f);
             EXPECT_EQ(read.moments, written.moments);

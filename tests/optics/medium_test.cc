@@ -1,4 +1,4 @@
-// How the coefficients of a medium travel: there and back, inherited where absent, refused where impossible.
+// Coefficients of a medium as metadata: round trip, defaults for missing keys, errors for invalid values.
 #include "vdbcloud/optics/medium.h"
 
 #include "vdbcloud/core/error.h"
@@ -102,7 +102,7 @@ TEST(Medium, RejectsInvalidFileMetadata)
         EXPECT_EQ(std::string(error.what()).find('\x1b'), std::string::npos) << "printed what a file said, uncleaned";
     }
     MetaMap number;
-    set_number(number, schema::albedo, 0.5);  // a scalar where a vector belongs
+    set_number(number, schema::albedo, 0.5);  // a scalar, but a vector is expected
     EXPECT_THROW(read_medium(number), InputError);
     MetaMap g;
     set_number(g, schema::g, 2);

@@ -1,4 +1,4 @@
-// Optical depth against an independent sum over the interpolant, and against what can be integrated by hand.
+// Optical depth against an independent sum over the interpolant, and against closed forms.
 #include "vdbcloud/optics/optical_depth.h"
 
 #include "vdbcloud/core/error.h"
@@ -15,7 +15,7 @@ using test::box;
 
 constexpr double far = 1e30;
 
-/// A ray that crosses the middle of a grid somewhere, from far outside or from within.
+/// A random ray through the middle region of a grid. The ray starts far outside the grid or inside.
 WorldRay random_ray(const FloatGrid& grid, uint64_t seed)
 {
     const auto bounds = grid.evalActiveVoxelBoundingBox();
@@ -34,8 +34,7 @@ void expect_exact(const FloatGrid& grid, int rays, const char* what)
     for (int n = 0; n < rays; ++n) {
         const auto ray = random_ray(grid, uint64_t(n));
         const double expected = test::integral_of_interpolant(grid, ray, 0, far);
-        // Both sums are exact for the interpolant: what remains is the rounding of crossings at distances of 1e3
-        // voxels.
+        // Both sums are exact for the interpolant. They differ by the rounding of crossings at distances of 1e3 voxels.
         EXPECT_NEAR(density_depth(map, ray, 0, far), expected, 1e-9 * (1 + expected)) << what << ", ray " << n;
         sum += expected;
     }
@@ -90,7 +89,7 @@ TEST(OpticalDepth, IsExactAlongFacesAndEdgesAndThroughCorners)
 
 TEST(OpticalDepth, UniformAndLinearFieldsMatchTheirIntegral)
 {
-    // Edge voxels ramp to 0 over one voxel outside, half a voxel's worth at each end: a box of n voxels counts n.
+    // Density falls linearly to 0 within one voxel beyond edge voxels, so a box of n voxels has a depth of n voxels.
     const int n = 32;
     const double h = 0.25;
     const auto uniform_box = box({n, n, n}, h, [](Coord) { return 3.0; });
@@ -154,7 +153,7 @@ TEST(OpticalDepth, ConvergesAtSecondOrderForSmoothFieldsAndFirstForJumps)
     };
     const double smooth = std::log2(error(24, false) / error(96, false)) / 2;
     EXPECT_GT(smooth, 1.9);
-    // The error of a jump is ragged from one resolution to the next: the slope is taken over a factor of 8.
+    // The error at a jump varies irregularly with resolution, so the slope is measured over a factor of 8.
     const double jump = std::log2(error(16, true) / error(128, true)) / 3;
     EXPECT_GT(jump, 0.9);
 }

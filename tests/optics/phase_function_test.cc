@@ -1,4 +1,4 @@
-// Every phase function of the table by quadrature and by samples: norm, moments, sampler, and which way is forward.
+// Every phase function of the table by quadrature and by samples: norm, moments, sampler, forward direction.
 #include "vdbcloud/optics/phase_function.h"
 
 #include "vdbcloud/core/constants.h"
@@ -31,7 +31,7 @@ double over_sphere(const PhaseFunction& p, F f)
 
 PhaseFunction hg(double g) { return PhaseFunction::henyey_greenstein(g); }
 
-/// A new row of the table belongs here; EveryRowOfTheTableIsTested says so.
+/// Add each new row of the table here; EveryRowOfTheTableIsTested fails otherwise.
 std::vector<PhaseFunction> cases()
 {
     return {PhaseFunction("isotropic"),
@@ -82,7 +82,7 @@ TEST_P(AnyPhaseFunction, MomentsAreItsIntegralsAgainstLegendrePolynomials)
 
 TEST_P(AnyPhaseFunction, EqualsItsLegendreSeries)
 {
-    // To the degree at which degree_below() says that the moments are below 1e-12.
+    // Up to the degree above which moments are below 1e-12 (degree_below()).
     const PhaseFunction& p = GetParam();
     const int last = p.degree_below(1e-12);
     for (double c : {-1.0, -0.3, 0.0, 0.6, 0.95}) {

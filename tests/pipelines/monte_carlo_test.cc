@@ -51,8 +51,8 @@ struct Mean {
 constexpr int edge = 8, blocks = pixels / edge * (pixels / edge);
 using Picture = std::array<Mean, blocks>;
 
-/// Path-traced once (by --gtest_also_run_disabled_tests --gtest_filter='*PrintsReference*'; 6 minutes of processor
-/// time), samples a pixel.
+/// Path-traced reference, with `samples` per pixel. Made by
+/// --gtest_also_run_disabled_tests --gtest_filter='*PrintsReference*' in 6 minutes of processor time.
 struct Reference {
     double w0, g;
     int samples;
@@ -217,7 +217,7 @@ protected:
         return picture;
     }
 
-    /// The pictures of the three views.
+    /// Pictures of the three views from the solve with `rung`.
     std::array<Picture, 3> solved(double w0, double g, const Rung& rung,
                                   const std::function<void()>& when_solved = {}) const
     {
@@ -229,7 +229,7 @@ protected:
         options.closure.iterations = rung.iterations;
         options.closure.directions = rung.directions;
         options.closure.degree = rung.degree;
-        options.closure.change = 1e-6;  // the iterations asked for
+        options.closure.change = 1e-6;  // small, so that all iterations run
         options.reentry_rays = options.line_rays = 0;
         ScatterReport report;
         const ScatterFields fields = scatter_p1(*grid, nullptr, nullptr, medium, {sun}, options, {}, report);
@@ -283,8 +283,8 @@ Mean mean(const Picture& picture)
     return m;
 }
 
-/// Root mean square over blocks, relative to the reference's mean, and what of it the reference's own error explains
-/// (95 %).
+/// Root mean square difference over blocks, relative to the reference's mean. `deviation` is the part that the
+/// reference's own error explains (95 %).
 Mean rms(const Picture& picture, const Picture& truth)
 {
     double sum = 0, noise = 0;
@@ -330,8 +330,8 @@ Mean rms(const std::array<Picture, 3>& pictures, const std::array<Picture, 3>& t
 
 TEST_F(MonteCarlo, OneSweepLeavesAThirdOfTheErrorOfP1AndThreeLeaveAnEighth)
 {
-    // P1, then sweeps that cost more and more. Voxels of up to 1.6 mean free paths leave 1 to 2 % at any rung, and a
-    // block's mean in the reference is known to half its interval.
+    // P1, then sweeps at increasing cost. Voxels of up to 1.6 mean free paths cause errors of 1 to 2 % on every rung.
+    // Half of a block's interval in the reference adds to them.
     for (const Reference& of : references) {
         double p1_error = 0;
         for (const Rung& rung : {Rung{0, 32, 1}, {1, 32, 1}, {3, 32, 1}, {5, 64, 3}, {10, 256, 7}}) {
@@ -353,7 +353,7 @@ TEST_F(MonteCarlo, OneSweepLeavesAThirdOfTheErrorOfP1AndThreeLeaveAnEighth)
                 const double off = mean(pictures[v]).value / mean(of.view[v]).value - 1;
                 std::printf(" %+.1f %%", 100 * off);
                 if (rung.iterations == 0 && of.g == 0) {
-                    EXPECT_LT(off, -0.08);  // P1 is off, and the test can see it
+                    EXPECT_LT(off, -0.08);  // the test detects the error of P1
                 }
                 if (rung.iterations >= 3) {
                     EXPECT_LT(std::abs(off), 0.03) << of.g << ' ' << v << ' ' << rung.iterations;

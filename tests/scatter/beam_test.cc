@@ -69,7 +69,8 @@ TEST(Beam, SourceOfALayerMatchesDepositAndForwardFlux)
         P1Source source(p1);
         add_beam(p1, periodic_beam_depths(body.index, body.exposed, body.density, slanting(mu)), sigma,
                  {{&source, strength}});
-        // Power up through a face at depth d of unit area: -E mu exp(-sigma d / mu). Q1 / sigma_tr is q of it.
+        // Upward power through a face of unit area at depth d: -E mu exp(-sigma d / mu). Q1 / sigma_tr is q times this
+        // power.
         const auto up = [&](double d) { return -strength * mu * std::exp(-sigma * d / mu); };
         const double q = w0 * g / (1 - w0 * g);
         for (int y = 1; y < layers - 1; ++y) {
@@ -96,14 +97,15 @@ TEST(Beam, ProfileAddsCentreToCentreMeanMinusFaceValue)
             P1Source source(p1);
             add_beam_profile(p1, periodic_beam_depths(body.index, body.exposed, body.density, slanting(1)), sigma,
                              {{&source, strength}});
-            // An exponential's mean over a voxel about a face is sinh(x) / x of its value there, x = sigma / 2.
+            // An exponential's mean over a voxel centred on a face is sinh(x) / x times its value on the face, x =
+            // sigma / 2.
             const double x = sigma / 2, factor = w0 + w0 * g / (1 - w0 * g);
             const auto flux = [&](double d) {
                 return -strength * factor * (std::sinh(x) / x - 1) * std::exp(-sigma * d);
             };
             for (int y = 1; y < layers - 1; ++y) {
                 const double lower = flux(layers - y), upper = flux(layers - y - 1);
-                // Depths are floats: near 1 - sinh(x) / x their error is larger by the inverse of that.
+                // Depths are floats; 1 / (1 - sinh(x) / x) amplifies their relative error.
                 const double tolerance = 1e-5 + 1e-6 / (std::sinh(x) / x - 1);
                 EXPECT_NEAR(source.rhs[body.slot(2, y, 2)] / (lower - upper), 1, tolerance) << sigma << ' ' << y;
                 EXPECT_NEAR(source.additive[1][body.slot(2, y, 2)] / ((lower + upper) / 2), 1, tolerance) << y;
@@ -132,7 +134,7 @@ TEST(Beam, FluenceOfAThinVoxelIsCappedAtItsBrightestFace)
     EXPECT_NEAR(under_lamp[body.slot(4, 8, 4)] * 22 * 22, cap, 1e-6);
     // Without the cap: the dense part reaches up to 7.5 + 0.5 with a ramp of area 1/8, its power over the thin rate.
     EXPECT_GT((1 - std::exp(-sigma / 8)) / (sigma * thin), 500 * cap);
-    // The dense voxel below takes what enters at 7.5 less what leaves at 6.5.
+    // The dense voxel below removes the difference of the powers at 7.5 and at 6.5.
     const double above = sigma * (3.5 * thin + 0.375 * thin + 0.125),
                  through = above + sigma * (0.375 + 0.5 + 0.125 * thin);
     EXPECT_NEAR(under_sun[body.slot(4, 7, 4)], (std::exp(-above) - std::exp(-through)) / sigma, 1e-6);
@@ -173,8 +175,8 @@ TEST(Beam, BeamInAndOutOfABoxMatchTheExponential)
         EXPECT_NEAR(source.beam_in, 2 * 81, 1e-4) << side;
         EXPECT_NEAR(source.beam_out / (2 * 81 * std::exp(-12 * sigma)), 1, 1e-5) << side;
     }
-    // A lamp far above is almost such a sun. Its rays spread: 2e-3 of its light, where least is left, goes out
-    // sideways.
+    // A distant lamp above approximates this sun. Its rays diverge: at the bottom 2e-3 of its light leaves through the
+    // sides.
     P1Source source(p1);
     add_beam(p1, beam_depths(body.index, body.exposed, body.bricks, make_lamp(Vec3d(4, 1e5, 4))), sigma,
              {{&source, 1e10}});

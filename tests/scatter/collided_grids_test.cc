@@ -1,4 +1,4 @@
-// Grids of collided light: channels that share one solution, and the delta scaling that all grids bear.
+// Grids of collided light: channels that share one solution, and the delta scaling in the metadata.
 #include "vdbcloud/scatter/multiple_scattering.h"
 
 #include "scatter/fields.h"

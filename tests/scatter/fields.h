@@ -12,11 +12,11 @@ inline PhaseFunction hg(double g) { return PhaseFunction::henyey_greenstein(g); 
 /// world's origin.
 FloatGridPtr field(const Vec3i& n, const Vec3d& h, const std::function<double(const Vec3i&)>& f);
 
-/// The same with a transform of our choice: columns are the world vectors of one voxel step along x, y, z.
+/// As above, with a given transform: x, y, z are the world vectors of one voxel step along each index axis.
 FloatGridPtr field(const Vec3i& n, const Vec3d& x, const Vec3d& y, const Vec3d& z,
                    const std::function<double(const Vec3i&)>& f);
 
-/// A vector grid of one value wherever `grid` is active.
+/// A vector grid of one value, active where `grid` is active.
 Vec3SGridPtr constant_like(const FloatGrid& grid, const Vec3f& value);
 
 }  // namespace vdbcloud::test

@@ -28,7 +28,7 @@ TEST(FluxLimiter, FactorIsOneInThickMediaAndBoundsFluxInThinMedia)
     EXPECT_NEAR(before, 1, 1e-5);
 }
 
-/// A layer of optical depth tau that only scatters, isotropically, under an overcast sky of L = s above and none below.
+/// A layer of optical depth tau and albedo 1, isotropic, under an overcast sky of L = s above and no light from below.
 double transmitted(double tau, int n, bool limiter, LimiterReport* limited = nullptr)
 {
     const auto grid = test::voxel_field(Vec3i(8, n, 8), Vec3d(1.0 / n), [](const Vec3i&) { return 1.0; });
@@ -62,7 +62,8 @@ double inverse_langevin(double y)
     return lo;
 }
 
-/// The same from the differential equation: F is constant, phi' = -phi Linv(F / phi), phi = 4 J - 2 F above, 2 F below.
+/// Reference from the differential equation: F is constant, phi' = -phi Linv(F / phi), phi = 4 J - 2 F above, 2 F
+/// below.
 double exact_transmitted(double tau, double inflow)
 {
     double lo = 0, hi = 4.0 / 3 * inflow;

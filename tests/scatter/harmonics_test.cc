@@ -96,7 +96,7 @@ TEST(P1Closure, CoefficientsAreOneAndOneThird)
 
 TEST(Harmonics, AreEigenfunctionsOfHenyeyGreensteinScattering)
 {
-    const double g = 0.4;  // low enough for the rule to resolve the lobe: g^120 is nothing
+    const double g = 0.4;  // low enough for the rule to resolve the lobe: g^120 is negligible
     const int degree = 5;
     const Vec3d in = Vec3d(0.2, 0.7, -0.4).unit();
     std::vector<double> sum(harmonic_count(degree), 0.0), y(sum.size()), at_in(sum.size());

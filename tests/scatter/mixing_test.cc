@@ -11,7 +11,7 @@
 namespace vdbcloud {
 namespace {
 
-/// Iterates G on two arrays of n values; residuals.
+/// Iterates G on two arrays of n values. Returns the residuals.
 std::vector<double> iterate(Mixing::Arrays& x, int depth, int steps, const std::function<void(Mixing::Arrays&)>& g)
 {
     Mixing mixing(x[0].size(), 2, depth);
@@ -25,10 +25,9 @@ std::vector<double> iterate(Mixing::Arrays& x, int depth, int steps, const std::
     return residual;
 }
 
-constexpr size_t n = 9000;  // more than one piece of a sum
+constexpr size_t n = 9000;  // more than one partial sum
 
-/// x <- r x + 1, r one of four rates that take turns, one of which grows and one of which changes sign: fixed point 1 /
-/// (1 - r).
+/// x <- r x + 1 with fixed point 1 / (1 - r). r cycles through four rates; one rate diverges and one alternates sign.
 void affine(Mixing::Arrays& x)
 {
     constexpr float rate[4] = {0.9f, 0.5f, 1.5f, -0.8f};
@@ -49,7 +48,7 @@ TEST(Mixing, ConvergesForDivergentAffineMaps)
 
 TEST(Mixing, PreservesAffineConstraints)
 {
-    // G keeps the sum of its results at 1; so do all mixtures.
+    // Every G(x) has the sum 1, so every mixture has the sum 1.
     Mixing::Arrays x(2, std::vector<float>(n, 0.0f));
     iterate(x, 3, 6, [](Mixing::Arrays& s) {
         double sum = 0;

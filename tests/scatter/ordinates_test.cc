@@ -46,7 +46,7 @@ TEST(Ordinates, ProductsOfHarmonicsAreExactUpToTheDegreeOnly)
 {
     for (const Ordinates& set : all_sets()) {
         EXPECT_LT(worst_moment(set, set.degree), 1e-12) << name(set.kind) << ' ' << set.count();
-        if (set.count() != 168) {  // that one stops at 5 because of its weights' number, and the error beyond is small
+        if (set.count() != 168) {  // S_12: too few weights for degree 6, with a small error there
             EXPECT_GT(worst_moment(set, set.degree + 1), 1e-6) << name(set.kind) << ' ' << set.count();
         }
         for (size_t m = 0; m < set.count(); ++m) {
@@ -67,7 +67,7 @@ TEST(Ordinates, HalfRangeGaussIsExactOnEachSideOfTheEquator)
     }
 }
 
-/// Whether permuting and mirroring the axes takes the set to itself, weights included.
+/// True if the permutation and reflection of axes maps the set to itself, weights included.
 bool invariant(const Ordinates& set, const std::array<int, 3>& axes, int signs)
 {
     for (size_t m = 0; m < set.count(); ++m) {

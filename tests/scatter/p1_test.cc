@@ -20,7 +20,7 @@ namespace {
 using test::P1Slab;
 using test::P1Sphere;
 
-/// A density with all that P1 needs of it, and one solve.
+/// A density with the voxel index, slot values and exposed voxels that P1 needs.
 struct Case {
     explicit Case(const FloatGridPtr& grid_, std::array<bool, 3> periodic = {false, false, false})
         : grid(grid_), index(*grid_, {periodic}), density(index.gather(*grid_)), exposed(exposed_voxels(index, density))
@@ -115,7 +115,7 @@ TEST_P(Slab, ConvergesAtSecondOrderToTheClosedForm)
     const auto order = [](double a, double b) { return std::log2(std::abs(a) / std::abs(b)); };
     const double reflected[2] = {coarse.reflected - exact.reflected(), fine.reflected - exact.reflected()};
     const double transmitted[2] = {coarse.transmitted - exact.transmitted(), fine.transmitted - exact.transmitted()};
-    // Richardson: the error that is left once the second-order term is taken away.
+    // Richardson extrapolation: the error without the second-order term.
     EXPECT_NEAR((4 * reflected[1] - reflected[0]) / 3, 0, 1e-4);
     EXPECT_NEAR((4 * transmitted[1] - transmitted[0]) / 3, 0, 1e-4);
     for (const auto& e : {reflected, transmitted})
@@ -291,7 +291,7 @@ TEST(Sun, ConvergesAndBalancesInHardMedia)
                     std::string(name) != "thin as 1e-12") {
                     EXPECT_EQ(c.budget.negative, 0) << name << ' ' << c.budget.smallest;
                 }
-                // What a medium of 1e-12 takes from the beam is a difference of doubles near 1.
+                // The power that a medium of 1e-12 removes from the beam is a difference of doubles near 1.
                 EXPECT_LT(c.budget.defect * c.deposited, 1e-6 * c.deposited + 1e-13 * c.beam_in) << name << " g " << g;
             }
 }
@@ -315,13 +315,13 @@ TEST(Moments, PointSourceMomentsAreExact)
             zeroth += s.phi[slot] * h * h * h;
             second += s.phi[slot] * h * h * h * h * h * double(d.lengthSqr());
         }
-        // The discrete second moment is the exact one without any h: the stencil's is 2 h^2 D / h^2 an axis.
+        // The discrete second moment is exact at any h: the stencil's second moment is 2 h^2 D / h^2 per axis.
         EXPECT_NEAR(zeroth * (1 - w0), 1, 1e-3);
         EXPECT_NEAR(second * (1 - w0) * (1 - w0) * (1 - w0 * g) / 2, 1, 1e-3) << g;
     }
 }
 
-/// A smooth cloud in the unit box at n voxels an edge: what the sun loses, by voxel faces and by lines.
+/// A smooth cloud in the unit box at n voxels per edge: power that the sun loses, by voxel faces and by lines.
 std::pair<double, double> cloud_power(int n, const Vec3d& to_light, double* defect)
 {
     const double h = 1.0 / n;
@@ -409,7 +409,7 @@ TEST(ScatterP1, SharesSolutionsBetweenChannelsAndWritesMetadata)
 
 TEST(ScatterP1, UniformTintMatchesUniformAlbedo)
 {
-    // A tint of one value everywhere is that albedo, scaling and beam included.
+    // A uniform tint equals a uniform albedo, including delta scaling and beam.
     const auto grid = test::field(Vec3i(16), Vec3d(0.1), [](const Vec3i&) { return 1.0; });
     const auto tint = test::constant_like(*grid, Vec3f(0.9f, 0.9f, 0.9f));
     Medium medium;
@@ -448,7 +448,7 @@ TEST(ReentryShare, IsZeroForASphereAndHalfForFacingSheets)
                   Vec3i(32), Vec3d(1),
                   [&](const Vec3i& p) { return (Vec3d(p.x(), p.y(), p.z()) - middle).length() < 15 ? 1.0 : 0.0; })),
               0.01);
-    // Wide sheets of two voxels, 6 apart: nearly all of the light of the inner sides, half of the whole.
+    // Wide sheets of two voxels, 6 apart: nearly all light of the inner sides hits again, about half of the total.
     EXPECT_NEAR(share(test::field(Vec3i(96, 10, 96), Vec3d(1),
                                   [](const Vec3i& p) { return p.y() < 2 || p.y() > 7 ? 1.0 : 0.0; })),
                 0.45, 0.06);

@@ -72,7 +72,7 @@ TEST(PhaseSlab, RayleighSlabMatchesAddingDoubling)
 
 TEST(PhaseSlab, RayleighDiffersFromIsotropicByMoreThanTheTolerance)
 {
-    // Otherwise the test above would not see a Rayleigh that is solved as isotropic.
+    // Shows that RayleighSlabMatchesAddingDoubling would detect isotropic scattering in place of Rayleigh.
     const Outcome rayleigh = exact(PhaseFunction("rayleigh"), 1, 0.5), isotropic = exact(PhaseFunction(), 1, 0.5);
     EXPECT_NEAR(rayleigh.reflected / isotropic.reflected - 1, 0.040, 0.001);
     EXPECT_NEAR(rayleigh.transmitted / isotropic.transmitted - 1, 0.0096, 0.0005);
@@ -80,7 +80,7 @@ TEST(PhaseSlab, RayleighDiffersFromIsotropicByMoreThanTheTolerance)
 
 TEST(PhaseSlab, DropletSlabMatchesAddingDoubling)
 {
-    // Delta-M at degree L errs where light is scattered few times, most in R of the thinner slab.
+    // The error of delta-M at degree L is largest where light is scattered few times: in R of the thinner slab.
     const PhaseFunction droplets("hg-draine", {20});
     for (const auto& [tau, w0, degree, tolerance] :
          {std::tuple(8.0, 1.0, 3, 0.003), {8.0, 1.0, 5, 0.001}, {32.0, 0.999, 3, 0.001}, {32.0, 0.999, 5, 0.001}}) {

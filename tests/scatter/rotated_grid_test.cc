@@ -1,4 +1,4 @@
-// The same cloud under the same light, turned and mirrored in the world: phi stays, flux and moments turn with it.
+// A cloud and its light, rotated and reflected in the world: phi is invariant, flux and moments rotate.
 #include "vdbcloud/optics/spherical_harmonics.h"
 #include "vdbcloud/scatter/multiple_scattering.h"
 

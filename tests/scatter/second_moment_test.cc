@@ -1,5 +1,4 @@
-// Sweeps that close P1, held to exact transport in slabs, and what they must keep: furnace, energy, symmetry,
-// convergence.
+// Transport sweeps that close P1: exact transport in slabs, white furnace, energy, symmetry and convergence.
 #include "vdbcloud/scatter/second_moment.h"
 
 #include "fields.h"
@@ -47,8 +46,8 @@ struct Result {
     double extinction = 1;
 };
 
-/// P1, then sweeps; from degree 2 on the start is the degree-1 solution, uncollided light that only it counts as such
-/// included.
+/// Solves P1, then sweeps. From degree 2 on the start is the degree-1 solution, plus light that is uncollided only
+/// under the scaling of degree 1.
 Result solve(const Cloud& c, const Lit& lit, ClosureOptions options)
 {
     const bool layered = c.index.blocks().period()[0] && c.index.blocks().period()[2];
@@ -172,7 +171,7 @@ double emergent(const Slab& slab, const Result& r, const Lit& lit, double tau, d
 
 TEST(SecondMoment, SlabsMatchExactTransport)
 {
-    // 2 and 8 polar points a hemisphere. Thin slabs err more, as light grazes.
+    // 2 and 8 polar points per hemisphere. Errors are larger in thin slabs, because of grazing light.
     struct Bound {
         int directions;
         double thick, thin;
@@ -241,8 +240,8 @@ TEST(SecondMoment, TransmissionHoldsAtAnyOpticalDepthPerVoxel)
 
 TEST(SecondMoment, ForwardScatteringSlabsMatchExactTransport)
 {
-    // Degree 3 suits where light is scattered often enough to forget; a slab of tau 1 at g = 0.85 takes 5. Of what
-    // passes, most is what delta scaling says is not scattered: T is the sum of both.
+    // Degree 3 suffices where light is scattered many times; a slab of tau 1 at g = 0.85 needs degree 5. Most
+    // transmitted light is unscattered under delta scaling: T includes the unscattered light.
     for (const auto& [g, degree, directions, tau] : {std::tuple(0.5, 3, 64, 1.0),
                                                      {0.5, 1, 32, 16.0},
                                                      {0.85, 5, 144, 0.1},
@@ -313,8 +312,8 @@ TEST(SecondMoment, ConvergesInSaltAndPepper)
 
 TEST(SecondMoment, ErrorEstimateIsWithinAFactorOfTwoAndAHalf)
 {
-    // Against a run that goes on. The estimate takes the contraction of all modes for that of the last changes and is
-    // about half of the error that is left, for isotropic and for forward scattering.
+    // The reference is a run with more iterations. The estimate assumes that all modes contract as the last changes
+    // do. It is about half of the remaining error, for isotropic and for forward scattering.
     for (const auto& [g, degree, directions] : {std::tuple(0.0, 1, 32), {0.85, 7, 256}}) {
         Cloud c(test::voxel_field(Vec3i(24), Vec3d(1.0 / 24), [](const Vec3i& p) { return billows(p, 24); }));
         Lit lit;
@@ -368,7 +367,7 @@ TEST(SecondMoment, SolutionHasTheSymmetriesOfTheDirections)
                 }
             } while (std::next_permutation(axes.begin(), axes.end()));
         }
-        EXPECT_LT(worst, 2e-6 * 4 * pi) << int(kind);  // sums of single precision in another order
+        EXPECT_LT(worst, 2e-6 * 4 * pi) << int(kind);  // single-precision sums in different orders
         EXPECT_GT(r.budget.largest - r.budget.smallest, 0.5);
     }
 }
@@ -416,9 +415,8 @@ TEST(SecondMoment, LightBetweenTwoCubesMatchesTheIntegral)
 
 TEST(SecondMoment, UniformTintMatchesUniformAlbedo)
 {
-    // Through scatter_p1, at every degree's own scaling, whose beam differs from voxel to voxel: a tint of one value is
-    // that albedo. Densities are scaled before they are interpolated, so nothing but single precision lies between the
-    // two.
+    // A uniform tint equals a uniform albedo, through scatter_p1 and at the scaling of every degree. Densities are
+    // scaled before interpolation, so the results differ by single precision only.
     const auto grid = test::voxel_field(Vec3i(24), Vec3d(1.0 / 24), [](const Vec3i& p) { return billows(p, 24); });
     const auto tint = test::constant_like(*grid, Vec3f(0.9f, 0.9f, 0.9f));
     Medium medium;

@@ -12,7 +12,7 @@
 namespace vdbcloud {
 namespace {
 
-/// A periodic slab of n voxels along y, of optical depth tau, lit from above at a slant.
+/// A periodic slab of n voxels along y, of optical depth tau, lit obliquely from above.
 struct Slab {
     Slab(int n, double tau_)
         : grid(test::field(Vec3i(8, n, 8), Vec3d(1.0 / n), [](const Vec3i&) { return 1.0; })),

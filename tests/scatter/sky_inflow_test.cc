@@ -1,4 +1,4 @@
-// A sky that changes with height, as what enters a layer: P1 in closed form, sweeps against exact transport.
+// A layer under a sky that changes with height: P1 against its closed form, sweeps against exact transport.
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/scatter/second_moment.h"
 #include "vdbcloud/scatter/sky_inflow.h"
@@ -41,7 +41,7 @@ Sky sky_above()
     sky.zenith = Vec3d(0.2);
     sky.horizon = Vec3d(3.0);
     sky.haze = 2;
-    return sky;  // the ground is black, but for the horizon's haze
+    return sky;  // black ground except for the horizon's haze
 }
 
 TEST(SkyInflow, P1OutflowMatchesMarshakForSkyFromBothSides)
@@ -58,7 +58,7 @@ TEST(SkyInflow, P1OutflowMatchesMarshakForSkyFromBothSides)
     tight.tolerance = 1e-9;
     solve_p1(layer.p1, multigrid, source, phi, tight);
     const double share = 2.0 / 12, top = pi * (0.2 + 2.8 * share), bottom = pi * 3 * share;
-    // What leaves below: of the light from above what passes, of that from below what does not.
+    // Power out below: the transmitted share of light from above, and the reflected share of light from below.
     const double pass = 1 / (1 + 0.75 * 2);
     EXPECT_NEAR(layer.transmitted(source, phi), top * pass + bottom * (1 - pass), 1e-4);
 }
@@ -106,7 +106,7 @@ TEST(SkyInflow, SweepsMatchExactTransportUnderAnOvercastSky)
             w * sky.radiance(Vec3d(std::sqrt(1 - mu * mu), mu, 0))[0] * (beam.transmitted() + mu * std::exp(-tau / mu));
         exact += w * sky.radiance(Vec3d(std::sqrt(1 - mu * mu), -mu, 0))[0] * beam.reflected();
     }
-    // 128 directions err by 0.13 % under a beam; here the inflow itself is known at 8 heights only.
+    // 128 directions have an error of 0.13 % under a beam; here they also sample the inflow at 8 heights only.
     EXPECT_NEAR(run(true) / exact, 1, 0.005);
     EXPECT_GT(std::abs(run(false) / exact - 1), 0.03) << "the directions of the inflow matter here";
 }

@@ -1,4 +1,4 @@
-// A thin body in the sun: what P1 itself says there, and what the picture is given of it.
+// A thin body in the sun: P1's negative phi, and the nonnegative radiance used for the picture.
 #include "scatter/fields.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/scatter/beam.h"
@@ -46,8 +46,8 @@ TEST(ThinBody, PhiMatchesFirstOrderP1IncludingNegativeValues)
 {
     // To first order in tau' = sigma_t' R the solution of P1 with Marshak's condition on the true sphere is
     //     phi = tau' E (2/3 + 3 g' x / R):   what leaves is what scatters, 4 pi R^2 phi / 2, and F = -D grad phi + g'/(1-g') E
-    // has no part of its own along x. At the lit pole it is negative from g' = 2/9 on, that is g = 2/7: no defect of
-    // the grid.
+    // has no part of its own along x. At the lit pole phi is negative from g' = 2/9 on, that is g = 2/7. The grid does
+    // not cause the negative value.
     for (double g : {0.0, 0.2, 0.5, 0.85}) {
         const ThinBall ball(g);
         const double scaled_g = g / (1 + g);
@@ -90,7 +90,7 @@ TEST(ThinBody, PictureRadianceIsNonnegative)
     EXPECT_EQ(limited, seen);
     EXPECT_GT(limited, 0);
 
-    // Deep in a cloud nothing is changed: diffusion's flux is a small part of phi.
+    // Deep in a cloud the flux is not shortened: diffusion's flux is small relative to phi.
     const Medium medium = [] {
         Medium m;
         m.sigma_t_per_density = Vec3d(40);

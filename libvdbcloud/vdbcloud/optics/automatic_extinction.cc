@@ -13,7 +13,7 @@ namespace {
 
 constexpr int block = 8;  // voxels along the edge of a column, and of a leaf
 
-/// Sums of density x voxels down to each column's face, for the three axes; columns are block x block voxels.
+/// Sums of density x voxels along each column, for the three axes; columns are block x block voxels wide.
 using Columns = std::array<std::map<std::pair<int, int>, double>, 3>;
 
 /// Adds a body of uniform mean `value` over a box whose edges are multiples of a block (a tile), or one block

@@ -2,7 +2,7 @@
 
 namespace march_detail {
 
-/// Where a ray leaves the block of 2^shift cells that holds `cell`: the distance, and the axis it leaves through.
+/// Exit of a ray from the block of 2^shift cells that holds `cell`: distance, and the axis of the exit face.
 inline double exit_of(const IndexRay& ray, const Vec3i& cell, int shift, int& axis)
 {
     double t = std::numeric_limits<double>::infinity();
@@ -32,7 +32,7 @@ inline void leave(const IndexRay& ray, Vec3i& cell, int shift, int axis, double 
     }
 }
 
-/// The cells of one brick. On return t is where the ray left it and `cell` lies outside, or t is t1.
+/// Visits the cells of one brick. On return t is the exit distance and `cell` lies outside the brick, or t is t1.
 template<typename Visit>
 bool march_brick(const float* brick, const IndexRay& ray, Vec3i& cell, double& t, double t1, Visit& visit)
 {
@@ -94,7 +94,7 @@ bool march_root(const BrickMap& map, const BrickMap::Root& root, const IndexRay&
 template<typename Visit>
 bool march_cells(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit&& visit)
 {
-    // Few boxes, however far apart: test each, visit those that are hit in order of distance.
+    // There are few boxes: test each box, then visit the boxes hit in order of distance.
     struct Hit {
         double t0, t1;
         const BrickMap::Root* root;

@@ -20,7 +20,7 @@ template<typename T>
     throw InputError(what.str());
 }
 
-/// Throws unless every channel is within [low, high]; NaN is not.
+/// Throws unless every channel is within [low, high]. Throws for NaN.
 void check_channels(const char* key, const Vec3d& value, double low, double high, const char* expected)
 {
     for (int c = 0; c < 3; ++c)

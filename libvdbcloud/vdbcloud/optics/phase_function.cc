@@ -11,8 +11,8 @@ namespace vdbcloud {
 
 namespace {
 
-/// cos_theta of Henyey-Greenstein as a function of t = 2 u - 1, u its distribution function. The usual form divides by
-/// 2 g and loses all digits towards g = 0; here that division is carried out.
+/// cos_theta of Henyey-Greenstein as a function of t = 2 u - 1, u the cumulative distribution. The usual form divides
+/// by 2 g and loses all digits towards g = 0; this form has no division by g.
 double cosine_of(double g, double t)
 {
     const double d = 1 + g * t;

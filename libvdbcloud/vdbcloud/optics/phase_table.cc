@@ -1,4 +1,4 @@
-// The table of phase functions. A new one is a new row here and a row of cases in tests/optics/phase_function_test.cc.
+// The table of phase functions. A new phase function needs a row here and cases in tests/optics/phase_function_test.cc.
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/optics/phase_function.h"
 

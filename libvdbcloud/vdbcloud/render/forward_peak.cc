@@ -40,8 +40,8 @@ std::vector<double> weighted_legendre(double cosine, size_t count)
     return weighted;
 }
 
-/// e^u - 1 - u of every degree at one x, 0 up to the degree of the scaling, less what it tends to at high degree. The
-/// sum over all l of a constant is 0 off the forward direction: with that constant off, the sum over l converges.
+/// e^u - 1 - u of every degree at one x, 0 up to the degree of the scaling, minus its limit at high degree. Off the
+/// forward direction the sum of a constant over all l is 0. Without this constant the sum over l converges.
 std::vector<double> terms(const std::vector<double>& moments, const DeltaScaling& scaling, double x)
 {
     const double limit = beyond_first(-x * scaling.f);

@@ -18,7 +18,7 @@ constexpr size_t maps_before_lights = 7;
 
 float depth_of(float transmittance)
 {
-    // A stored 0 means beyond what a float holds: depth 103 and more.
+    // A stored 0 is an underflow of float: depth 103 or more.
     return transmittance > 0 ? -std::log(transmittance) : 104.0f;
 }
 
@@ -35,14 +35,14 @@ std::unique_ptr<BrickMap> map_of(const Vec3SGridPtr& grid, float outside = 0)
     return grid ? std::make_unique<BrickMap>(*grid, outside) : nullptr;
 }
 
-/// Collided light is known in active voxels; the medium reaches up to a voxel further, and light does not end before
-/// it.
+/// Extends collided light, stored in active voxels, over the trilinear fringe: the medium extends up to one voxel
+/// beyond its active voxels.
 std::unique_ptr<BrickMap> fringe_map(const Vec3SGridPtr& grid)
 {
     return grid ? std::make_unique<BrickMap>(*with_fringe(*grid)) : nullptr;
 }
 
-/// The largest channel of a grid, which says where a ray has to stop.
+/// The largest channel of a grid; rays visit only the cells in which it is nonzero.
 BrickMap extent_of(const Vec3SGrid& grid)
 {
     auto largest = openvdb::FloatGrid::create(0.0f);
@@ -220,7 +220,7 @@ Vec3d RayMedia::collided(size_t volume, double t) const
     const Vec3d p = ray_of(volume, 3).at(t);
     Vec3d higher(0.0);
     for (int c = 0; c < 3; ++c) {
-        if (c > 0 && v.moments[c].empty()) {  // one for all
+        if (c > 0 && v.moments[c].empty()) {  // all channels share moments
             higher[c] = higher[0];
             continue;
         }

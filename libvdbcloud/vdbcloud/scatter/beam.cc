@@ -22,7 +22,7 @@ Vec3d unit_vector(int axis, double length)
 
 Vec3d as_double(const Vec3i& v) { return Vec3d(v.x(), v.y(), v.z()); }
 
-/// A point source inside a voxel brings its whole power into it; the faces then carry out what leaves.
+/// A point source inside a voxel deposits its whole power there; the flux through the faces subtracts what leaves.
 void add_source_inside(const P1Operator& p1, const Light& light,
                        const std::vector<std::pair<P1Source*, double>>& channels)
 {
@@ -256,8 +256,8 @@ std::vector<float> beam_fluence(const P1Operator& p1, const BeamDepths& depths, 
         const double inside = point.rhs[slot] != 0 ? point.rhs[slot] / scaling.albedo : 0.0;
         const double rate = scaling.extinction * p1.sigma_t(slot) * p1.hbar();
         const double mean = std::max(taken[slot] + inside, 0.0) / rate;
-        // Beside a dense voxel a thin one has a share of its power, as density is trilinear, but not its collision
-        // rate.
+        // Density is trilinear, so a thin voxel beside a dense voxel removes power at more than its own collision rate.
+        // Without the cap its fluence would be too large.
         const double free_of_medium = depths.light->irradiance(p1.index().world(as_double(blocks.voxel(slot))));
         const double most = std::exp(-extinction * double(least[slot])) * free_of_medium;
         fluence[slot] = float(inside > 0 ? mean : std::min(mean, most));

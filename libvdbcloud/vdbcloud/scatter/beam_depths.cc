@@ -142,7 +142,7 @@ void depths_by_lattice(const VoxelIndex& index, const std::vector<ExposedVoxel>&
         for (int up = 0; up < 2; ++up) {
             const int face = 2 * a + up;
             std::vector<Vec3i> wanted;                                  // blocks with an exposed face of this kind
-            std::vector<size_t> place(blocks.count(), blocks.count());  // of a block among them
+            std::vector<size_t> place(blocks.count(), blocks.count());  // index in `wanted`, by block
             for (const ExposedVoxel& voxel : exposed)
                 if (const size_t b = voxel.slot / 512; voxel.faces >> face & 1 && place[b] == blocks.count()) {
                     place[b] = wanted.size();

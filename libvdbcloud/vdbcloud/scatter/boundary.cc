@@ -8,9 +8,9 @@ namespace vdbcloud {
 
 namespace {
 
-constexpr int reach = 2;  // voxels about an exposed one that its gradient sees, along each axis
+constexpr int reach = 2;  // half-width of the gradient's window [voxels]
 
-/// Density of the 27 blocks about a block, found once.
+/// Density of the 27 blocks about a block, looked up once.
 struct Surroundings {
     Surroundings(const Blocks& blocks, size_t block)
     {

@@ -8,7 +8,7 @@ namespace vdbcloud {
 
 namespace {
 
-/// x with b's light = x times a's, if there is one.
+/// Factor x such that b's light is x times a's light, if such a factor exists.
 std::optional<double> multiple(const ChannelInput& a, const ChannelInput& b)
 {
     if (a.emission != b.emission) return std::nullopt;

@@ -26,8 +26,8 @@ double below(int l, int m, int step)
     return step > 0 ? -raise(l - 1, -m - 1) : raise(l - 1, m - 1);
 }
 
-/// x Y_lm or y Y_lm: azimuths multiply by addition theorems, cos a cos b = (cos(a+b) + cos(a-b)) / 2 and its kin,
-/// which is why every target order is |m| + 1 or |m| - 1 and may change from cosine (m >= 0) to sine (m < 0).
+/// x Y_lm or y Y_lm. Azimuths multiply by product formulas such as cos a cos b = (cos(a+b) + cos(a-b)) / 2. Every
+/// target order is therefore |m| + 1 or |m| - 1, and may change from cosine (m >= 0) to sine (m < 0).
 void add_transverse(int degree, int l, int m, bool is_y, std::vector<double>& matrix)
 {
     const int n = harmonic_count(degree), order = std::abs(m);

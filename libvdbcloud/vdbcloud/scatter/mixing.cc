@@ -10,8 +10,8 @@ namespace vdbcloud {
 
 namespace {
 
-constexpr size_t piece = 4096;     // of an array, summed apart
-constexpr double parallel = 1e-8;  // squared sine below which a difference adds nothing to the span of the others
+constexpr size_t piece = 4096;     // values per partial sum
+constexpr double parallel = 1e-8;  // squared sine below which a difference counts as dependent
 
 size_t pieces(size_t length) { return (length + piece - 1) / piece; }
 

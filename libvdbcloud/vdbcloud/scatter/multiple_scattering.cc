@@ -88,7 +88,7 @@ private:
                 t = std::max(0.0f, medium_.albedo[c] > 0 ? std::min(t, float(1 / medium_.albedo[c])) : t);
     }
 
-    /// What the channels are solved with, to be compared.
+    /// Groups of channels that share a matrix or a solution.
     std::vector<ChannelGroup> groups() const
     {
         std::array<ChannelInput, 3> input;
@@ -104,7 +104,7 @@ private:
         return group_channels(input);
     }
 
-    /// The trilinear medium of a channel: the density, or with a tint under scaling the density times (1 - w0 f).
+    /// The trilinear medium of a channel: the density, or with a tint the density times (1 - w0 f).
     BrickMap bricks_of(const P1Operator& p1) const
     {
         if (p1.uniform_albedo()) return BrickMap(grid_);
@@ -118,8 +118,8 @@ private:
         return BrickMap(*scaled);
     }
 
-    /// Density depths of all lights in the medium of a channel; kept if every channel has the same.
-    /// `note`, if any, is told of each light and its depths.
+    /// Adds the beams of all lights in the medium of a channel. Density depths are cached if all channels share them.
+    /// `note`, if given, is called with each light, its depths and the extinction.
     void add_beams(const P1Operator& p1, const std::vector<std::pair<P1Source*, int>>& sources,
                    const Progress& progress,
                    const std::function<void(const Light&, const BeamDepths&, double)>& note = {})
@@ -224,11 +224,12 @@ private:
     {
         finish(p1, source, phi, report);
         auto flux = cell_flux(p1, source, phi);
-        if (p1.mean_cosine() != 0) report.flux_limited = limit_flux(p1, phi, flux);  // else the picture does not see it
+        if (p1.mean_cosine() != 0)
+            report.flux_limited = limit_flux(p1, phi, flux);  // at 0 the picture does not use the flux
         solution_[c].flux = flux_in_world(index_, std::move(flux));
     }
 
-    /// From P1 to flux-limited diffusion, for one channel, by solving with the factors that the last solution asks for.
+    /// Flux-limited diffusion of one channel: solves repeatedly, each time with factors from the last solution.
     void limit(const P1Operator& p1, const P1Source& p1_source, int c, std::vector<double>& phi, ChannelReport& report)
     {
         FluxLimiter limiter(index_.blocks());
@@ -274,7 +275,7 @@ private:
         }
     }
 
-    /// From P1 to the transport equation, for one channel: `phi` is P1's and becomes the closed one's.
+    /// Solves the transport equation of one channel. `phi` is P1's solution on entry and the closed solution on return.
     void close(const P1Operator& p1, const P1Source& p1_source, int c, std::vector<double>& phi, ChannelReport& report)
     {
         const auto exposed = closure_exposed(p1);
@@ -283,8 +284,8 @@ private:
         const P1Operator fine(index_, density_, exposed, medium);
         SecondMoment closure(fine, o_.closure, frame());
         if (!o_.sky.dark()) closure.set_sky(sky_along(index_, o_.sky, c, closure.set().direction));
-        // A start that is negative in no direction saves three iterations: at g = 0.85 P1's flux where light enters
-        // takes long to be forgotten.
+        // Shortening the flux so that the first radiance is nonnegative saves three iterations: at g = 0.85 errors of
+        // P1's flux where light enters decay slowly.
         auto flux = cell_flux(p1, p1_source, phi);
         limit_flux(p1, phi, flux);
         closure.start_with_flux(flux);
@@ -296,7 +297,7 @@ private:
             const auto late = beam_fluence(fine, depths, extinction);
             closure.add_uncollided(light, late, strength);
             if (medium.degree == 1 || !medium.delta || !p1.uniform_albedo()) return;
-            // What the first scaling calls uncollided and this one does not, travels on along the beam.
+            // Light that is uncollided under P1's scaling but collided under this scaling starts along the beam.
             auto early = beam_fluence(p1, depths, medium.sigma_t_per_density * p1.scaling(0).extinction);
             for (size_t slot = 0; slot < early.size(); ++slot) {
                 early[slot] -= late[slot];
@@ -318,7 +319,8 @@ private:
         solution_[c].flux = flux_of(solution_[c].moments);
     }
 
-    /// The polar axis is the index axis nearest to `up`; of a layer without end it is the one across the layer.
+    /// The polar axis is the index axis nearest to `up`; in a layer (two periodic axes) it is the axis across the
+    /// layer.
     OrdinateFrame frame() const
     {
         const auto& periodic = o_.periodic;
@@ -335,7 +337,7 @@ private:
         return o_.delta ? delta_scaling(medium_.phase, degree()) : no_scaling(medium_.phase, degree());
     }
 
-    /// The report of a channel that is `scale` times another.
+    /// The report of a channel whose solution is `scale` times another channel's.
     void share(int from, int to, double scale)
     {
         ChannelReport r = report_.channel[from];

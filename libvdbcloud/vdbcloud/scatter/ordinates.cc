@@ -16,7 +16,7 @@ namespace {
 constexpr auto kinds = words<OrdinateKind>(
     "quadrature", {{OrdinateKind::Product, "product"}, {OrdinateKind::LevelSymmetric, "level-symmetric"}});
 
-constexpr int most_polar = 32;  // points a hemisphere of the largest product set
+constexpr int most_polar = 32;  // polar points per hemisphere of the largest product set
 
 struct ProductSize {
     int polar, azimuths;
@@ -24,8 +24,9 @@ struct ProductSize {
     int degree() const { return std::min(polar, azimuths / 2) - 1; }
 };
 
-/// All product sets, by count; of two equal ones the one that carries more comes first. A set of p points times 4 p
-/// azimuths has the count and the degree of one of 2 p times 2 p, which layers take where that leaves eight azimuths.
+/// All product sets, by count; of two sets of equal count the set of higher degree comes first. A set of p points times
+/// 4 p azimuths has the count and the degree of a set of 2 p points times 2 p azimuths. Layers use the second set if it
+/// has at least eight azimuths.
 std::vector<ProductSize> product_sizes(bool layered)
 {
     std::vector<ProductSize> sizes;
@@ -112,7 +113,7 @@ struct LevelSet {
         }
         return solve_dense(a, b);
     }
-    /// By how much the next moment misses.
+    /// Error of the next moment.
     double miss(double mu1) const
     {
         const auto mu = cosines(mu1);
@@ -128,7 +129,7 @@ Ordinates level_set(int n, double guess, int degree)
 {
     const LevelSet levels(n);
     double mu1 = guess, step = 1e-4;
-    for (int k = 0; n > 2 && k < 60 && std::abs(step) > 1e-16; ++k) {  // Newton with a difference for the slope
+    for (int k = 0; n > 2 && k < 60 && std::abs(step) > 1e-16; ++k) {  // Newton, slope by a central difference
         const double slope = (levels.miss(mu1 + 1e-6) - levels.miss(mu1 - 1e-6)) / 2e-6;
         step = levels.miss(mu1) / slope;
         mu1 -= step;
@@ -155,7 +156,7 @@ Ordinates level_set(int n, double guess, int degree)
 
 struct LevelSize {
     int n, degree;
-    double first_cosine;  // a start for the iteration
+    double first_cosine;  // initial guess of mu_1
 };
 constexpr LevelSize level_sizes[] = {{2, 1, 0.577},  {4, 2, 0.350},   {6, 3, 0.2666},
                                      {8, 4, 0.2182}, {10, 5, 0.1893}, {12, 5, 0.1672}};

@@ -126,7 +126,7 @@ void add_emission(const P1Operator& p1, const std::vector<float>& emission, doub
 
 namespace {
 
-/// What is left of the sources, given to all cells as one constant: phi then balances exactly.
+/// Adds to phi the constant that closes the total power balance exactly.
 void close_balance(const P1Operator& p1, const std::vector<double>& residual, std::vector<double>& phi)
 {
     const Blocks& blocks = p1.blocks();

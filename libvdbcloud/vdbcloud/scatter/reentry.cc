@@ -70,7 +70,7 @@ double reentry_share(const P1Operator& p1, const P1Source& source, const std::ve
             const double c = std::sqrt(z2), s = std::sqrt(1 - z2);
             Vec3d d = normal * c + t * (s * std::cos(turn)) + u * (s * std::sin(turn));
             for (int a = 0; a < 3; ++a) d[a] /= p1.index().spacing()[a] / p1.hbar();
-            // Two voxels out along the normal: the staircase must not count as a hit.
+            // Start two voxels out along the normal, so that the staircase of the surface does not count as a hit.
             const Vec3d start = Vec3d(at[0], at[1], at[2]) + normal * 2.0;
             all[n] += power;
             if (hits(blocks, start, d, lo, hi)) back[n] += power;

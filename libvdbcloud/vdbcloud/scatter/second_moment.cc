@@ -14,7 +14,7 @@ namespace vdbcloud {
 
 namespace {
 
-/// Contraction as the mean of the last steps, as mixing does not make them alike, and what is left after the last one.
+/// Estimates contraction and remaining error. Contraction is a mean over the last steps, as it varies under mixing.
 void estimate_error(ClosureReport& report)
 {
     const size_t n = report.change.size(), steps = std::min<size_t>(3, n - std::min<size_t>(n, 1));
@@ -24,8 +24,8 @@ void estimate_error(ClosureReport& report)
     if (report.contraction < 1) report.error = report.change[n - 1] * report.contraction / (1 - report.contraction);
 }
 
-/// What is mixed: phi where that alone is fed back, else phi and the moments of degree 1 too. Higher ones follow these
-/// in a sweep or two.
+/// Depth of mixing, and number of arrays mixed: phi alone for isotropic scattering, else phi and the moments of degree
+/// 1. Higher moments follow within one or two sweeps.
 int mixing_depth(double g) { return g == 0 ? 8 : 5; }
 size_t mixed_arrays(double g) { return g == 0 ? 1 : 4; }
 
@@ -125,8 +125,9 @@ void SecondMoment::add_emission(const std::vector<float>& emission, double facto
     });
 }
 
-/// Moments of one radiance: the sweep's, times what P1's phi is to the sweep's. What is scattered backward is a small
-/// difference of moments where light goes forward, and phi alone, a per cent off the others, would turn it negative.
+/// Scales all moments of the sweep by the ratio of P1's phi to the sweep's phi, so that they belong to one radiance.
+/// Where light goes forward, backward radiance is a small difference of moments. Replacing phi alone, by a value one
+/// per cent off, would make backward radiance negative.
 void SecondMoment::take_phi(const std::vector<double>& phi)
 {
     each_active(p1_.blocks(), [&](size_t slot) {

@@ -13,7 +13,7 @@ namespace vdbcloud {
 
 namespace {
 
-/// Computes I_0, I_1, ... in turn, keeping of each what the next one needs.
+/// Computes I_0, I_1, ... in order and stores the quantities of each order that the next order needs.
 class Orders {
 public:
     Orders(const P1Operator& base, const SeriesSources& sources)
@@ -57,7 +57,7 @@ private:
         }
         return sum;
     }
-    /// The same of (1-beta) exp(-beta f tau).
+    /// Taylor coefficient of order k of (1-beta) exp(-beta f tau).
     double forward_order(double tau) const
     {
         double power = 1, before = 0;
@@ -208,7 +208,7 @@ AlbedoSeries albedo_series(const VoxelIndex& index, const std::vector<float>& de
         series.iterations += result.iterations;
         series.converged = series.converged && (result.converged || result.residual < 1e-9);
         series.norm.push_back(std::sqrt(dot(blocks, v.data(), v.data())));
-        // Twice, as once leaves what rounding brought back: the I_k are nearly parallel.
+        // Orthogonalise twice: the I_k are nearly parallel, so one pass leaves components from rounding.
         std::vector<double> row(size_t(k) + 1, 0.0);
         for (int pass = 0; pass < 2; ++pass)
             for (size_t j = 0; j < basis.size(); ++j) {
@@ -217,7 +217,8 @@ AlbedoSeries albedo_series(const VoxelIndex& index, const std::vector<float>& de
                 each_active(blocks, [&](size_t slot) { v[slot] -= along * basis[j][slot]; });
             }
         row[size_t(k)] = std::sqrt(dot(blocks, v.data(), v.data()));
-        if (!(row[size_t(k)] > 1e-13 * series.norm.back())) {  // nothing new: the span is complete
+        if (!(row[size_t(k)] >
+              1e-13 * series.norm.back())) {  // I_k is in the span of the others: the basis is complete
             series.norm.pop_back();
             break;
         }

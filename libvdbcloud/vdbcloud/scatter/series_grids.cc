@@ -32,7 +32,7 @@ std::vector<double> numbers_of(const std::string& text)
     return v;
 }
 
-/// How strong each channel's light is in units of that of the channel `c0`, all lights and the sky alike.
+/// Strength of each channel's light relative to channel `c0`: one factor for all lights and the sky.
 Vec3d channel_scales(const std::vector<Light>& lights, const Sky& sky, int& c0)
 {
     std::vector<Vec3d> strengths{sky.zenith, sky.horizon, sky.ground};
@@ -209,7 +209,7 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
                     t = rgb->tree().getValue(v.getCoord())[channel];
                 const Vec3d x = basis[0]->transform().indexToWorld(v.getCoord());
                 const Sight sight = lights[l]->towards(x);
-                if (!(sight.distance > 0)) continue;  // without a direction there
+                if (!(sight.distance > 0)) continue;  // the light is at the voxel: no direction
                 const double irradiance = lights[l].strength()[channel] * lights[l]->irradiance(x);
                 sum -= (q * irradiance * t) * sight.direction;
             }

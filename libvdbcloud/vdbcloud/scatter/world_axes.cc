@@ -10,7 +10,7 @@ namespace vdbcloud {
 
 namespace {
 
-/// turn[i * n + j] = int Y_i(world) Y_j(index) over the sphere, n harmonics, by a quadrature that is exact for it.
+/// turn[i * n + j] = int Y_i(world) Y_j(index) over the sphere, n harmonics, by a quadrature exact for these products.
 std::vector<double> rotation(const VoxelIndex& index, int degree)
 {
     const int n = harmonic_count(degree);
