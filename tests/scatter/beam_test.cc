@@ -206,8 +206,8 @@ TEST(Beam, LampInsideABallDepositsAllButTheTransmittedPower)
 TEST(Beam, LinesThroughAGaussianMatchTheExponentialIntegral)
 {
     // tau(b) = tau0 exp(-b^2 / 2 a^2), so that the loss is 2 pi a^2 Ein(tau0). Trilinear interpolation adds h^2 / 6 to
-    // a^2 and keeps the mass, but along an axis, where lines run through voxel centres; beyond that it errs by (h /
-    // a)^4.
+    // a^2 and keeps the mass, except along an axis, where lines run through voxel centres. The remaining error is
+    // (h / a)^4.
     const double h = 0.1, sigma = 2.4, a = 5 * h;
     const Body body(test::field(Vec3i(55), Vec3d(h), [&](const Vec3i& p) {
         const Vec3d r = (Vec3d(p.x(), p.y(), p.z()) - Vec3d(27.3, 26.8, 27.1)) * h;

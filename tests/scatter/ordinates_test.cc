@@ -1,4 +1,4 @@
-// Quadratures of the sphere: what they integrate exactly, which symmetries they have, how counts are rounded.
+// Quadratures of the sphere: exactness for harmonics, symmetries, rounding of counts.
 #include "vdbcloud/scatter/ordinates.h"
 
 #include "vdbcloud/core/constants.h"

@@ -396,7 +396,7 @@ TEST(ScatterP1, SharesSolutionsBetweenChannelsAndWritesMetadata)
     EXPECT_GT(report.channel[0].reentry, 0);
     EXPECT_LT(report.bytes / report.voxels, 2000u);
 
-    // A sun for each channel of its own is the same medium three times over.
+    // In a grey medium all channels share one matrix, whatever the colour of the sun.
     Medium grey = medium;
     grey.albedo = Vec3d(0.99);
     const Light blue_sun = make_sun(Vec3d(0.3, 1, 0.2), Vec3d(0, 0, 4));

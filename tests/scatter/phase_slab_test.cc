@@ -42,7 +42,7 @@ Outcome swept(const PhaseFunction& phase, double tau, double w0, int degree, int
     return {report.channel[0].reflected / in, report.channel[0].transmitted / in + std::exp(-scaled_tau / mu)};
 }
 
-/// Exact for moments up to 2 n - 1 = 47; what a peak has beyond them counts as unscattered, with an error of the order
+/// Exact for moments up to 2 n - 1 = 47. The higher moments of a peak count as unscattered, with an error of the order
 /// of m_48 of the slab in a flux that passes through either way.
 Outcome exact(const PhaseFunction& phase, double tau, double w0)
 {

@@ -188,7 +188,7 @@ TEST(SecondMoment, SlabsMatchExactTransport)
             const Result r = solve(slab.cloud, lit, options(bound.directions));
             const test::SlabExact exact({tau, lit.w0, 0, 0.6, {0.3, 1.0}, 24});
             const double most = tau < 1 ? bound.thin : bound.thick, cell = tau / n;
-            const double line = most + 0.2 * cell * cell;  // radiance: what a straight line between centres leaves
+            const double line = most + 0.2 * cell * cell;  // radiance: adds the error of linear sources between centres
             const double reflected = r.budget.out[Blocks::YPlus] / slab.area(),
                          transmitted = r.budget.out[Blocks::YMinus] / slab.area();
             EXPECT_NEAR(reflected / exact.reflected(), 1, most) << tau << ' ' << bound.directions;
@@ -288,8 +288,8 @@ TEST(SecondMoment, ConvergesInAtMostFifteenIterations)
 
 TEST(SecondMoment, ConvergesInSaltAndPepper)
 {
-    // Densities over six decades and voids, voxel by voxel; of the scale 1000 on, the thickest voxels are some hundred
-    // mean free paths and exchange light across pores with others alike, where the plain iteration grows.
+    // Each voxel is void or has a random density within six decades. From scale 1000 on, the thickest voxels are some
+    // hundred mean free paths and exchange light across pores with each other: the plain iteration diverges.
     for (const auto& [sigma, most] : {std::pair(1.0, 15), {10.0, 15}, {100.0, 15}, {1000.0, 15}, {10000.0, 30}})
         for (const auto& [g, degree, directions] : {std::tuple(0.0, 1, 32), {0.85, 3, 64}}) {
             Cloud c(test::voxel_field(Vec3i(32), Vec3d(1.0 / 32), [](const Vec3i& p) { return clumps(p, 3); }));
@@ -372,7 +372,7 @@ TEST(SecondMoment, SolutionHasTheSymmetriesOfTheDirections)
     }
 }
 
-/// A cube of 16 voxels edge, and another `gap` voxels beside it or none; mean phi of the second.
+/// Two cubes of 16 voxels edge, `gap` voxels apart; the first emits. Returns the mean phi of the second cube.
 double second_cube(int gap, double sigma, double emission_of_first)
 {
     const int far = 16 + gap;
@@ -400,8 +400,8 @@ double second_cube(int gap, double sigma, double emission_of_first)
 
 TEST(SecondMoment, LightBetweenTwoCubesMatchesTheIntegral)
 {
-    // Optically thin cubes (tau 0.08): what the second has of the first is int int j / r^2 over both volumes. 512
-    // directions see a cube at 2 edges' distance as some 20 beams; P1 alone gives it nothing.
+    // Optically thin cubes (tau 0.08): the second cube's phi is int int j / r^2 over both volumes. 512 directions
+    // resolve a cube at 2 edges' distance by some 20 beams; P1 alone gives the second cube no light.
     constexpr int n = 8, gap = 32;
     double exact = 0;
     for (int a = 0; a < n * n * n; ++a)

@@ -258,7 +258,7 @@ LineDepths periodic_line_depths(const VoxelIndex& index, const std::vector<float
 {
     const PeriodicMarch march(index, density, light);
     LineDepths lines;
-    // Lines start on the side of the box away from the light, across an axis that ends, one in each voxel of that side.
+    // Lines start on the side of the box away from the light, across a non-periodic axis, one per voxel of that side.
     int across = 0;
     for (int a = 0; a < 3; ++a)
         if (index.blocks().period()[a] == 0 && march.step()[a] != 0) across = a;

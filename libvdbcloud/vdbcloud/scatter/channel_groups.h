@@ -23,7 +23,7 @@ struct ChannelGroup {
     std::vector<Solve> solves;
 };
 
-/// Two channels share a solution if matrix and emission are equal and one's light is a multiple x >= 0 of the other's.
+/// Channels share a solution if matrix and emission are equal and their lights differ only by a factor x >= 0.
 std::vector<ChannelGroup> group_channels(const std::array<ChannelInput, 3>&);
 
 }  // namespace vdbcloud

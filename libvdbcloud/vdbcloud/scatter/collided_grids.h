@@ -19,8 +19,7 @@ struct Share {
     double scale = 1;
 };
 
-/// Makes the grids of the three channels, moments from degree 2 to `degree`. `stamp` writes the metadata that all grids
-/// share.
+/// Makes the grids of the three channels, moments from degree 2 to `degree`. `stamp` writes the shared metadata.
 ScatterFields collided_grids(const VoxelIndex&, const std::array<Solution, 3>&, const std::array<Share, 3>&, int degree,
                              const std::function<void(GridBase&)>& stamp);
 

@@ -42,7 +42,7 @@ struct ChannelReport {
     ClosureReport closure;
     LimiterReport limiter;
     double deposited = 0;  ///< power that the beams lose in the medium, by voxel faces
-    double lines = -1;     ///< power that the suns lose, by lines through the medium; -1: not measured
+    double lines = -1;     ///< power that the suns lose, by lines through the medium; -1: not measured (or a lamp)
     double beam_in = 0, beam_out = 0, emitted = 0;
     /// Diffuse power out of the sides that see the first sun, and out of the other sides.
     double reflected = 0, transmitted = 0;

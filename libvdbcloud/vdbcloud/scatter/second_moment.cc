@@ -53,8 +53,8 @@ SecondMoment::SecondMoment(const P1Operator& p1, const ClosureOptions& options, 
     : p1_(p1), o_(options)
 {
     if (o_.degree < 1 || o_.degree > 7) throw InputError("degree " + std::to_string(o_.degree) + ": expected 1 to 7");
-    const int carried =
-        std::max(o_.degree, 2);  // t needs moments of degree 2, but exactly only those of what P1 calls isotropic
+    // t needs moments of degree 2, which must be exact only for radiance that P1 treats as isotropic.
+    const int carried = std::max(o_.degree, 2);
     ordinates_ = ordinates(o_.kind, o_.directions, o_.degree, frame.polar, frame.layered);
     if (p1.delta().degree != o_.degree)
         throw InputError("degree " + std::to_string(o_.degree) + " of the sweeps: expected that of the P1 operator, " +
