@@ -11,13 +11,20 @@ if [ -t 1 ]; then exec ninja -C "$build" -j "$jobs" "$@"; fi
 # A pipe hides the status of ninja, so a file keeps it.
 status=$(mktemp)
 trap 'rm -f "$status"' EXIT
-{ ninja -C "$build" -j "$jobs" "$@" 2>&1 || echo $? > "$status"; } | awk '
-    /^ninja: (Entering directory|no work to do)/ { next }
-    /^building [0-9]+\/[0-9]+  / {
-        split($2, n, "/")
-        if (n[1] < printed) printed = 0  # the build was configured again
-        if (n[1] == n[2] || n[1] - printed >= n[2] / 10) { print "building " $2; fflush(); printed = n[1] }
-        next
-    }
-    { print; fflush() }'
+{ ninja -C "$build" -j "$jobs" "$@" 2>&1 || echo $? > "$status"; } | {
+    printed=0
+    while IFS= read -r line; do
+        case $line in
+            'ninja: Entering directory '* | 'ninja: no work to do'*) ;;
+            'building '*/*'  '*)
+                count=${line#building } count=${count%%  *} done=${count%/*} total=${count#*/}
+                if [ "$done" -lt "$printed" ]; then printed=0; fi  # the build was configured again
+                if [ "$done" = "$total" ] || [ $((10 * (done - printed))) -ge "$total" ]; then
+                    echo "building $count"
+                    printed=$done
+                fi ;;
+            *) printf '%s\n' "$line" ;;
+        esac
+    done
+}
 [ ! -s "$status" ]
