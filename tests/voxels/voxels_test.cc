@@ -71,7 +71,9 @@ TEST(Blocks, NumberVoxelsAndFindNeighbours)
             const size_t beside = blocks.neighbour(slot, face);
             const bool inside = q[0] >= 0 && q[1] >= 0 && q[2] >= 0 && q[0] < 20 && q[1] < 9 && q[2] < 8;
             EXPECT_EQ(blocks.active(beside), inside) << p << " face " << face;
-            if (inside) EXPECT_EQ(blocks.voxel(beside), q);
+            if (inside) {
+                EXPECT_EQ(blocks.voxel(beside), q);
+            }
         }
     }
     EXPECT_FALSE(blocks.active(blocks.slot(Vec3i(-1, 0, 0))));
