@@ -5,6 +5,7 @@
 #include "vdbcloud/file/header.h"
 #include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/registry.h"
 
 #include "support/grids.h"
 #include "support/run.h"
@@ -48,6 +49,18 @@ std::string saved(const Scratch& folder, const GridBasePtr& grid)
     openvdb::initialize();
     std::ofstream stream(folder / "a.vdb", std::ios::binary);
     openvdb::io::Stream(stream).write(openvdb::GridPtrVec{grid});
+    return folder / "a.vdb";
+}
+
+/// Writes a file whose metadata vdbcloud:format is `format`, with OpenVDB's own writer. Returns the path.
+template<typename T>
+std::string saved_as_format(const Scratch& folder, const T& format)
+{
+    openvdb::initialize();
+    openvdb::MetaMap metadata;
+    metadata.insertMeta(schema::format, openvdb::TypedMetadata<T>(format));
+    std::ofstream stream(folder / "a.vdb", std::ios::binary);
+    openvdb::io::Stream(stream).write(openvdb::GridPtrVec{ball("density")}, metadata);
     return folder / "a.vdb";
 }
 
@@ -105,6 +118,19 @@ TEST(Reading, RefusesANewerFormatVersion)
     bytes[8] = char(225);
     write_text(folder / "a.vdb", bytes);
     EXPECT_EQ(refusal(folder / "a.vdb").find(".vdb format 225: expected 224 or older"), 0u);
+}
+
+TEST(Reading, RefusesANewerNumberOfOurOwnFormat)
+{
+    const Scratch folder;
+    EXPECT_EQ(read_grid_file(saved_as_format(folder, 1.0)).grids.size(), 1u);
+    EXPECT_EQ(
+        refusal(saved_as_format(folder, 2.0)),
+        "metadata 'vdbcloud:format' = 2: expected 1: a newer vdbcloud wrote this file, update vdbcloud to read it");
+    EXPECT_NE(refusal(saved_as_format(folder, int32_t(7))).find("= 7: expected 1: a newer"), std::string::npos);
+    EXPECT_EQ(refusal(saved_as_format(folder, 0.0)), "metadata 'vdbcloud:format' = 0: expected 1");
+    EXPECT_EQ(refusal(saved_as_format(folder, std::string("two"))),
+              "metadata 'vdbcloud:format' = two: expected a finite number");
 }
 
 TEST(Reading, RefusesSingularNonFiniteAndOutOfRangeTransforms)

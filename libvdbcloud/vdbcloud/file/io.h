@@ -32,6 +32,7 @@ struct ReadCost {
 ///
 /// Each grid must have a registered value type, a finite invertible transform, and voxel edges within 1e-6..1e6 world
 /// units. Active voxels must have coordinates below 2^30; at most 2^31 may be active (a tile counts as its voxels).
+/// File metadata vdbcloud:format, if there is one, must not be newer than schema::format_version.
 ///
 /// Throws IoError: one sentence that begins with the path; text from the file is shortened and made printable.
 GridFile read_grid_file(const std::string& path, const ReadOptions& = {}, ReadCost* = nullptr);

@@ -8,6 +8,8 @@
 #include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/metadata.h"
+#include "vdbcloud/grid/registry.h"
 
 #include <openvdb/io/Stream.h>
 
@@ -231,6 +233,26 @@ void try_in_guard(const std::string& path, const Input& input, const ReadOptions
     throw IoError(said.compare(0, prefix.size(), prefix) == 0 ? printable(said, 6000) : prefix + printable(said, 1000));
 }
 
+/// Refuses a file whose metadata vdbcloud:format is newer than this version of vdbcloud reads: by that number, some
+/// grid or key has another meaning. A file without the key comes from another program and is read.
+void check_format(const std::string& path, const MetaMap& metadata)
+{
+    const std::string file = printable(path, 4096) + ": ";
+    double format = schema::format_version;
+    try {
+        format = get_number(metadata, schema::format, format);
+    } catch (const InputError& e) {
+        throw IoError(file + e.what());
+    }
+    if (format >= 1 && format <= schema::format_version) return;
+    std::ostringstream text;
+    text << file << "metadata '" << schema::format << "' = " << format << ": expected ";
+    if (schema::format_version > 1) text << "1 to ";
+    text << schema::format_version;
+    if (format > schema::format_version) text << ": a newer vdbcloud wrote this file, update vdbcloud to read it";
+    throw IoError(text.str());
+}
+
 double seconds_since(std::chrono::steady_clock::time_point start)
 {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -255,6 +277,7 @@ GridFile read_grid_file(const std::string& path, const ReadOptions& options, Rea
     } catch (...) {
         throw IoError(load_failure(path, input.size()));
     }
+    check_format(path, *contents.metadata);
     if (contents.end < input.size())
         warn(options.warn, printable(path, 4096) + ": " + std::to_string(input.size() - contents.end) +
                                " bytes behind the last grid are passed over");
