@@ -44,6 +44,14 @@ void check_target(const std::string& path, bool no_clobber)
         throw IoError(one_line(path) + ": there is no folder " + one_line(folder.string()));
 }
 
+/// What a run without any of `inputs` has to add: "input or --envelope-from".
+std::string names_of(const std::vector<Option>& inputs)
+{
+    std::string all;
+    for (const Option& input : inputs) all += (all.empty() ? "" : " or ") + input.name();
+    return all;
+}
+
 /// A command in lines of help: where it is long, a line ends after each && and |, where the shell reads on.
 std::string broken(std::string command)
 {
@@ -67,7 +75,12 @@ App::App(const std::string& name, const std::string& summary)
 
 App::~App() = default;
 
-void App::reads_grids() { shared_->reads = true; }
+void App::reads_grids(const std::vector<Option>& inputs)
+{
+    shared_->reads = true;
+    shared_->inputs = inputs;
+}
+
 void App::writes_grids() { shared_->writes = shared_->may_clobber = true; }
 void App::examples(const std::vector<std::pair<std::string, std::string>>& examples)
 {
@@ -86,13 +99,18 @@ void App::declare_shared()
         if (CLI::Option* option = get_option_no_throw(path)) option->type_name("FILE");
     const auto in = [](const char* group, const Option& option) { return option.group(group); };
     if (s.reads) {
-        in(reading, add_flag("--trust-input", s.trust_input,
-                             "read in this process, without the guard against damaged files; use it for files of your "
-                             "own, it is faster"))
-            ->configurable(false);
-        in(reading, add_option("--max-input", s.max_input, "refuse inputs larger than this [GiB]"))
-            ->check(positive)
-            ->configurable(false);
+        const auto of_reading = [&](const Option& option) {
+            in(reading, option)->configurable(false);
+            if (s.inputs.empty()) return option;
+            const auto any_given = [inputs = s.inputs] {
+                return std::any_of(inputs.begin(), inputs.end(), [](const Option& input) { return input.given(); });
+            };
+            return option.only_with(any_given, names_of(s.inputs));
+        };
+        of_reading(add_flag("--trust-input", s.trust_input,
+                            "read in this process, without the guard against damaged files; use it for files of your "
+                            "own, it is faster"));
+        of_reading(add_option("--max-input", s.max_input, "refuse inputs larger than this [GiB]"))->check(positive);
     }
     if (s.may_clobber)
         in(writing, add_flag("--no-clobber", s.no_clobber,

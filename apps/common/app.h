@@ -37,8 +37,10 @@ public:
     App(const std::string& name, const std::string& summary);
     ~App() override;
 
-    /// Declares the shared options of tools that read one .vdb / write one .vdb. Call while declaring.
-    void reads_grids();
+    /// Declares the shared options of tools that read .vdb files / write one .vdb. Call while declaring. `inputs`: for
+    /// a tool that can run without an input, the options that name one. Without any of them given, --trust-input and
+    /// --max-input have no effect and are refused.
+    void reads_grids(const std::vector<Option>& inputs = {});
     void writes_grids();
     /// The same for --no-clobber alone, for tools that write no grids.
     void never_clobbers();
@@ -127,6 +129,7 @@ public:
     std::unique_ptr<Phase> phase(const std::string& name);
 
     /// The report that --json writes: fill "counts", "accuracy", "estimate" and what the tool adds.
+    /// A member that the tool does not fill is not in the report.
     nlohmann::json& report();
 
     bool dry_run() const;

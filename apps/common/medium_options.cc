@@ -6,6 +6,7 @@
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/optics/automatic_extinction.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace vdbcloud::app {
@@ -25,11 +26,18 @@ bool close(const Vec3d& a, const Vec3d& b) { return close(a[0], b[0]) && close(a
                      " is asked for: run the stage that made it again");
 }
 
-void declare_parameter(App& app, const PhaseParameter& parameter, MediumOptions& o, const char* group)
+/// The end of an option's help: the value without the option. `otherwise` where no file gives one; may be empty.
+std::string without_it(MediumSource source, const std::string& otherwise)
+{
+    if (source == MediumSource::None) return otherwise.empty() ? "" : "; without it " + otherwise;
+    return "; without it the file's" + (otherwise.empty() ? "" : ", else " + otherwise);
+}
+
+void declare_parameter(App& app, const PhaseParameter& parameter, MediumOptions& o, MediumSource source,
+                       const char* group)
 {
     const double inside = parameter.open ? 1e-6 : 0;
-    std::string otherwise = "; without it the file's";
-    if (!std::isnan(parameter.otherwise)) otherwise += ", else " + brief(parameter.otherwise);
+    const std::string otherwise = without_it(source, std::isnan(parameter.otherwise) ? "" : brief(parameter.otherwise));
     auto& [value, option] = o.parameters[parameter.name];
     option = app.add_option(std::string("--") + parameter.name, value, parameter.meaning + otherwise)
                  ->check(within(parameter.low + inside, parameter.high - inside))
@@ -75,51 +83,63 @@ PhaseFunction chosen_phase(const MediumOptions& o, const PhaseFunction& file)
     return PhaseFunction(form.name, parameters);
 }
 
+/// `otherwise` with the coefficients that the user gave.
+Medium with_given(const MediumOptions& o, Medium otherwise)
+{
+    if (o.option.extinction.given() && is_zero(o.extinction))
+        throw UsageError("--extinction 0: expected a number above 0");
+    if (o.option.extinction.given()) otherwise.sigma_t_per_density = o.extinction;
+    if (o.option.albedo.given()) otherwise.albedo = o.albedo;
+    otherwise.phase = chosen_phase(o, otherwise.phase);
+    return otherwise;
+}
+
 }  // namespace
 
-void declare_medium(App& app, MediumOptions& o)
+void declare_medium(App& app, MediumOptions& o, MediumSource source)
 {
-    const char* group = "Medium";
+    const bool file = source == MediumSource::File;
+    const char* group = file ? "Medium" : "Medium, written into the density for later programs";
     // No default is shown or printed for what a file may give: a printed configuration must not overrule the
     // file.
-    o.option.extinction =
-        app.add_rgb("--extinction", o.extinction,
-                    "sigma_t at density 1 [1/world unit], one number or r,g,b; without it the file's, else automatic")
-            ->check(nonnegative)
+    o.option.extinction = app.add_rgb("--extinction", o.extinction,
+                                      "sigma_t at density 1 [1/world unit], one number or r,g,b" +
+                                          without_it(source, file ? "automatic" : "later programs choose one"))
+                              ->check(nonnegative)
+                              ->default_str("")
+                              ->group(group);
+    o.option.albedo =
+        app.add_rgb("--albedo", o.albedo,
+                    "share of extinguished light that is scattered, one number or r,g,b" + without_it(source, "1"))
+            ->check(within(0, 1))
             ->default_str("")
             ->group(group);
-    o.option.albedo = app.add_rgb("--albedo", o.albedo,
-                                  "share of extinguished light that is scattered; without it the file's, else 1")
-                          ->check(within(0, 1))
-                          ->default_str("")
-                          ->group(group);
     std::vector<std::pair<std::string, std::string>> names;
     std::string meanings;
     for (const PhaseForm& form : phase_table()) {
         names.emplace_back(form.name, form.name);
         meanings += std::string("; ") + form.name + ": " + form.meaning;
     }
-    o.option.phase =
-        app.add_choice<std::string>("--phase", o.phase, names,
-                                    "phase function; without it the file's, else henyey-greenstein" + meanings)
-            ->default_str("")
-            ->group(group);
+    o.option.phase = app.add_choice<std::string>("--phase", o.phase, names,
+                                                 "phase function" + without_it(source, "henyey-greenstein") + meanings)
+                         ->default_str("")
+                         ->group(group);
     for (const PhaseForm& form : phase_table())
-        for (const PhaseParameter& parameter : form.parameters) declare_parameter(app, parameter, o, group);
+        for (const PhaseParameter& parameter : form.parameters) declare_parameter(app, parameter, o, source, group);
+}
+
+std::vector<Option> options_of(const MediumOptions& o)
+{
+    std::vector<Option> all{o.option.extinction, o.option.albedo, o.option.phase};
+    for (const auto& [name, parameter] : o.parameters) all.push_back(parameter.option);
+    return all;
 }
 
 Medium chosen_medium(App& app, const MediumOptions& o, FloatGrid& density)
 {
-    Medium medium = read_medium(density);
-    if (o.option.albedo.given()) medium.albedo = o.albedo;
-    medium.phase = chosen_phase(o, medium.phase);
-    if (o.option.extinction.given() && is_zero(o.extinction))
-        throw UsageError("--extinction 0: expected a number above 0");
+    Medium medium = with_given(o, read_medium(density));
     std::string origin = get_text(density, schema::sigma_t_origin, "given");
-    if (!is_zero(o.extinction)) {
-        medium.sigma_t_per_density = o.extinction;
-        origin = "given";
-    }
+    if (o.option.extinction.given()) origin = "given";
     if (is_zero(medium.sigma_t_per_density)) {
         medium.sigma_t_per_density = Vec3d(automatic_extinction(density));
         origin = "automatic";
@@ -129,6 +149,17 @@ Medium chosen_medium(App& app, const MediumOptions& o, FloatGrid& density)
     write_medium(density, medium);
     set_text(density, schema::sigma_t_origin, origin);
     return medium;
+}
+
+void write_given_medium(const MediumOptions& o, MetaMap& to)
+{
+    const std::vector<Option> options = options_of(o);
+    if (std::none_of(options.begin(), options.end(), [](const Option& option) { return option.given(); })) return;
+    write_medium(to, with_given(o, {}));
+    if (o.option.extinction.given())
+        set_text(to, schema::sigma_t_origin, "given");
+    else
+        to.removeMeta(schema::sigma_t_per_density);
 }
 
 void require_same_medium(const std::string& what, const MetaMap& made_with, const Medium& medium)

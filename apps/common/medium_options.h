@@ -1,11 +1,11 @@
 #pragma once
-// Options for the coefficients of a medium, and what wins: the command line, then the file, then an automatic
-// choice.
+// Options for the coefficients of a medium. The command line wins over the file, the file over an automatic choice.
 #include "app.h"
 
 #include "vdbcloud/optics/medium.h"
 
 #include <map>
+#include <vector>
 
 namespace vdbcloud::app {
 
@@ -23,14 +23,27 @@ struct MediumOptions {
     } option;
 };
 
+/// Where a coefficient comes from that the user does not give.
+enum class MediumSource {
+    File,  ///< the metadata of the density that the program reads, then an automatic choice
+    None   ///< the program makes the density: the coefficients that are not given are left to later programs
+};
+
 /// --extinction --albedo --phase, and an option for each parameter of a phase function. Keeps references to `o`.
-void declare_medium(App&, MediumOptions& o);
+void declare_medium(App&, MediumOptions& o, MediumSource = MediumSource::File);
+
+/// All options of declare_medium().
+std::vector<Option> options_of(const MediumOptions&);
 
 /// The medium of `density`: what its metadata gives, replaced by what the user gave, with an automatic extinction if
 /// neither gives one (which is said on standard error). It is written into the density's metadata together with its
 /// origin, so later stages inherit it. Throws UsageError for a parameter that the phase function does not have, for one
 /// that it needs and nobody gives, and for an extinction of 0.
 Medium chosen_medium(App&, const MediumOptions&, FloatGrid& density);
+
+/// Writes the coefficients that the user gave, for the metadata of a new density; without any given, none. Later stages
+/// inherit them. Throws UsageError as chosen_medium() does.
+void write_given_medium(const MediumOptions&, MetaMap&);
 
 /// Throws UsageError naming both values if a grid was computed with other coefficients than `medium`: `what` it is
 /// called, `made_with` its metadata. Keys that it lacks are taken as equal.

@@ -93,8 +93,6 @@ nlohmann::json App::finished_report(const nlohmann::json& status, const std::str
     out["version"] = project_version();
     for (const char* list : {"inputs", "outputs", "phases"})
         if (!out.contains(list)) out[list] = nlohmann::json::array();
-    for (const char* object : {"counts", "accuracy"})
-        if (!out.contains(object)) out[object] = nlohmann::json::object();
     out["parameters"] = s.parameters.is_null() ? nlohmann::json::object() : s.parameters;
     out["threads"] = threads();
     rusage usage = {};

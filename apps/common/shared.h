@@ -24,6 +24,7 @@ double cpu_seconds();   ///< of all threads of this process
 struct App::Shared {
     // What the tool does.
     bool reads = false, writes = false, may_clobber = false;
+    std::vector<Option> inputs;                // of a tool that can run without one, else empty
     std::vector<std::function<void()>> rules;  // each throws if an option has no effect
 
     // Options.

@@ -12,28 +12,12 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/fractal/cloud_grid.h"
 #include "vdbcloud/grid/grid_file.h"
-#include "vdbcloud/grid/metadata.h"
-#include "vdbcloud/grid/schema.h"
 
 #include <cmath>
 
 using namespace vdbcloud;
 
 namespace {
-
-/// Into the metadata of the density: what later programs take over.
-void write_medium_given(const app::Options& o, FloatGrid& density)
-{
-    const bool extinction = o.extinction.given();
-    if (!extinction && !o.albedo.given() && !o.g.given()) return;
-    Medium medium = o.medium;
-    medium.phase = PhaseFunction::henyey_greenstein(o.mean_cosine);
-    write_medium(density, medium);
-    if (extinction)
-        set_text(density, schema::sigma_t_origin, "given");
-    else
-        density.removeMeta(schema::sigma_t_per_density);
-}
 
 /// Bytes at the peak: the noise, the distances of a mask, and at most as much as the noise for the blocks and
 /// the grid.
@@ -54,7 +38,8 @@ FloatGridPtr make_mountain(app::App& app, const app::Options& o, const app::Doma
     return mountain_grid(mountain_heights(domain.box, domain.size, o.spectrum, o.relief), o.relief.half_width);
 }
 
-FloatGridPtr make_cloud(app::App& app, const app::Options& o, const app::Domain& domain, const FloatGrid* mask)
+FloatGridPtr make_cloud(app::App& app, const app::Options& o, const app::Domain& domain, const FloatGrid* mask,
+                        const MetaMap& medium)
 {
     CloudBlocks cloud;
     {
@@ -65,7 +50,7 @@ FloatGridPtr make_cloud(app::App& app, const app::Options& o, const app::Domain&
     }
     const auto phase = app.phase("grid");
     auto density = cloud_grid(cloud);
-    write_medium_given(o, *density);
+    density->insertMeta(medium);
     if (density->empty()) app.warnings()("the density is empty: nothing of the envelope is above the threshold");
     return density;
 }
@@ -79,6 +64,8 @@ void run(app::App& app, app::Options& o)
     if (o.input == "-" && o.envelope_from == "-")
         throw UsageError("the input and --envelope-from are both standard input: name one of them as a file");
 
+    MetaMap medium;
+    app::write_given_medium(o.medium, medium);
     GridFile file;
     file.metadata = std::make_shared<MetaMap>();
     if (!o.input.empty()) file = app.read(o.input);
@@ -86,7 +73,7 @@ void run(app::App& app, app::Options& o)
     const auto domain = domain_of(o, mask ? bounds_around(*mask, o) : default_bounds(o));
     if (app.dry_run()) return estimate(app, o, domain);
 
-    const auto grid = o.mountain ? make_mountain(app, o, domain) : make_cloud(app, o, domain, mask.get());
+    const auto grid = o.mountain ? make_mountain(app, o, domain) : make_cloud(app, o, domain, mask.get(), medium);
     app.report()["counts"]["voxels"] = grid->activeVoxelCount();
     put_grid(file, grid);
     write_up_axis(*file.metadata, o.up);

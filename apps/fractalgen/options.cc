@@ -40,7 +40,8 @@ void declare_noise(App& app, Options& o)
         ->group(group);
 }
 
-void declare_envelope(App& app, Options& o, const char* group, const std::function<bool()>& mountain)
+/// Returns --envelope-from.
+Option declare_envelope(App& app, Options& o, const char* group, const std::function<bool()>& mountain)
 {
     const auto mask = [&o] { return !o.envelope_from.empty(); };
     const auto cumulus = [&o] { return o.envelope == Region::Cumulus && o.envelope_from.empty(); };
@@ -74,13 +75,15 @@ void declare_envelope(App& app, Options& o, const char* group, const std::functi
     shapes_cumulus(app.add_option("--generations", o.cumulus.generations,
                                   "levels of bulges upon bulges of a cumulus; each adds finer ones"))
         ->check(within(1, 4));
+    return from;
 }
 
-void declare_shape(App& app, Options& o)
+/// Returns --envelope-from.
+Option declare_shape(App& app, Options& o)
 {
     const auto group = "Shape; lengths are fractions of the longest side";
     const auto mountain = [&o] { return o.mountain; };
-    declare_envelope(app, o, group, mountain);
+    const Option from = declare_envelope(app, o, group, mountain);
     const auto of_cloud = [&](const Option& option) { return option.not_with(mountain, "--mountain").group(group); };
     of_cloud(app.add_option("--coverage", o.shape.coverage,
                             "fraction of the envelope that holds cloud; the noise decides where. Use it for broken "
@@ -99,6 +102,7 @@ void declare_shape(App& app, Options& o)
                             "0: plain noise; 1: folded noise, round outwards and creased inwards"))
         ->only_with([&o] { return o.shape.roughness > 0; }, "--roughness above 0")
         ->check(within(0, 1));
+    return from;
 }
 
 void declare_mountain(App& app, Options& o)
@@ -125,12 +129,13 @@ void declare_mountain(App& app, Options& o)
 
 void declare(App& app, Options& o)
 {
-    app.reads_grids();
     app.writes_grids();
-    app.add_option("input", o.input, ".vdb to add the grid to, or - for standard input; without it a new file");
+    const Option input =
+        app.add_option("input", o.input, ".vdb to add the grid to, or - for standard input; without it a new file");
     app.add_option("-o,--output", o.output, ".vdb to write, or - for standard output")->required();
     declare_noise(app, o);
-    declare_shape(app, o);
+    const Option from = declare_shape(app, o);
+    app.reads_grids({input, from});
 
     const auto space = "Space";
     app.add_option(
@@ -145,22 +150,8 @@ void declare(App& app, Options& o)
         ->group(space);
 
     declare_mountain(app, o);
-    const auto of_density = [&o](const Option& option) {
-        return option.not_with([&o] { return o.mountain; }, "--mountain")
-            .default_str("")
-            .group("Medium, written into the density for later programs");
-    };
-    o.extinction = of_density(app.add_rgb("--extinction", o.medium.sigma_t_per_density,
-                                          "sigma_t at density 1 [1/world unit], one number or r,g,b; without it later "
-                                          "programs choose one"))
-                       ->check(positive);
-    o.albedo = of_density(app.add_rgb("--albedo", o.medium.albedo,
-                                      "scattered share of extinguished light, one number or r,g,b; droplets have "
-                                      "nearly 1"))
-                   ->check(within(0, 1));
-    o.g = of_density(app.add_option("--g", o.mean_cosine,
-                                    "mean cosine of Henyey-Greenstein scattering; 0: isotropic, droplets have 0.85"))
-              ->check(within(-0.999999, 0.999999));
+    declare_medium(app, o.medium, MediumSource::None);
+    for (const Option& option : options_of(o.medium)) option.not_with([&o] { return o.mountain; }, "--mountain");
 
     app.examples(
         {{"a cumulus cloud of a few seconds, and its picture",

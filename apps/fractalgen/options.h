@@ -1,13 +1,12 @@
 #pragma once
 // What fractalgen can be asked for.
-#include "app.h"
+#include "medium_options.h"
 
 #include "vdbcloud/fractal/cloud_shape.h"
 #include "vdbcloud/fractal/cumulus.h"
 #include "vdbcloud/fractal/mountain.h"
 #include "vdbcloud/fractal/noise.h"
 #include "vdbcloud/grid/up_axis.h"
-#include "vdbcloud/optics/medium.h"
 
 namespace vdbcloud::app {
 
@@ -25,9 +24,7 @@ struct Options {
     ShapeOptions shape;
     std::string size = "256", bounds;
     UpAxis up = UpAxis::Y;
-    Medium medium;
-    double mean_cosine = 0;  ///< of Henyey-Greenstein
-    Option extinction, albedo, g;
+    MediumOptions medium;
     bool mountain = false;
     MountainOptions relief;
 };

@@ -48,6 +48,7 @@ void solve(app::App& app, P1solveOptions& o)
     const auto density = density_of(file, o.density, app.warnings());
     app.uses(density->getName());
     const Medium medium = app::chosen_medium(app, o.medium, *density);
+    check_delta(o, medium.phase);
     const auto lights = lights_for(app, o, file, *density, medium);
     o.rays_per_voxel.check_effect(!lights.empty(), "--sun or --lamp");
     const UpAxis up = read_up_axis(*file.metadata).value_or(UpAxis::Y);

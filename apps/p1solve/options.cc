@@ -42,10 +42,10 @@ void declare_closure(app::App& app, P1solveOptions& o)
 void declare_method(app::App& app, P1solveOptions& o)
 {
     const auto method = "Method";
-    app.add_choice<bool>("--delta", o.scatter.delta, {{"on", true}, {"off", false}},
-                         "on: delta-Eddington scaling of forward scattering; off: the paper's plain form, for "
-                         "comparison")
-        ->group(method);
+    o.delta = app.add_choice<bool>("--delta", o.scatter.delta, {{"on", true}, {"off", false}},
+                                   "on: delta-Eddington scaling of forward scattering; off: the paper's plain form, "
+                                   "for comparison. No effect without a forward peak")
+                  ->group(method);
     app.add_option(
            "--periodic", o.periodic,
            "axes of the grid on which the medium repeats: x, z, xz and so on; their extent has to be a multiple "
@@ -195,6 +195,12 @@ Sky chosen_sky(const P1solveOptions& o, const std::vector<Light>& lights, const 
         throw UsageError(std::string("--sky: ") + e.what());
     }
     return sky;
+}
+
+void check_delta(const P1solveOptions& o, const PhaseFunction& phase)
+{
+    const bool peak = delta_scaling(phase, o.scatter.closure.degree).f > 0;
+    o.delta.check_effect(peak, "a phase function with a forward peak (--g above 0)");
 }
 
 void finish(app::App& app, P1solveOptions& o)

@@ -138,6 +138,9 @@ TEST_F(Fractalgen, DensityHoldsTheGivenPartsOfTheMediumAlone)
     EXPECT_EQ(read_medium(*all).sigma_t_per_density, Vec3d(30));
     EXPECT_EQ(read_medium(*all).phase.mean_cosine(), 0.6);
     EXPECT_EQ(get_text(*all, schema::sigma_t_origin, ""), "given");
+    const auto droplets = density({"--phase", "hg-draine", "--droplet-diameter", "12"});
+    EXPECT_EQ(read_medium(*droplets).phase, PhaseFunction("hg-draine", {12}));
+    EXPECT_FALSE(has_meta(*droplets, "vdbcloud:g"));
 }
 
 TEST_F(Fractalgen, AMountainJoinsTheGridsOfTheInput)
@@ -211,7 +214,9 @@ TEST_F(Fractalgen, RefusesWhatItCannotMake)
                                                    {"--envelope", "teapot"},
                                                    {"--towers", "0"},
                                                    {"--edge", "-1"},
-                                                   {"--extinction", "0"}}) {
+                                                   {"--extinction", "0"},
+                                                   {"--g1", "0.5"},
+                                                   {"--phase", "hg-draine"}}) {
         Words words{"-o", folder_ / "x.vdb"};
         words.insert(words.end(), options.begin(), options.end());
         EXPECT_EQ(run_it(words).status, 2) << options[0] << " " << options[1];

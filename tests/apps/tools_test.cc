@@ -186,6 +186,7 @@ TEST_P(EveryTool, TheReportOfASuccessHasItsParts)
     EXPECT_GE(report["phases"].size(), 1u);
     EXPECT_GT(report["peak_memory_bytes"].get<double>(), 1e6);
     EXPECT_TRUE(report["parameters"].is_object());
+    for (const auto& [key, value] : report.items()) EXPECT_FALSE(value.is_object() && value.empty()) << key;
 }
 
 TEST_P(EveryTool, ADryRunEstimatesAndWritesNothing)
