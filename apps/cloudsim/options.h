@@ -1,6 +1,6 @@
 #pragma once
 // The options of cloudsim. Every one overrides what the preset says.
-#include "app.h"
+#include "stage_options.h"
 
 #include "vdbcloud/sim/presets.h"
 #include "vdbcloud/sim/snapshot.h"

@@ -145,8 +145,7 @@ void declare(App& app, Options& o)
     app.add_option("--bounds", o.bounds,
                    "domain x0,y0,z0,x1,y1,z1 [world units]; without it 2 x 1.25 x 2, standing on the origin")
         ->group(space);
-    app.add_choice<UpAxis>("--up", o.up, {{"y", UpAxis::Y}, {"z", UpAxis::Z}},
-                           "axis that points up; z for Blender, y for Houdini")
+    app.add_choice<UpAxis>("--up", o.up, up_axis_choices(), "axis that points up; z for Blender, y for Houdini")
         ->group(space);
 
     declare_mountain(app, o);

@@ -1,12 +1,12 @@
 #pragma once
 // What fractalgen can be asked for.
 #include "medium_options.h"
+#include "stage_options.h"
 
 #include "vdbcloud/fractal/cloud_shape.h"
 #include "vdbcloud/fractal/cumulus.h"
 #include "vdbcloud/fractal/mountain.h"
 #include "vdbcloud/fractal/noise.h"
-#include "vdbcloud/grid/up_axis.h"
 
 namespace vdbcloud::app {
 

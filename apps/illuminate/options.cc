@@ -6,14 +6,9 @@ namespace vdbcloud {
 
 void declare(app::App& app, IlluminateOptions& o)
 {
-    app.add_option("input", o.input, ".vdb with a density, or - for standard input")->required();
-    app.add_option("-o,--output", o.output,
-                   ".vdb to write, or - for standard output: all of the input and a transmittance grid for each light")
-        ->required();
-    app.add_option("--density", o.density,
-                   "name of the density grid, or NAME[k]; without it the usual names are tried");
-    app.reads_grids();
-    app.writes_grids();
+    app::declare_stage(app, o, ".vdb with a density, or - for standard input",
+                       ".vdb to write, or - for standard output: all of the input and a transmittance grid for each "
+                       "light");
     app::declare_medium(app, o.medium);
     app::declare_lights(app, o.lights);
 

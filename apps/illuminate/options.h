@@ -2,16 +2,15 @@
 // What illuminate can be asked for.
 #include "light_options.h"
 #include "medium_options.h"
+#include "stage_options.h"
 
 #include "vdbcloud/light/transmittance_grid.h"
 
-#include <string>
 #include <vector>
 
 namespace vdbcloud {
 
-struct IlluminateOptions {
-    std::string input, output, density;
+struct IlluminateOptions : app::StageOptions {
     app::MediumOptions medium;
     app::LightOptions lights;
     TransmittanceOptions accuracy;

@@ -142,15 +142,8 @@ void read_closure(app::App& app, P1solveOptions& o)
 
 void declare(app::App& app, P1solveOptions& o)
 {
-    app.add_option("input", o.input, ".vdb with a density and its lights' transmittance, or - for standard input")
-        ->required();
-    app.add_option("-o,--output", o.output,
-                   ".vdb to write, or - for standard output: all of the input, phi (fluence) and flux")
-        ->required();
-    app.add_option("--density", o.density,
-                   "name of the density grid, or NAME[k]; without it the usual names are tried");
-    app.reads_grids();
-    app.writes_grids();
+    app::declare_stage(app, o, ".vdb with a density and its lights' transmittance, or - for standard input",
+                       ".vdb to write, or - for standard output: all of the input, phi (fluence) and flux");
     app::declare_medium(app, o.medium);
     app::declare_lights(app, o.lights);
     app.add_option("--sky", o.sky,

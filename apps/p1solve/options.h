@@ -3,6 +3,7 @@
 #include "light_options.h"
 #include "medium_options.h"
 #include "sky_options.h"
+#include "stage_options.h"
 
 #include "vdbcloud/scatter/series_grids.h"
 
@@ -10,8 +11,8 @@
 
 namespace vdbcloud {
 
-struct P1solveOptions {
-    std::string input, output, density, periodic;
+struct P1solveOptions : app::StageOptions {
+    std::string periodic;
     app::MediumOptions medium;
     app::LightOptions lights;
     std::string sky;  ///< "day", a colour, or empty: no sky unless its shape is asked for

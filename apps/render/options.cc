@@ -47,7 +47,7 @@ void declare_camera(app::App& app, RenderOptions& o)
         ->not_with([&o, perspective] { return perspective() && o.option.camera.given(); }, "--camera")
         ->not_with([&o] { return o.option.ortho_width.given(); }, "--ortho-width")
         ->group(group);
-    app.add_choice<std::optional<UpAxis>>("--up", o.up, {{"y", UpAxis::Y}, {"z", UpAxis::Z}},
+    app.add_choice<std::optional<UpAxis>>("--up", o.up, app::up_axis_choices<std::optional<UpAxis>>(),
                                           "axis that points up; without it the file's, else y")
         ->default_str("")
         ->group(group);
@@ -206,8 +206,7 @@ void declare(app::App& app, RenderOptions& o)
     app.add_option("--png", o.png, "second picture to write, a .png to look at")
         ->type_name("FILE")
         ->configurable(false);
-    app.add_option("--density", o.density, "name of the density grid, or NAME[k]; without it the usual names are tried")
-        ->group("Medium");
+    app::declare_density(app, o.density)->group("Medium");
     app::declare_medium(app, o.medium);
     app::declare_lights(app, o.lights);
     declare_camera(app, o);

@@ -3,8 +3,8 @@
 #include "light_options.h"
 #include "medium_options.h"
 #include "sky_options.h"
+#include "stage_options.h"
 
-#include "vdbcloud/grid/up_axis.h"
 #include "vdbcloud/light/transmittance_grid.h"
 #include "vdbcloud/render/image_out.h"
 #include "vdbcloud/render/integrator.h"

@@ -26,7 +26,7 @@ ImageMetadata image_metadata(const app::App& app, const RenderOptions& o, const 
     out.history = app.history(loaded.history);
     out.creator = app.get_name() + " " + app::project_version();
     out.texts = {{"vdbcloud:integrator", name(o.integrator.kind)},
-                 {"vdbcloud:up_axis", word(loaded.up)},
+                 {"vdbcloud:up_axis", up_axis_words.word(loaded.up)},
                  {"vdbcloud:alpha", "1 - mean over r, g, b of the transmittance"},
                  {"vdbcloud:Z", "depth along the view axis where the transmittance falls to 0.5; 1e30: it does not"}};
     for (const Light& light : loaded.scene.lights)

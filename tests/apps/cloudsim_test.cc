@@ -116,8 +116,31 @@ TEST(Cloudsim, ResumesAfterKillWithEqualFrames)
     const RunResult other = cloudsim(with(kept, {"--theta0", "299"}));
     EXPECT_EQ(other.status, 2);
     EXPECT_NE(other.err.find("theta0 = 300"), std::string::npos) << other.err;
-    write_text(scratch / "state", read_text(scratch / "state").substr(0, 20000));
-    EXPECT_EQ(cloudsim(kept).status, 1);
+}
+
+TEST(Cloudsim, RefusesDamagedAndOlderCheckpoints)
+{
+    const Scratch scratch;
+    const std::string state = scratch / "state";
+    const Words words = with(wet, {"-o", scratch / "a.vdb", "--checkpoint", state, "--resume", state});
+    ASSERT_EQ(cloudsim(words).status, 0);
+    const std::string whole = read_text(state);
+    EXPECT_EQ(whole.rfind("VDBCLOUD CHECKPOINT 4\n", 0), 0u);
+    ASSERT_EQ(cloudsim(words).status, 0) << "the checkpoint is sound";
+    const auto refusal = [&](const std::string& bytes) {
+        write_text(state, bytes);
+        const RunResult r = cloudsim(words);
+        EXPECT_EQ(r.status, 1) << r.err;
+        return r.err;
+    };
+    std::string turned = whole;
+    turned[whole.size() / 2] ^= 1;
+    EXPECT_NE(refusal(turned).find("wrong checksum"), std::string::npos);
+    EXPECT_NE(refusal(whole.substr(0, 20000)).find("ends too early"), std::string::npos);
+    EXPECT_NE(refusal(whole.substr(0, whole.size() - 1)).find("wrong checksum"), std::string::npos);
+    std::string older = whole;
+    older[20] = '3';
+    EXPECT_NE(refusal(older).find("not a checkpoint of this version of cloudsim: expected"), std::string::npos);
 }
 
 TEST(Cloudsim, InitFromAFrameReproducesIt)

@@ -11,8 +11,8 @@ namespace {
 
 TEST(UpAxis, MapsToWordIndexAndUnitVector)
 {
-    EXPECT_STREQ(word(UpAxis::Y), "Y");
-    EXPECT_STREQ(word(UpAxis::Z), "Z");
+    EXPECT_STREQ(up_axis_words.word(UpAxis::Y), "Y");
+    EXPECT_STREQ(up_axis_words.word(UpAxis::Z), "Z");
     EXPECT_EQ(index_of(UpAxis::Y), 1);
     EXPECT_EQ(index_of(UpAxis::Z), 2);
     EXPECT_EQ(vector_of(UpAxis::Y), Vec3d(0, 1, 0));
@@ -21,7 +21,7 @@ TEST(UpAxis, MapsToWordIndexAndUnitVector)
 
 TEST(UpAxis, RoundTripsThroughMetadata)
 {
-    for (const auto& [text, axis] : up_axis_words) {
+    for (const auto& [axis, text] : up_axis_words.entries) {
         MetaMap meta;
         EXPECT_FALSE(read_up_axis(meta));
         write_up_axis(meta, axis);

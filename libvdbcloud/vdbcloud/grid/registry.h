@@ -27,6 +27,24 @@ inline constexpr const char* series_table = "vdbcloud:series_table";    // coeff
 inline constexpr const char* series_map = "vdbcloud:series_map";        // n x n, I_k = sum_j map[k n + j] basis_j
 inline constexpr const char* series_scale = "vdbcloud:series_scale";    // vec3d: factors of the sum for r, g, b
 
+// Metadata that cloudsim writes: of the density, of each grid, and of the file.
+inline constexpr const char* air_density = "vdbcloud:air_density";            // double [kg/m^3]
+inline constexpr const char* effective_radius = "vdbcloud:effective_radius";  // double [m]
+inline constexpr const char* extinction_formula = "vdbcloud:extinction";      // text
+inline constexpr const char* unit = "vdbcloud:unit";                          // text: unit of the values
+inline constexpr const char* sim_parameters = "cloudsim:parameters";          // text
+inline constexpr const char* sim_pressure = "cloudsim:pressure";              // numbers as text [Pa], one per level
+inline constexpr const char* sim_time = "cloudsim:time";                      // double [s]
+inline constexpr const char* sim_steps = "cloudsim:steps";                    // double
+inline constexpr const char* sim_w_max = "cloudsim:w_max";                    // double [m/s]
+inline constexpr const char* sim_courant = "cloudsim:courant";                // double
+inline constexpr const char* sim_water_drift = "cloudsim:water_drift";        // double
+inline constexpr const char* sim_theta_drift = "cloudsim:theta_drift";        // double
+inline constexpr const char* sim_divergence = "cloudsim:divergence";          // double [1/s]
+inline constexpr const char* sim_cloud_base = "cloudsim:cloud_base";          // double [m]
+inline constexpr const char* sim_cloud_top = "cloudsim:cloud_top";            // double [m]
+inline constexpr const char* sim_cloud_max = "cloudsim:cloud_max";            // double [kg/kg]
+
 /// `channel` 0, 1, 2: flux_r, flux_g, flux_b.
 inline std::string flux_name(int channel) { return std::string(flux_prefix) + "rgb"[channel]; }
 inline std::string series_phi_name(size_t order) { return series_phi_prefix + std::to_string(order); }

@@ -6,13 +6,6 @@
 
 namespace vdbcloud {
 
-const char* word(UpAxis up)
-{
-    for (const auto& [text, axis] : up_axis_words)
-        if (axis == up) return text;
-    return "";
-}
-
 Vec3d vector_of(UpAxis up)
 {
     Vec3d v(0.0);
@@ -24,11 +17,11 @@ std::optional<UpAxis> read_up_axis(const MetaMap& from)
 {
     const std::string text = get_text(from, schema::up_axis, "");
     if (text.size() == 1)
-        for (const auto& [upper, axis] : up_axis_words)
+        for (const auto& [axis, upper] : up_axis_words.entries)
             if ((text[0] & ~0x20) == upper[0]) return axis;
     return std::nullopt;
 }
 
-void write_up_axis(MetaMap& to, UpAxis up) { set_text(to, schema::up_axis, word(up)); }
+void write_up_axis(MetaMap& to, UpAxis up) { set_text(to, schema::up_axis, up_axis_words.word(up)); }
 
 }  // namespace vdbcloud

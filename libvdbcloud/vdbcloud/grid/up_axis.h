@@ -1,21 +1,17 @@
 #pragma once
 // The world axis that points up: as a word, as a vector, as file metadata.
 #include "vdbcloud/core/fwd.h"
+#include "vdbcloud/core/words.h"
 
-#include <array>
 #include <optional>
-#include <utility>
 
 namespace vdbcloud {
 
 /// The world axis that points up. The value of the enumerator is the index of the coordinate.
 enum class UpAxis { Y = 1, Z = 2 };
 
-/// The words for the axes in metadata.
-inline constexpr std::array<std::pair<const char*, UpAxis>, 2> up_axis_words{{{"Y", UpAxis::Y}, {"Z", UpAxis::Z}}};
-
-/// "Y" or "Z".
-const char* word(UpAxis);
+/// The words for the axes in metadata. Options take them in lower case.
+inline constexpr auto up_axis_words = words<UpAxis>("up axis", {{UpAxis::Y, "Y"}, {UpAxis::Z, "Z"}});
 
 /// The index of the coordinate that increases upwards.
 constexpr int index_of(UpAxis up) { return static_cast<int>(up); }

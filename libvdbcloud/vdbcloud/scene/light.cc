@@ -9,14 +9,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <sstream>
 
 namespace vdbcloud {
 
 const std::vector<const LightKind*>& light_kinds()
 {
-    static const std::vector<const LightKind*> kinds(std::begin(light_kind_table), std::end(light_kind_table));
+    static const std::vector<const LightKind*> kinds{&sun_kind, &lamp_kind};  // in the order of help
     return kinds;
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 // Lights: what shines from where, by one interface for all kinds, and how a light travels in a file.
 //
-// A new kind of light is a file of its own, as sun.cc and lamp.cc, and a line in the table of light.cc. Metadata,
-// command lines, transmittance grids, sweeps and pictures use this interface and need no change.
+// A new kind of light is a file of its own, as sun.cc and lamp.cc, a name in light_kinds.h and in the table of
+// light.cc. Metadata, command lines, transmittance grids, sweeps and pictures use this interface and need no change.
 #include "vdbcloud/core/affine.h"
 
 #include <array>

@@ -2,7 +2,7 @@
 
 #include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
-#include "vdbcloud/core/random.h"
+#include "vdbcloud/grid/digest.h"
 #include "vdbcloud/sim/effect.h"
 #include "vdbcloud/sim/words.h"
 
@@ -16,7 +16,8 @@ namespace vdbcloud::sim {
 
 namespace {
 
-constexpr const char* magic = "VDBCLOUD CHECKPOINT 3\n";
+constexpr const char* magic = "VDBCLOUD CHECKPOINT 4\n";
+constexpr size_t checksum_size = 32;
 
 std::string exact(double x)
 {
@@ -28,16 +29,17 @@ std::string exact(double x)
     return text;
 }
 
-/// Passes bytes on to another buffer and hashes them.
-class Hashing : public std::streambuf {
+/// Passes bytes to or from another buffer and adds them to a digest.
+class Digesting : public std::streambuf {
 public:
-    explicit Hashing(std::streambuf* next) : next_(next) {}
-    uint64_t hash() const { return hash_; }
+    explicit Digesting(std::streambuf* next) : next_(next) {}
+    /// Of all bytes so far: `checksum_size` characters.
+    std::string checksum() const { return digest_.hex(); }
 
 protected:
     std::streamsize xsputn(const char* bytes, std::streamsize n) override
     {
-        add(bytes, n);
+        digest_.add(bytes, size_t(n));
         return next_->sputn(bytes, n);
     }
     int_type overflow(int_type c) override
@@ -48,27 +50,13 @@ protected:
     std::streamsize xsgetn(char* bytes, std::streamsize n) override
     {
         n = next_->sgetn(bytes, n);
-        add(bytes, n);
+        digest_.add(bytes, size_t(n));
         return n;
     }
 
 private:
-    // The hash does not depend on how calls divide the bytes: it takes words of eight and keeps the remainder.
-    void add(const char* bytes, std::streamsize n)
-    {
-        for (std::streamsize i = 0; i < n;) {
-            const std::streamsize part = std::min<std::streamsize>(8 - filled_, n - i);
-            std::memcpy(reinterpret_cast<char*>(&word_) + filled_, bytes + i, size_t(part));
-            filled_ += int(part), i += part;
-            if (filled_ < 8) continue;
-            hash_ = (hash_ ^ word_) * 0x9e3779b97f4a7c15ull;
-            hash_ ^= hash_ >> 29;
-            filled_ = 0;
-        }
-    }
     std::streambuf* next_;
-    uint64_t hash_ = 14695981039346656037ull, word_ = 0;
-    int filled_ = 0;
+    Digest digest_;
 };
 
 }  // namespace
@@ -109,13 +97,11 @@ std::vector<std::pair<std::string, std::string>> describe(const Parameters& p, c
     for (const Effect& effect : effects()) settings(effect.settings);
     for (const Patch& f : p.floor.patches)
         numbers("patch", {f.centre[0], f.centre[1], f.radius, f.heat, f.moisture, f.dye});
-    uint64_t map = 0;
-    for (const double x : p.floor.map) {
-        uint64_t bits;
-        std::memcpy(&bits, &x, 8);
-        map = hash_bits(map, bits);
+    if (!p.floor.map.empty()) {
+        Digest map;
+        map.add(p.floor.map.data(), p.floor.map.size() * sizeof p.floor.map[0]);
+        list.emplace_back("floor_map_digest", map.hex());
     }
-    if (!p.floor.map.empty()) list.emplace_back("floor_map_hash", std::to_string(map));
     for (const Bubble& b : p.bubbles)
         numbers("bubble", {b.centre[0], b.centre[1], b.centre[2], b.radius, b.height, b.theta, b.water, b.dye});
     list.emplace_back("seed", std::to_string(p.noise.seed));
@@ -138,15 +124,14 @@ void write_checkpoint(const std::string& path, const Simulation& sim, const Soun
     std::ofstream out(file.name(), std::ios::binary | std::ios::trunc);
     const std::string text = text_of(sim.parameters(), sounding);
     const uint64_t length = text.size();
-    Hashing hashing(out.rdbuf());
-    std::ostream stream(&hashing);
+    Digesting digesting(out.rdbuf());
+    std::ostream stream(&digesting);
     stream << magic;
     stream.write(reinterpret_cast<const char*>(&length), 8);
     stream.write(text.data(), std::streamsize(length));
     stream.write(reinterpret_cast<const char*>(&frame), sizeof frame);
     sim.save(stream);
-    const uint64_t hash = hashing.hash();
-    out.write(reinterpret_cast<const char*>(&hash), 8);
+    out << digesting.checksum();
     out.flush();
     if (!stream || !out) throw IoError(path + ": cannot write the checkpoint (is the disk full?)");
     out.close();
@@ -157,11 +142,13 @@ int read_checkpoint(const std::string& path, Simulation& sim, const Sounding& so
 {
     std::ifstream in(path, std::ios::binary);
     if (!in) throw IoError(path + ": cannot read the checkpoint");
-    Hashing hashing(in.rdbuf());
-    std::istream stream(&hashing);
+    Digesting digesting(in.rdbuf());
+    std::istream stream(&digesting);
     char head[32] = {};
     stream.read(head, std::streamsize(std::strlen(magic)));
-    if (std::strcmp(head, magic) != 0) throw IoError(path + ": not a checkpoint of this version of cloudsim");
+    if (std::strcmp(head, magic) != 0)
+        throw IoError(path + ": not a checkpoint of this version of cloudsim: expected '" + printable(magic) +
+                      "' at its start; remove the file to start anew");
     uint64_t length = 0;
     stream.read(reinterpret_cast<char*>(&length), 8);
     if (!stream || length > (1u << 26)) throw IoError(path + ": damaged checkpoint");
@@ -179,10 +166,10 @@ int read_checkpoint(const std::string& path, Simulation& sim, const Sounding& so
     } catch (const InputError&) {
         throw IoError(path + ": damaged checkpoint: the file ends too early");
     }
-    uint64_t hash = 0;
-    const uint64_t expected = hashing.hash();
-    in.read(reinterpret_cast<char*>(&hash), 8);
-    if (!in || hash != expected) throw IoError(path + ": damaged checkpoint: wrong checksum");
+    const std::string expected = digesting.checksum();
+    std::string found(checksum_size, ' ');
+    in.read(found.data(), std::streamsize(found.size()));
+    if (!in || found != expected) throw IoError(path + ": damaged checkpoint: wrong checksum");
     return frame;
 }
 

@@ -1,24 +1,10 @@
 #include "vdbcloud/sim/rows.h"
 
+#include "vdbcloud/sim/extremes.h"
+
 namespace vdbcloud::sim {
 
 namespace {
-
-template<typename T>
-VDBCLOUD_INLINE T least(T a, T b)
-{
-    return a < b ? a : b;
-}
-template<typename T>
-VDBCLOUD_INLINE T most(T a, T b)
-{
-    return a > b ? a : b;
-}
-template<typename T>
-VDBCLOUD_INLINE T magnitude(T a)
-{
-    return a < T(0) ? -a : a;
-}
 
 /// The argument of least magnitude if all have one sign, else 0.
 template<typename T>

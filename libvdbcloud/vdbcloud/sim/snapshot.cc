@@ -3,7 +3,7 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/metadata.h"
-#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/select.h"
 #include "vdbcloud/sim/checkpoint.h"
 
@@ -108,7 +108,7 @@ FloatGridPtr scalar(const Axes& axes, const std::string& name, const std::string
     auto grid = fill<FloatGrid>(
         axes, name, [&](size_t c) { return values[c]; }, active);
     grid->setGridClass(openvdb::GRID_FOG_VOLUME);
-    set_text(*grid, "vdbcloud:unit", unit);
+    set_text(*grid, schema::unit, unit);
     return grid;
 }
 
@@ -124,9 +124,9 @@ void write_extinction(const Simulation& sim, const SnapshotOptions& o, FloatGrid
         set_vector(density, schema::sigma_t_per_density, Vec3d(sigma));
         set_vector(density, schema::albedo, Vec3d(1.0));
         set_number(density, schema::g, 0.85);
-        set_number(density, "vdbcloud:air_density", p.constants.rho0);
-        set_number(density, "vdbcloud:effective_radius", o.effective_radius);
-        set_text(density, "vdbcloud:extinction",
+        set_number(density, schema::air_density, p.constants.rho0);
+        set_number(density, schema::effective_radius, o.effective_radius);
+        set_text(density, schema::extinction_formula,
                  "sigma_t = 3 air_density density / (2 x 1000 kg/m^3 x effective_radius)");
     }
     set_text(density, schema::sigma_t_origin, "given");
@@ -135,12 +135,16 @@ void write_extinction(const Simulation& sim, const SnapshotOptions& o, FloatGrid
 
 void write_budget(const Budget& b, MetaMap& meta)
 {
-    const auto number = [&](const char* name, double value) {
-        set_number(meta, std::string("cloudsim:") + name, value);
-    };
-    number("time", b.time), number("steps", double(b.steps)), number("w_max", b.w_max), number("courant", b.courant);
-    number("water_drift", b.water_drift), number("theta_drift", b.theta_drift), number("divergence", b.divergence);
-    number("cloud_base", b.cloud_base), number("cloud_top", b.cloud_top), number("cloud_max", b.cloud_max);
+    set_number(meta, schema::sim_time, b.time);
+    set_number(meta, schema::sim_steps, double(b.steps));
+    set_number(meta, schema::sim_w_max, b.w_max);
+    set_number(meta, schema::sim_courant, b.courant);
+    set_number(meta, schema::sim_water_drift, b.water_drift);
+    set_number(meta, schema::sim_theta_drift, b.theta_drift);
+    set_number(meta, schema::sim_divergence, b.divergence);
+    set_number(meta, schema::sim_cloud_base, b.cloud_base);
+    set_number(meta, schema::sim_cloud_top, b.cloud_top);
+    set_number(meta, schema::sim_cloud_max, b.cloud_max);
 }
 
 }  // namespace
@@ -156,12 +160,12 @@ GridFile make_snapshot(const Simulation& sim, const SnapshotOptions& o, const So
     file.metadata = std::make_shared<MetaMap>();
     write_up_axis(*file.metadata, o.up);
     set_number(*file.metadata, schema::meters_per_unit, 1);
-    set_text(*file.metadata, "cloudsim:parameters", text_of(sim.parameters(), sounding));
+    set_text(*file.metadata, schema::sim_parameters, text_of(sim.parameters(), sounding));
     write_budget(sim.budget(), *file.metadata);
     std::ostringstream pressures;
     pressures.precision(9);
     for (const Level& level : sim.column().level) pressures << level.pressure << ' ';
-    set_text(*file.metadata, "cloudsim:pressure", pressures.str());  // of the base state [Pa], a value a level
+    set_text(*file.metadata, schema::sim_pressure, pressures.str());
 
     const bool moist = sim.has(Quantity::Water);
     const auto plane_of = [&](Quantity q) {
@@ -194,14 +198,15 @@ GridFile make_snapshot(const Simulation& sim, const SnapshotOptions& o, const So
         });
         file.grids.push_back(scalar(axes, schema::temperature, "K", temperature, nearby));
     }
-    if (moist && wanted("qt")) file.grids.push_back(scalar(axes, "qt", "kg/kg", plane_of(Quantity::Water), nearby));
-    if (sim.has(Quantity::Rain) && wanted("rain")) {
+    if (moist && wanted(schema::water))
+        file.grids.push_back(scalar(axes, schema::water, "kg/kg", plane_of(Quantity::Water), nearby));
+    if (sim.has(Quantity::Rain) && wanted(schema::rain)) {
         const Cells rain = plane_of(Quantity::Rain);
-        file.grids.push_back(scalar(axes, "rain", "kg/kg", rain, positive(rain)));
+        file.grids.push_back(scalar(axes, schema::rain, "kg/kg", rain, positive(rain)));
     }
-    if (sim.has(Quantity::Dye) && wanted("dye")) {
+    if (sim.has(Quantity::Dye) && wanted(schema::dye)) {
         const Cells dye = plane_of(Quantity::Dye);
-        file.grids.push_back(scalar(axes, "dye", "1", dye, positive(dye)));
+        file.grids.push_back(scalar(axes, schema::dye, "1", dye, positive(dye)));
     }
     if (wanted(schema::velocity)) {
         const auto component = [&](Quantity q) { return sim.has(q) ? plane_of(q) : Cells(l.cells(), 0.0f); };
@@ -209,7 +214,7 @@ GridFile make_snapshot(const Simulation& sim, const SnapshotOptions& o, const So
         auto grid = fill<Vec3SGrid>(
             axes, schema::velocity, [&](size_t c) { return axes.vector(u[c], v[c], w[c]); }, nearby);
         grid->setGridClass(openvdb::GRID_STAGGERED);
-        set_text(*grid, "vdbcloud:unit", "m/s");
+        set_text(*grid, schema::unit, "m/s");
         file.grids.push_back(grid);
     }
     return file;
@@ -221,7 +226,7 @@ StartReport start_from(Simulation& sim, const GridFile& file, UpAxis up)
     const Axes axes{l, up};
     StartReport report;
     const auto temperature = openvdb::gridPtrCast<FloatGrid>(grid_of(file, schema::temperature));
-    const auto water = openvdb::gridPtrCast<FloatGrid>(find_grid(file, "qt"));
+    const auto water = openvdb::gridPtrCast<FloatGrid>(find_grid(file, schema::water));
     const auto velocity = openvdb::gridPtrCast<Vec3SGrid>(grid_of(file, schema::velocity));
     if (!temperature && !water && !velocity)
         throw IoError(printable(file.path) + ": expected a grid temperature, qt (float) or vel (vec3s)");

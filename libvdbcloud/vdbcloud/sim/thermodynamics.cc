@@ -1,5 +1,7 @@
 #include "vdbcloud/sim/thermodynamics.h"
 
+#include "vdbcloud/sim/extremes.h"
+
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -12,17 +14,6 @@ namespace {
 constexpr double e0 = 611.2, slope_a = 17.67, freezing = 273.15, shift_b = 29.65;
 // Beyond this range of T [K] the formula has no meaning: T is clamped to it.
 constexpr double coldest = 150, hottest = 370;
-
-template<typename T>
-VDBCLOUD_INLINE T least(T a, T b)
-{
-    return a < b ? a : b;
-}
-template<typename T>
-VDBCLOUD_INLINE T most(T a, T b)
-{
-    return a > b ? a : b;
-}
 
 /// exp without a call, so that loops vectorise and all machines give equal bits; |x| < 80, relative error 2 ulp.
 /// x = k ln 2 + r with |r| <= 0.35, then a Taylor polynomial in r.
