@@ -192,7 +192,7 @@ Sky chosen_sky(const P1solveOptions& o, const std::vector<Light>& lights, const 
 
 void check_delta(const P1solveOptions& o, const PhaseFunction& phase)
 {
-    const bool peak = delta_scaling(phase, o.scatter.closure.degree).f > 0;
+    const bool peak = delta_scaling(phase, o.scatter.closure.degree).delta_f > 0;
     o.delta.check_effect(peak, "a phase function with a forward peak (--g above 0)");
 }
 

@@ -134,7 +134,8 @@ bool brings_all(const std::vector<GridFile>& files, const Scene& scene)
     for (size_t v = 0; v < files.size(); ++v)
         for (const Light& light : scene.lights) {
             const Volume& volume = scene.volumes[v];
-            const GridBasePtr grid = volume.scaling.f > 0 ? nullptr : find_grid(files[v], transmittance_name(light));
+            const GridBasePtr grid =
+                volume.scaling.delta_f > 0 ? nullptr : find_grid(files[v], transmittance_name(light));
             if (!grid || !misfit(*grid, light, volume).empty()) return false;
         }
     return true;
@@ -143,7 +144,7 @@ bool brings_all(const std::vector<GridFile>& files, const Scene& scene)
 GridBasePtr light_grid(app::App& app, const GridFile& file, const Volume& volume, const Light& light,
                        const RenderOptions& o)
 {
-    if (volume.scaling.f > 0) {
+    if (volume.scaling.delta_f > 0) {
         if (app.dry_run()) return FloatGrid::create(1.0f);
         const auto phase = app.phase("scaled light");
         return app::scaled_light_grid(app, *volume.density, volume.colour.get(), volume.medium, volume.scaling, light,

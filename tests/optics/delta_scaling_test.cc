@@ -36,7 +36,7 @@ TEST(DeltaScaling, KeepsAbsorptionAndTransportCrossSections)
 TEST(DeltaScaling, HenyeyGreensteinFractionIsGToTheDegreePlusOne)
 {
     for (double g : {0.85, 0.3})
-        for (int degree : {1, 3, 7}) EXPECT_EQ(delta_scaling(hg(g), degree).f, std::pow(g, degree + 1));
+        for (int degree : {1, 3, 7}) EXPECT_EQ(delta_scaling(hg(g), degree).delta_f, std::pow(g, degree + 1));
     EXPECT_NEAR(delta_scaling(hg(0.85), 1).mean_cosine(), 0.85 / 1.85, 1e-15);
 }
 
@@ -45,21 +45,21 @@ TEST(DeltaScaling, FractionIsTheMomentAboveTheDegree)
     const PhaseFunction droplets("hg-draine", {20});
     for (int degree : {1, 3, 5}) {
         const DeltaScaling s = delta_scaling(droplets, degree);
-        EXPECT_EQ(s.f, droplets.moment(degree + 1));
-        EXPECT_GT(s.f, 0.5);
+        EXPECT_EQ(s.delta_f, droplets.moment(degree + 1));
+        EXPECT_GT(s.delta_f, 0.5);
         for (double m : s.moments) EXPECT_GE(m, 0);
     }
 }
 
 TEST(DeltaScaling, ScalesNothingWhereAScaledMomentWouldBeNegative)
 {
-    EXPECT_EQ(delta_scaling(hg(-0.9), 1).f, 0);
-    EXPECT_EQ(delta_scaling(hg(0), 3).f, 0);
-    EXPECT_EQ(delta_scaling(PhaseFunction("rayleigh"), 1).f, 0);  // m_2 = 0.1 above m_1 = 0
-    EXPECT_EQ(delta_scaling(PhaseFunction("rayleigh"), 2).f, 0);  // m_3 = 0
+    EXPECT_EQ(delta_scaling(hg(-0.9), 1).delta_f, 0);
+    EXPECT_EQ(delta_scaling(hg(0), 3).delta_f, 0);
+    EXPECT_EQ(delta_scaling(PhaseFunction("rayleigh"), 1).delta_f, 0);  // m_2 = 0.1 above m_1 = 0
+    EXPECT_EQ(delta_scaling(PhaseFunction("rayleigh"), 2).delta_f, 0);  // m_3 = 0
     // m_1 = 0, m_2 = 0.64.
-    EXPECT_EQ(delta_scaling(PhaseFunction("double-henyey-greenstein", {0.8, -0.8, 0.5}), 1).f, 0);
-    EXPECT_EQ(no_scaling(hg(0.85), 3).f, 0);
+    EXPECT_EQ(delta_scaling(PhaseFunction("double-henyey-greenstein", {0.8, -0.8, 0.5}), 1).delta_f, 0);
+    EXPECT_EQ(no_scaling(hg(0.85), 3).delta_f, 0);
     EXPECT_EQ(no_scaling(hg(0.85), 3).moments[2], std::pow(0.85, 2));
     EXPECT_THROW(delta_scaling(hg(0.5), 0), InputError);
 }
@@ -82,7 +82,7 @@ TEST(DeltaScaling, MetadataRoundTripIsExact)
             const DeltaScaling read =
                 read_delta_scaling(metadata, PhaseFunction());  // the file's moments take precedence
             EXPECT_EQ(read.degree, written.degree);
-            EXPECT_EQ(read.f, written.f);
+            EXPECT_EQ(read.delta_f, written.delta_f);
             EXPECT_EQ(read.moments, written.moments);
         }
 }
@@ -97,7 +97,7 @@ TEST(DeltaScaling, ReadsMissingMomentsFromThePhaseFunction)
     EXPECT_EQ(read.moments, made.moments);
     const DeltaScaling nothing = read_delta_scaling(MetaMap(), hg(0.85));
     EXPECT_EQ(nothing.degree, 1);
-    EXPECT_EQ(nothing.f, 0);
+    EXPECT_EQ(nothing.delta_f, 0);
 }
 
 TEST(DeltaScaling, RejectsInvalidMetadata)

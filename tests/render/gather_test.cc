@@ -102,7 +102,7 @@ TEST_P(EachIntegrator, GathersPhiInTheScaledMedium)
 {
     Gather gather(PhaseFunction::henyey_greenstein(0.8), 1);
     gather.volume().phi = constant(Vec3f(1, 2, 3));
-    ASSERT_GT(gather.scaling().f, 0.6);
+    ASSERT_GT(gather.scaling().delta_f, 0.6);
     expect_gathered(gather, Vec3d(1, 2, 3) / (4 * pi));
 }
 

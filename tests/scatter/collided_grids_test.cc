@@ -11,7 +11,7 @@ namespace {
 
 FloatGridPtr ball()
 {
-    return test::field(Vec3i(12), Vec3d(0.2), [](const Vec3i& p) {
+    return test::voxel_field(Vec3i(12), Vec3d(0.2), [](const Vec3i& p) {
         const Vec3d x = (Vec3d(p.x(), p.y(), p.z()) - Vec3d(5.5)) / 6;
         return std::max(0.0, 1 - x.dot(x));
     });
@@ -77,7 +77,7 @@ TEST(CollidedGrids, MetadataHoldsTheDeltaScalingOfPhaseAndDegree)
                                            static_cast<const GridBase*>(fields.flux[1].get())}) {
                     const DeltaScaling read = read_delta_scaling(*of, PhaseFunction());
                     EXPECT_EQ(read.degree, degree);
-                    EXPECT_EQ(read.f, made.f);
+                    EXPECT_EQ(read.delta_f, made.delta_f);
                     EXPECT_EQ(read.moments, made.moments);
                     EXPECT_EQ(read_medium(*of).phase, phase);
                 }

@@ -34,7 +34,7 @@ class Relight : public testing::TestWithParam<PhaseFunction> {};
 
 TEST_P(Relight, PhiAndFluxMatchTheDirectSolve)
 {
-    const auto grid = test::field(Vec3i(edge), Vec3d(0.05), [](const Vec3i&) { return 1.0; });
+    const auto grid = test::voxel_field(Vec3i(edge), Vec3d(0.05), [](const Vec3i&) { return 1.0; });
     Medium medium;
     medium.sigma_t_per_density = Vec3d(6);
     medium.phase = GetParam();
@@ -55,7 +55,7 @@ TEST_P(Relight, PhiAndFluxMatchTheDirectSolve)
         Medium scaled = medium;
         scaled.sigma_t_per_density *= direct.scaling.extinction(albedo);
         const ScatterFields relit = relight(file, medium, {sun}, {transmittance_grid(*grid, scaled, sun, {})});
-        EXPECT_EQ(relit.scaling.f, direct.scaling.f);
+        EXPECT_EQ(relit.scaling.delta_f, direct.scaling.delta_f);
         EXPECT_EQ(relit.scaling.moments, direct.scaling.moments);
         EXPECT_LT(difference(*relit.phi, *direct.phi), 0.001) << albedo;
         // 0.3 mean free paths a voxel.

@@ -15,7 +15,7 @@ DeltaScaling scaled_by(double f, const PhaseFunction& phase, int degree)
 {
     DeltaScaling scaling;
     scaling.degree = degree;
-    scaling.f = f;
+    scaling.delta_f = f;
     scaling.moments.assign(1, 1.0);
     for (int l = 1; l <= degree; ++l) scaling.moments.push_back((phase.moment(l) - f) / (1 - f));
     return scaling;
@@ -57,7 +57,7 @@ void write_delta_scaling(MetaMap& to, const DeltaScaling& scaling)
     moments.precision(17);
     for (size_t l = 0; l < scaling.moments.size(); ++l) moments << (l ? " " : "") << scaling.moments[l];
     set_number(to, schema::degree, scaling.degree);
-    set_number(to, schema::delta_f, scaling.f);
+    set_number(to, schema::delta_f, scaling.delta_f);
     set_text(to, schema::scaled_moments, moments.str());
 }
 

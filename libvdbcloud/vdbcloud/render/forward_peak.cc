@@ -44,10 +44,10 @@ std::vector<double> weighted_legendre(double cosine, size_t count)
 /// forward direction the sum of a constant over all l is 0. Without this constant the sum over l converges.
 std::vector<double> terms(const std::vector<double>& moments, const DeltaScaling& scaling, double x)
 {
-    const double limit = beyond_first(-x * scaling.f);
+    const double limit = beyond_first(-x * scaling.delta_f);
     std::vector<double> terms;
     for (size_t l = 0; l < moments.size(); ++l)
-        terms.push_back((int(l) > scaling.degree ? beyond_first(x * (moments[l] - scaling.f)) : 0.0) - limit);
+        terms.push_back((int(l) > scaling.degree ? beyond_first(x * (moments[l] - scaling.delta_f)) : 0.0) - limit);
     return terms;
 }
 

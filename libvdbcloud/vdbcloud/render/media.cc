@@ -80,7 +80,7 @@ bool same_channels(const Vec3d& v) { return v[0] == v[1] && v[1] == v[2]; }
 bool extinction_is_grey(const Volume& volume)
 {
     if (!volume.medium.grey()) return false;
-    return volume.scaling.f == 0 || (same_channels(volume.medium.albedo) && !volume.colour);
+    return volume.scaling.delta_f == 0 || (same_channels(volume.medium.albedo) && !volume.colour);
 }
 
 }  // namespace
@@ -94,12 +94,12 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
         prepared.albedo = volume.medium.albedo;
         prepared.phase = volume.medium.phase;
         prepared.scaling = volume.scaling;
-        scaled = scaled || volume.scaling.f != 0;
+        scaled = scaled || volume.scaling.delta_f != 0;
         prepared.colour = map_of(volume.colour, 1);
         prepared.phi = fringe_map(volume.phi);
         for (int c = 0; c < 3; ++c) prepared.flux[c] = fringe_map(volume.flux[size_t(c)]);
         add_moments(volume, prepared);
-        if (volume.phi && volume.scaling.f > 0)
+        if (volume.phi && volume.scaling.delta_f > 0)
             prepared.peak = std::make_unique<ForwardPeak>(volume.medium.phase, volume.scaling);
         grey = grey && extinction_is_grey(volume);
         if (!shadow_rays) {
@@ -233,7 +233,7 @@ Vec3d RayMedia::collided(size_t volume, double t) const
 Vec3d RayMedia::extinction(size_t volume, const Vec3d& albedo) const
 {
     const auto& v = scene_.volumes[volume];
-    return v.scaling.f == 0 ? v.sigma_t : v.sigma_t * (Vec3d(1) - v.scaling.f * albedo);
+    return v.scaling.delta_f == 0 ? v.sigma_t : v.sigma_t * (Vec3d(1) - v.scaling.delta_f * albedo);
 }
 
 double RayMedia::cosine(const Light& light, double t) const

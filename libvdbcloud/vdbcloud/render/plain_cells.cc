@@ -85,7 +85,7 @@ bool is_plain(const PreparedScene& scene)
 {
     if (scene.volumes.size() != 1 || !scene.grey || scene.shadow_rays) return false;
     const auto& v = scene.volumes[0];
-    if (v.colour || v.emission || v.phi || v.scaling.f != 0) return false;
+    if (v.colour || v.emission || v.phi || v.scaling.delta_f != 0) return false;
     for (size_t l = 0; l < scene.lights.size(); ++l)
         if (!scene.lights[l]->common_direction() || v.light_depth[l]->channels() != 1 ||
             !same(v.light_depth[l]->index_from_world(), v.density.index_from_world()))

@@ -17,7 +17,7 @@ namespace {
 class Orders {
 public:
     Orders(const P1Operator& base, const SeriesSources& sources)
-        : p1_(base), sources_(sources), g_(base.mean_cosine()), f_(base.delta().f),
+        : p1_(base), sources_(sources), g_(base.mean_cosine()), delta_f_(base.delta().delta_f),
           extinction_(base.medium().sigma_t_per_density), rhs_(base.blocks().slots()), outside_(base.exposed().size())
     {
         for (auto& faces : flux_) faces.assign(forward() ? base.blocks().slots() : 0, 0.0);
@@ -51,9 +51,9 @@ private:
         double sum = 0, power = 1;  // (-f tau)^j / j!
         for (int j = 0; j <= order_; ++j) {
             const int i = order_ - j;
-            const double r = -f_ / (1 - f_), a = i == 0 ? 1 : std::pow(r, i) - std::pow(r, i - 1);
+            const double r = -delta_f_ / (1 - delta_f_), a = i == 0 ? 1 : std::pow(r, i) - std::pow(r, i - 1);
             sum += a * power;
-            power *= -f_ * tau / (j + 1);
+            power *= -delta_f_ * tau / (j + 1);
         }
         return sum;
     }
@@ -63,7 +63,7 @@ private:
         double power = 1, before = 0;
         for (int j = 0; j < order_; ++j) {
             before = power;
-            power *= -f_ * tau / (j + 1);
+            power *= -delta_f_ * tau / (j + 1);
         }
         return order_ == 0 ? 1 : power - before;
     }
@@ -102,8 +102,8 @@ private:
     {
         const Blocks& blocks = p1_.blocks();
         const FreeFlux free(p1_, depths.light);
-        const double q = forward() ? (g_ - f_) / (1 - g_) : 0;
-        const auto beam = [&](double depth) { return strength * std::exp(-(1 - f_) * extinction_ * depth); };
+        const double q = forward() ? (g_ - delta_f_) / (1 - g_) : 0;
+        const auto beam = [&](double depth) { return strength * std::exp(-(1 - delta_f_) * extinction_ * depth); };
         std::vector<double> u(blocks.slots());
         for (int a = 0; a < 3; ++a) {
             std::fill(u.begin(), u.end(), 0.0);
@@ -152,7 +152,7 @@ private:
 
     const P1Operator& p1_;
     const SeriesSources& sources_;
-    double g_, f_, extinction_;
+    double g_, delta_f_, extinction_;
     int order_ = 0;
     std::vector<double> rhs_, phi_;
     std::array<std::vector<double>, 3> flux_, additive_;    // through lower faces, with area

@@ -160,7 +160,7 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
                          " numbers does not fit its " + std::to_string(basis.size()) + " grids");
     const Vec3d scale = get_vector(first, schema::series_scale, Vec3d(1.0));
     const DeltaScaling scaling = read_delta_scaling(first, medium.phase);
-    const double g = medium.phase.mean_cosine(), f = scaling.f;
+    const double g = medium.phase.mean_cosine(), f = scaling.delta_f;
     std::vector<double> c[3];
     for (int channel = 0; channel < 3; ++channel)
         c[channel] = series_coefficients(albedo, table, medium.albedo[channel]);
