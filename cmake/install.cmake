@@ -20,21 +20,7 @@ list(JOIN pkgconfig_definitions " " pkgconfig_definitions)
 configure_file(cmake/vdbcloud.pc.in vdbcloud.pc @ONLY)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/vdbcloud.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 
-# Headers that users include. The headers that these include are installed with them; all others are private.
-set(public_headers
-    core/error.h core/progress.h core/vdb.h
-    grid/compare.h grid/density.h grid/digest.h grid/grid_file.h grid/metadata.h grid/schema.h grid/select.h
-    grid/statistics.h
-    file/io.h
-    optics/automatic_extinction.h optics/medium.h optics/optical_depth.h optics/phase_function.h
-    scene/camera.h scene/light.h scene/sky.h
-    light/transmittance_grid.h
-    scatter/multiple_scattering.h scatter/series_grids.h
-    render/image_out.h render/integrator.h
-    sim/checkpoint.h sim/effect.h sim/presets.h sim/simulation.h sim/snapshot.h sim/sounding.h
-    fractal/cloud_grid.h fractal/cloud_shape.h fractal/cumulus.h fractal/mask_envelope.h fractal/mountain.h)
-install(CODE "set(headers \"${public_headers}\")
-    set(from \"${CMAKE_CURRENT_SOURCE_DIR}/libvdbcloud/vdbcloud\")
+install(CODE "set(from \"${CMAKE_CURRENT_SOURCE_DIR}/libvdbcloud/vdbcloud\")
     set(to \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}/vdbcloud\")
     include(\"${CMAKE_CURRENT_SOURCE_DIR}/cmake/install-headers.cmake\")")
 

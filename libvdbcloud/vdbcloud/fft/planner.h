@@ -1,6 +1,6 @@
 #pragma once
 // Plans of FFTW, owned and made safely. FFTW is named in the sources of this folder only, so that it can be
-// replaced.
+// replaced. Private to fft/.
 //
 // FFTW's planner and the destruction of plans share global state: both happen under one lock here. Executing
 // a plan (fftw_execute_*, on arrays given with the call) needs no lock. Always plan with FFTW_ESTIMATE: a

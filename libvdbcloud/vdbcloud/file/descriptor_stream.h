@@ -1,5 +1,6 @@
 #pragma once
 // Streams on file descriptors. Reading shares no file position with another process; writing keeps the system's error.
+// Private to file/.
 #include <cstdint>
 #include <streambuf>
 #include <string>

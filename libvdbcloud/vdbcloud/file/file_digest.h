@@ -1,5 +1,5 @@
 #pragma once
-// The fingerprint of a .vdb file.
+// The fingerprint of a .vdb file. Private to file/.
 #include "vdbcloud/grid/digest.h"
 
 namespace vdbcloud {

@@ -1,5 +1,5 @@
 #pragma once
-// Checks whether the header of a .vdb file is plausible: fast, and without OpenVDB's reader.
+// Checks whether the header of a .vdb file is plausible: fast, and without OpenVDB's reader. Private to file/.
 #include <cstdint>
 #include <string>
 

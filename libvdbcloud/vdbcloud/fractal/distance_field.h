@@ -1,5 +1,5 @@
 #pragma once
-// Distances to the border of a set of voxels.
+// Distances to the border of a set of voxels. Private to fractal/.
 #include "vdbcloud/core/fwd.h"
 
 #include <cstdint>

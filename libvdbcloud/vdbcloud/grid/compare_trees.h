@@ -1,5 +1,5 @@
 #pragma once
-// Differences of trees whose values can be subtracted. compare.h builds on this header.
+// Differences of trees whose values can be subtracted. compare.h builds on this header. Private to grid/.
 #include <array>
 #include <cstdint>
 

@@ -1,5 +1,6 @@
 #pragma once
-// Correction of delta-scaled single scattering near a light for repeated scattering by the forward peak.
+// Correction of delta-scaled single scattering near a light for repeated scattering by the forward peak. Private to
+// render/.
 #include "vdbcloud/optics/delta_scaling.h"
 
 #include <vector>

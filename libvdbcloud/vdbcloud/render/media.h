@@ -1,5 +1,5 @@
 #pragma once
-// A scene's grids, prepared for sampling along rays by the integrators.
+// A scene's grids, prepared for sampling along rays by the integrators. Private to render/.
 #include "vdbcloud/optics/cell_march.h"
 #include "vdbcloud/optics/phase_function.h"
 #include "vdbcloud/render/forward_peak.h"

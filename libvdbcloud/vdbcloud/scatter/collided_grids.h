@@ -1,5 +1,5 @@
 #pragma once
-// Converts the arrays of the solves to grids of phi, flux and moments with metadata.
+// Converts the arrays of the solves to grids of phi, flux and moments with metadata. Private to scatter/.
 #include "vdbcloud/scatter/multiple_scattering.h"
 
 #include <functional>

@@ -1,5 +1,5 @@
 #pragma once
-// Anderson acceleration of a fixed-point iteration, with a limited history.
+// Anderson acceleration of a fixed-point iteration, with a limited history. Private to scatter/.
 #include <cstddef>
 #include <vector>
 

@@ -1,5 +1,5 @@
 #pragma once
-// Rotates flux and moments from a grid's index axes, used by the solvers, to the world's axes.
+// Rotates flux and moments from a grid's index axes, used by the solvers, to the world's axes. Private to scatter/.
 #include "vdbcloud/voxels/voxel_index.h"
 
 #include <array>

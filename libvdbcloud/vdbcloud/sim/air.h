@@ -1,5 +1,5 @@
 #pragma once
-// The state of a run in one precision, and the terms that act on it. Internal to this module: effects register here.
+// The state of a run in one precision, and the terms that act on it. Private to sim/: effects register here.
 #include "vdbcloud/sim/parallel.h"
 #include "vdbcloud/sim/projection.h"
 #include "vdbcloud/sim/simulation.h"

@@ -1,6 +1,6 @@
 #pragma once
 // Smaller, larger and absolute value for kernels over rows: by value and inlined, so that loops vectorise.
-// least() and most() return their second argument if either is NaN.
+// least() and most() return their second argument if either is NaN. Private to sim/.
 #include "vdbcloud/core/clones.h"
 
 namespace vdbcloud::sim {

@@ -1,5 +1,6 @@
 #pragma once
-// Tendencies of a conservation law, row by row: each flux is computed once and used on both of its sides.
+// Tendencies of a conservation law, row by row: each flux is computed once and used on both of its sides. Private to
+// sim/.
 #include "vdbcloud/sim/parallel.h"
 #include "vdbcloud/sim/rows.h"
 

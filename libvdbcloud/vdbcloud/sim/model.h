@@ -1,5 +1,5 @@
 #pragma once
-// The simulation in one precision: how a step is made of stages. Internal to this module.
+// The simulation in one precision: how a step is made of stages. Private to sim/.
 #include "vdbcloud/sim/air.h"
 #include "vdbcloud/sim/flux_rows.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-// Loops over planes on all threads, whose results do not depend on the number of threads.
+// Loops over planes on all threads, whose results do not depend on the number of threads. Private to sim/.
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/partitioner.h>

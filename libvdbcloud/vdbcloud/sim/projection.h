@@ -1,5 +1,6 @@
 #pragma once
-// The pressure that keeps the air incompressible, found directly: transforms in x and y, elimination in z.
+// The pressure that keeps the air incompressible, found directly: transforms in x and y, elimination in z. Private to
+// sim/.
 #include "vdbcloud/fft/batched_transform.h"
 #include "vdbcloud/sim/field.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-// Rays through the void between blocks: where light that reaches a block's edge came from.
+// Rays through the void between blocks: where light that reaches a block's edge came from. Private to sweep/.
 #include "vdbcloud/voxels/blocks.h"
 
 #include <unordered_map>

@@ -1,0 +1,37 @@
+# Headers that users include, and that the programs in apps/ include. The headers that these include are public, too.
+# All other headers are the library's own; those that begin with "Private to MODULE/" serve one module alone.
+# tests/layering.cmake checks both.
+set(public_headers
+    core/atomic_file.h core/error.h core/progress.h core/vdb.h
+    grid/compare.h grid/density.h grid/digest.h grid/extent.h grid/grid_file.h grid/metadata.h grid/registry.h
+    grid/schema.h grid/select.h grid/statistics.h grid/up_axis.h
+    file/io.h
+    optics/automatic_extinction.h optics/medium.h optics/optical_depth.h optics/phase_function.h
+    scene/camera.h scene/light.h scene/sky.h
+    light/transmittance_grid.h
+    scatter/multiple_scattering.h scatter/series_grids.h
+    render/image_out.h render/integrator.h
+    sim/checkpoint.h sim/effect.h sim/presets.h sim/simulation.h sim/snapshot.h sim/sounding.h sim/words.h
+    fractal/cloud_grid.h fractal/cloud_shape.h fractal/cumulus.h fractal/mask_envelope.h fractal/mountain.h)
+
+# Sets `result` to public_headers and every header that they include, of the folder `from`.
+function(find_public_headers result from)
+    set(found)
+    set(headers ${public_headers})
+    while(headers)
+        list(POP_FRONT headers header)
+        if(header IN_LIST found)
+            continue()
+        endif()
+        if(NOT EXISTS ${from}/${header})
+            message(FATAL_ERROR "cmake/public-headers.cmake: no public header ${from}/${header}")
+        endif()
+        list(APPEND found ${header})
+        file(STRINGS ${from}/${header} lines REGEX "^ *# *include *\"vdbcloud/")
+        foreach(line IN LISTS lines)
+            string(REGEX REPLACE ".*\"vdbcloud/([^\"]*)\".*" "\\1" included "${line}")
+            list(APPEND headers ${included})
+        endforeach()
+    endwhile()
+    set(${result} ${found} PARENT_SCOPE)
+endfunction()
