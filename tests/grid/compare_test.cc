@@ -94,7 +94,7 @@ TEST(Compare, IncludesBackgroundAndNonFiniteValues)
 template<typename GridT>
 double changed(const typename GridT::ValueType& a, const typename GridT::ValueType& b)
 {
-    const auto p = GridT::create(), q = GridT::create();
+    const auto p = registered<GridT>(), q = registered<GridT>();
     p->tree().setValue(Coord(1, 2, 3), a);
     q->tree().setValue(Coord(1, 2, 3), b);
     return compare_grids(*p, *q).max;
@@ -108,7 +108,7 @@ TEST(Compare, SubtractsEachSupportedValueType)
     EXPECT_EQ(changed<openvdb::BoolGrid>(true, false), 1);
     EXPECT_EQ(changed<openvdb::Int32Grid>(-3, 4), 7);
     EXPECT_EQ(changed<openvdb::Int64Grid>(-3, 4), 7);
-    const auto a = openvdb::MaskGrid::create(), b = openvdb::MaskGrid::create();
+    const auto a = registered<openvdb::MaskGrid>(), b = registered<openvdb::MaskGrid>();
     a->tree().setValueOn(Coord(5));
     EXPECT_EQ(compare_grids(*a, *b).only_a, 1u);
     EXPECT_FALSE(compare_grids(*a, *FloatGrid::create()).comparable);

@@ -3,6 +3,8 @@
 
 #include "vdbcloud/core/vdb.h"
 
+#include "support/grids.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -45,7 +47,7 @@ TEST(GridStatistics, MeasureTheLengthOfVectors)
 TEST(GridStatistics, LabelEqualNamesAndOmitValuesOfOtherTypes)
 {
     const auto a = FloatGrid::create(), b = FloatGrid::create();
-    const auto mask = openvdb::BoolGrid::create();
+    const auto mask = test::registered<openvdb::BoolGrid>();
     for (const auto& grid : {a, b}) grid->setName("density");
     mask->setName("mask");
     mask->tree().setValue(openvdb::Coord(1, 1, 1), true);

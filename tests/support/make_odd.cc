@@ -78,7 +78,8 @@ void empty(const std::string& path)
 {
     const auto velocity = Vec3SGrid::create(Vec3f(0));
     velocity->setGridClass(openvdb::GRID_STAGGERED);
-    std::vector<GridBasePtr> grids = {FloatGrid::create(), openvdb::Int32Grid::create(), FloatGrid::create(), velocity};
+    std::vector<GridBasePtr> grids = {FloatGrid::create(), registered<openvdb::Int32Grid>(), FloatGrid::create(),
+                                      velocity};
     const char* names[] = {"density", "obstacles", "shadow", "velocity"};
     for (size_t k = 0; k < grids.size(); ++k) grids[k]->setName(names[k]);
     auto file = file_of(grids);
@@ -88,10 +89,11 @@ void empty(const std::string& path)
 
 void numbers_of_all_types(const std::string& path)
 {
-    const auto mask = openvdb::BoolGrid::create(false);
-    const auto count = openvdb::Int32Grid::create(-1);
-    const auto position = openvdb::Vec3DGrid::create(Vec3d(0));
-    const auto active = openvdb::MaskGrid::create();
+    const auto mask = registered<openvdb::BoolGrid>();
+    const auto count = registered<openvdb::Int32Grid>();
+    const auto position = registered<openvdb::Vec3DGrid>();
+    const auto active = registered<openvdb::MaskGrid>();
+    count->tree().root().setBackground(-1, /*updateChildNodes=*/false);
     mask->tree().addTile(3, Coord(0), true, false);  // a root tile: child nodes would make the file large
     position->tree().setValue(Coord(1, 2, 3), Vec3d(0.5, 0.25, 1e-9));
     mask->setName("mask"), count->setName("count"), position->setName("position"), active->setName("active");
@@ -112,7 +114,10 @@ void components(const std::string& path)
 
 void local_double(const std::string& path)
 {
-    const auto grid = std::make_shared<openvdb::DoubleGrid>(*fog("Density"));
+    const auto grid = registered<openvdb::DoubleGrid>();
+    grid->setName("Density");
+    const auto values = fog("Density");
+    for (auto value = values->cbeginValueOn(); value; ++value) grid->tree().setValue(value.getCoord(), double(*value));
     grid->setIsInWorldSpace(false);
     grid->setGridClass(openvdb::GRID_UNKNOWN);
     grid->setCreator("another program");
