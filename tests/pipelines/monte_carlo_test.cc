@@ -1,4 +1,5 @@
 // P1 and its closure by sweeps, as pictures, against path tracing of a heterogeneous cloud with true voids.
+#include "pipelines/pictures.h"
 #include "support/monte_carlo.h"
 #include "support/size.h"
 #include "support/voxel_field.h"
@@ -18,7 +19,9 @@
 namespace vdbcloud {
 namespace {
 
-constexpr int voxels = 48, pixels = 24, puffs = 14;
+using namespace test;
+
+constexpr int voxels = 48, puffs = 14;
 
 /// Gaussian puffs cut off at a threshold, in a cube of edge 1.
 double density_at(const Vec3d& x)
@@ -32,130 +35,6 @@ double density_at(const Vec3d& x)
     }
     return sum > 0.15 ? sum - 0.1 : 0.0;
 }
-
-struct View {
-    Vec3d direction;
-    WorldRay ray(double u, double v) const
-    {
-        const Vec3d at = direction[1] == 0 ? Vec3d(u, v, 0.5) : Vec3d(u, 0.5, v);
-        return {at - direction, direction};
-    }
-};
-const View views[3] = {{Vec3d(0, -1, 0)}, {Vec3d(0, 0, -1)}, {Vec3d(0, 1, 0)}};  // from above, the side, below
-
-struct Mean {
-    double value = 0, deviation = 0;  // and its standard error
-};
-
-/// Pictures of 3 x 3 blocks of 8 x 8 pixels, for each view.
-constexpr int edge = 8, blocks = pixels / edge * (pixels / edge);
-using Picture = std::array<Mean, blocks>;
-
-/// Path-traced reference, with `samples` per pixel. Made by
-/// --gtest_also_run_disabled_tests --gtest_filter='*PrintsReference*' in 6 minutes of processor time.
-struct Reference {
-    double w0, g;
-    int samples;
-    std::array<Picture, 3> view;
-};
-const Reference references[] = {
-    {0.99,
-     0,
-     3000,
-     {{
-         {{{0.002425, 3.1e-05},
-           {0.0375, 0.00012},
-           {0.02573, 0.0001},
-           {0.04022, 0.00013},
-           {0.099, 0.00021},
-           {0.04163, 0.00014},
-           {0.00119, 2.7e-05},
-           {0.02933, 0.00012},
-           {0.0259, 0.00011}}},
-         {{{0.002457, 3.5e-05},
-           {0.02924, 0.00011},
-           {0.01875, 9.1e-05},
-           {0.02191, 9.7e-05},
-           {0.08745, 0.00019},
-           {0.04313, 0.00014},
-           {0.02481, 0.0001},
-           {0.02116, 0.0001},
-           {0.003793, 4.7e-05}}},
-         {{{0.001433, 2.4e-05},
-           {0.0115, 7.6e-05},
-           {0.01756, 9.1e-05},
-           {0.01825, 9.4e-05},
-           {0.0483, 0.00016},
-           {0.02908, 0.00012},
-           {0.001115, 2.6e-05},
-           {0.02279, 0.00011},
-           {0.0171, 9.1e-05}}},
-     }}},
-    {1,
-     0.85,
-     16000,
-     {{
-         {{{0.0004565, 2.5e-05},
-           {0.01034, 0.00012},
-           {0.003388, 6.1e-05},
-           {0.00703, 9.3e-05},
-           {0.01733, 0.00014},
-           {0.004465, 6.4e-05},
-           {8.102e-05, 5.3e-06},
-           {0.003124, 5.5e-05},
-           {0.002715, 5.1e-05}}},
-         {{{0.004007, 7.8e-05},
-           {0.01674, 0.00015},
-           {0.003639, 5.2e-05},
-           {0.009816, 0.00011},
-           {0.03168, 0.0002},
-           {0.00909, 8.6e-05},
-           {0.00688, 8.2e-05},
-           {0.003976, 5.6e-05},
-           {0.0004071, 1.1e-05}}},
-         {{{0.01425, 0.00014},
-           {0.1192, 0.00041},
-           {0.1202, 0.00036},
-           {0.1615, 0.00044},
-           {0.3536, 0.00065},
-           {0.1854, 0.00044},
-           {0.005975, 7.1e-05},
-           {0.1399, 0.00037},
-           {0.1169, 0.00034}}},
-     }}},
-    {0.9,
-     0.5,
-     6000,
-     {{
-         {{{0.0007777, 1.3e-05},
-           {0.01458, 5.4e-05},
-           {0.009084, 4.1e-05},
-           {0.0149, 5.6e-05},
-           {0.0374, 8.4e-05},
-           {0.01433, 5.5e-05},
-           {0.0003501, 8.6e-06},
-           {0.009977, 4.4e-05},
-           {0.008694, 4.1e-05}}},
-         {{{0.001718, 2.1e-05},
-           {0.01846, 6.3e-05},
-           {0.009238, 4e-05},
-           {0.01401, 5.8e-05},
-           {0.04741, 9.8e-05},
-           {0.0207, 5.8e-05},
-           {0.0141, 5.4e-05},
-           {0.0103, 4.5e-05},
-           {0.001539, 1.6e-05}}},
-         {{{0.004535, 4.7e-05},
-           {0.02506, 9.4e-05},
-           {0.04238, 0.00012},
-           {0.04622, 0.00013},
-           {0.09905, 0.00017},
-           {0.06949, 0.00016},
-           {0.003008, 4.1e-05},
-           {0.055, 0.00014},
-           {0.0429, 0.00012}}},
-     }}},
-};
 
 struct Rung {
     int iterations, directions, degree;
@@ -218,8 +97,7 @@ protected:
     }
 
     /// Pictures of the three views from the solve with `rung`.
-    std::array<Picture, 3> solved(double w0, double g, const Rung& rung,
-                                  const std::function<void()>& when_solved = {}) const
+    Pictures solved(double w0, double g, const Rung& rung, const std::function<void()>& when_solved = {}) const
     {
         Medium medium;
         medium.sigma_t_per_density = Vec3d(sigma_t);
@@ -248,7 +126,7 @@ protected:
         IntegratorOptions how;
         how.shadow_rays = true;
         const PreparedScene prepared(scene, how);
-        std::array<Picture, 3> pictures;
+        Pictures pictures;
         for (size_t v = 0; v < 3; ++v) {
             std::vector<double> radiance(pixels * pixels, 0.0);
             tbb::parallel_for(0, pixels, [&](int i) {
@@ -273,28 +151,6 @@ protected:
     Light sun = make_sun(Vec3d(0.3, 1, 0.2));
 };
 
-Mean mean(const Picture& picture)
-{
-    Mean m;
-    for (const Mean& block : picture) {
-        m.value += block.value / blocks;
-        m.deviation = std::hypot(m.deviation, block.deviation / blocks);
-    }
-    return m;
-}
-
-/// Root mean square difference over blocks, relative to the reference's mean. `deviation` is the part that the
-/// reference's own error explains (95 %).
-Mean rms(const Picture& picture, const Picture& truth)
-{
-    double sum = 0, noise = 0;
-    for (size_t b = 0; b < blocks; ++b) {
-        sum += std::pow(picture[b].value - truth[b].value, 2) / blocks;
-        noise += std::pow(2 * truth[b].deviation, 2) / blocks;
-    }
-    return {std::sqrt(sum) / mean(truth).value, std::sqrt(noise) / mean(truth).value};
-}
-
 TEST_F(MonteCarlo, DISABLED_PrintsReference)
 {
     for (const Reference& of : references)
@@ -314,18 +170,6 @@ TEST_F(MonteCarlo, ReferenceMatchesTheCloud)
             EXPECT_LT(std::abs(a.value - b.value), 4 * std::hypot(a.deviation, b.deviation)) << of.g << ' ' << v;
             EXPECT_LT(b.deviation / b.value, 0.005);
         }
-}
-
-/// Over the blocks of three pictures, each relative to its own mean.
-Mean rms(const std::array<Picture, 3>& pictures, const std::array<Picture, 3>& truth)
-{
-    Mean all;
-    for (size_t v = 0; v < 3; ++v) {
-        const Mean one = rms(pictures[v], truth[v]);
-        all.value = std::hypot(all.value, one.value / std::sqrt(3.0));
-        all.deviation = std::hypot(all.deviation, one.deviation / std::sqrt(3.0));
-    }
-    return all;
 }
 
 TEST_F(MonteCarlo, OneSweepLeavesAThirdOfTheErrorOfP1AndThreeLeaveAnEighth)

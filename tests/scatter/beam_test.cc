@@ -12,11 +12,10 @@
 namespace vdbcloud {
 namespace {
 
-/// A density and the voxels that P1 is solved on, without delta-M scaling.
-struct Body {
-    explicit Body(const FloatGridPtr& grid_, std::array<bool, 3> periodic = {false, false, false})
-        : grid(grid_), index(*grid_, {periodic}), density(index.gather(*grid_)),
-          exposed(exposed_voxels(index, density)), bricks(*grid_)
+/// A case without delta-M scaling, and its bricks.
+struct Body : test::P1Case {
+    explicit Body(const FloatGridPtr& of, std::array<bool, 3> periodic = {false, false, false})
+        : P1Case(of, periodic), bricks(*of)
     {
     }
     P1Operator p1(double sigma_t, double albedo, double g) const
@@ -26,10 +25,6 @@ struct Body {
     }
     size_t slot(int x, int y, int z) const { return index.blocks().slot(Vec3i(x, y, z) - index.origin()); }
 
-    FloatGridPtr grid;
-    VoxelIndex index;
-    std::vector<float> density;
-    std::vector<ExposedVoxel> exposed;
     BrickMap bricks;
 };
 
@@ -38,7 +33,8 @@ constexpr int layers = 8;
 /// A layer of density 1, periodic along x and z, of `layers` voxels of edge 1 along y.
 Body layer()
 {
-    return Body(test::field(Vec3i(8, layers, 8), Vec3d(1.0), [](const Vec3i&) { return 1.0; }), {true, false, true});
+    return Body(test::voxel_field(Vec3i(8, layers, 8), Vec3d(1.0), [](const Vec3i&) { return 1.0; }),
+                {true, false, true});
 }
 
 /// A sun in the x-y plane whose light meets the layer at cosine mu.
@@ -116,7 +112,7 @@ TEST(Beam, ProfileAddsCentreToCentreMeanMinusFaceValue)
 /// Density 1 below y = 8 and `thin` above, with edge 1: a voxel of the thin part beside the dense one.
 Body dense_under_thin(double thin)
 {
-    return Body(test::field(Vec3i(9, 12, 9), Vec3d(1.0), [=](const Vec3i& p) { return p.y() < 8 ? 1.0 : thin; }));
+    return Body(test::voxel_field(Vec3i(9, 12, 9), Vec3d(1.0), [=](const Vec3i& p) { return p.y() < 8 ? 1.0 : thin; }));
 }
 
 TEST(Beam, FluenceOfAThinVoxelIsCappedAtItsBrightestFace)
@@ -143,7 +139,7 @@ TEST(Beam, FluenceOfAThinVoxelIsCappedAtItsBrightestFace)
 TEST(Beam, FluenceOfALampIsInverseSquareTimesTransmittance)
 {
     const double h = 0.2, sigma = 1.5;
-    const Body body(test::field(Vec3i(25), Vec3d(h), [](const Vec3i&) { return 1.0; }));
+    const Body body(test::voxel_field(Vec3i(25), Vec3d(h), [](const Vec3i&) { return 1.0; }));
     const P1Operator p1 = body.p1(sigma, 0.9, 0);
     const Vec3d at(12.1 * h, 11.9 * h, 12.05 * h);
     const auto fluence = beam_fluence(p1, beam_depths(body.index, body.exposed, body.bricks, make_lamp(at)), sigma);
@@ -166,7 +162,7 @@ TEST(Beam, BeamInAndOutOfABoxMatchTheExponential)
     // Density falls to 0 half a voxel beyond each exposed face: 12 voxels along y hold a depth of 12 between these
     // ends.
     const double sigma = 0.2;
-    const Body body(test::field(Vec3i(9, 12, 9), Vec3d(1.0), [](const Vec3i&) { return 1.0; }));
+    const Body body(test::voxel_field(Vec3i(9, 12, 9), Vec3d(1.0), [](const Vec3i&) { return 1.0; }));
     const P1Operator p1 = body.p1(sigma, 0.9, 0);
     for (const double side : {1.0, -1.0}) {
         P1Source source(p1);
@@ -190,7 +186,7 @@ TEST(Beam, LampInsideABallDepositsAllButTheTransmittedPower)
     // A ball of 12 voxels about the lamp. The staircase's mean radius is the ball's, to (h / R)^2 and the shift of
     // exposed faces; half a voxel would be 0.6 * 0.125 / 2 = 4 % of the transmittance.
     const Vec3d centre(14, 14, 14);
-    const Body body(test::field(Vec3i(29), Vec3d(h), [&](const Vec3i& p) {
+    const Body body(test::voxel_field(Vec3i(29), Vec3d(h), [&](const Vec3i& p) {
         return (Vec3d(p.x(), p.y(), p.z()) - centre).length() < 12 ? 1.0 : 0.0;
     }));
     const P1Operator p1 = body.p1(sigma, 0.9, 0.5);
@@ -209,7 +205,7 @@ TEST(Beam, LinesThroughAGaussianMatchTheExponentialIntegral)
     // a^2 and keeps the mass, except along an axis, where lines run through voxel centres. The remaining error is
     // (h / a)^4.
     const double h = 0.1, sigma = 2.4, a = 5 * h;
-    const Body body(test::field(Vec3i(55), Vec3d(h), [&](const Vec3i& p) {
+    const Body body(test::voxel_field(Vec3i(55), Vec3d(h), [&](const Vec3i& p) {
         const Vec3d r = (Vec3d(p.x(), p.y(), p.z()) - Vec3d(27.3, 26.8, 27.1)) * h;
         const double density = std::exp(-r.dot(r) / (2 * a * a));
         return density > 1e-6 ? density : 0.0;
@@ -265,7 +261,7 @@ TEST(Beam, PowersAreInvariantUnderRotationAndReflection)
     };
     const auto lit = [&](const Axes& axes, bool lamp) {
         const auto placed = [&](const Vec3d& v) { return v[0] * axes.x + v[1] * axes.y + v[2] * axes.z; };
-        const Body body(test::field(Vec3i(19), h * axes.x, h * axes.y, h * axes.z, density));
+        const Body body(test::voxel_field(Vec3i(19), h * axes.x, h * axes.y, h * axes.z, density));
         const P1Operator p1 = body.p1(sigma, 0.9, 0.6);
         const Light light = lamp ? make_lamp(placed(Vec3d(9.3, 21, 7) * h)) : make_sun(placed(Vec3d(0.3, 1, 0.2)));
         const BeamDepths depths = beam_depths(body.index, body.exposed, body.bricks, light);

@@ -42,8 +42,8 @@ double lump(const Vec3i& p)
 ScatterFields solved(const Turn& turn, int iterations)
 {
     const Vec3d stretched(h, 0.9 * h, 1.1 * h);
-    const auto grid = test::field(Vec3i(10, 12, 8), turn(Vec3d(stretched[0], 0, 0)), turn(Vec3d(0, stretched[1], 0)),
-                                  turn(Vec3d(0, 0, stretched[2])), lump);
+    const auto grid = test::voxel_field(Vec3i(10, 12, 8), turn(Vec3d(stretched[0], 0, 0)),
+                                        turn(Vec3d(0, stretched[1], 0)), turn(Vec3d(0, 0, stretched[2])), lump);
     Medium medium;
     medium.sigma_t_per_density = Vec3d(6);
     medium.albedo = Vec3d(0.98);

@@ -13,10 +13,10 @@ namespace vdbcloud {
 namespace {
 
 /// A periodic slab of n voxels along y, of optical depth tau, lit obliquely from above.
-struct Slab {
+struct Slab : test::P1Case {
     Slab(int n, double tau_)
-        : grid(test::field(Vec3i(8, n, 8), Vec3d(1.0 / n), [](const Vec3i&) { return 1.0; })),
-          index(*grid, {{true, false, true}}), density(index.gather(*grid)), exposed(exposed_voxels(index, density)),
+        : P1Case(test::voxel_field(Vec3i(8, n, 8), Vec3d(1.0 / n), [](const Vec3i&) { return 1.0; }),
+                 {true, false, true}),
           tau(tau_)
     {
         sources.beams.emplace_back(periodic_beam_depths(index, exposed, density, sun), 2.0);
@@ -52,10 +52,6 @@ struct Slab {
         return std::sqrt(difference / norm);
     }
 
-    FloatGridPtr grid;
-    VoxelIndex index;
-    std::vector<float> density;
-    std::vector<ExposedVoxel> exposed;
     double tau;
     Light sun = make_sun(Vec3d(0.6, 0.8, 0));
     SeriesSources sources;

@@ -3,8 +3,8 @@
 #include "vdbcloud/scatter/second_moment.h"
 #include "vdbcloud/scatter/sky_inflow.h"
 
+#include "scatter/fields.h"
 #include "support/slab_exact.h"
-#include "support/voxel_field.h"
 
 #include <gtest/gtest.h>
 
@@ -14,10 +14,10 @@ namespace vdbcloud {
 namespace {
 
 /// A layer of n voxels along y, of thickness 1 and optical depth tau, that neither absorbs nor prefers a direction.
-struct Layer {
+struct Layer : test::P1Case {
     Layer(double tau, int n)
-        : grid(test::voxel_field(Vec3i(8, n, 8), Vec3d(1.0 / n), [](const Vec3i&) { return 1.0; })),
-          index(*grid, {{true, false, true}}), density(index.gather(*grid)), exposed(exposed_voxels(index, density)),
+        : P1Case(test::voxel_field(Vec3i(8, n, 8), Vec3d(1.0 / n), [](const Vec3i&) { return 1.0; }),
+                 {true, false, true}),
           p1(index, density, exposed, {tau, 1, nullptr, PhaseFunction(), true}), area(64.0 / n / n)
     {
     }
@@ -27,10 +27,6 @@ struct Layer {
         EXPECT_LT(b.defect, 1e-6);
         return b.out[Blocks::YMinus] / area;
     }
-    FloatGridPtr grid;
-    VoxelIndex index;
-    std::vector<float> density;
-    std::vector<ExposedVoxel> exposed;
     P1Operator p1;
     double area;
 };

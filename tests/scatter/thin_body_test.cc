@@ -12,14 +12,13 @@ namespace vdbcloud {
 namespace {
 
 /// A ball of 2 x 12 voxels across and optical radius 0.01 in a sun of irradiance 1 along +x, conservative.
-struct ThinBall {
+struct ThinBall : test::P1Case {
     static constexpr int n = 26;
     static constexpr double tau = 0.01, centre = (n - 1) / 2.0, radius = 12;
 
     explicit ThinBall(double g)
-        : grid(test::field(Vec3i(n), Vec3d(1 / radius),
-                           [](const Vec3i& p) { return from_centre(p).length() < radius ? 1.0 : 0.0; })),
-          index(*grid), density(index.gather(*grid)), exposed(exposed_voxels(index, density)),
+        : P1Case(test::voxel_field(Vec3i(n), Vec3d(1 / radius),
+                                   [](const Vec3i& p) { return from_centre(p).length() < radius ? 1.0 : 0.0; })),
           p1(index, density, exposed, {tau, 1, nullptr, test::hg(g), true}), source(p1)
     {
         const Light sun = make_sun(Vec3d(-1, 0, 0));
@@ -32,10 +31,6 @@ struct ThinBall {
     }
     static Vec3d from_centre(const Vec3i& p) { return Vec3d(p.x() - centre, p.y() - centre, p.z() - centre); }
 
-    FloatGridPtr grid;
-    VoxelIndex index;
-    std::vector<float> density;
-    std::vector<ExposedVoxel> exposed;
     P1Operator p1;
     P1Source source;
     double scaled = 0;  // sigma_t' R
@@ -98,7 +93,7 @@ TEST(ThinBody, PictureRadianceIsNonnegative)
         return m;
     }();
     ScatterReport report;
-    const auto grid = test::field(Vec3i(8, 32, 8), Vec3d(1.0), [](const Vec3i&) { return 1.0; });
+    const auto grid = test::voxel_field(Vec3i(8, 32, 8), Vec3d(1.0), [](const Vec3i&) { return 1.0; });
     ScatterOptions options;
     options.periodic = {true, false, true};
     options.line_rays = options.reentry_rays = 0;

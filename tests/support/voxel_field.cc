@@ -6,14 +6,16 @@ namespace vdbcloud::test {
 
 namespace {
 
-FloatGridPtr with_spacing(const Vec3d& h)
+FloatGridPtr with_axes(const Vec3d& x, const Vec3d& y, const Vec3d& z)
 {
     auto grid = FloatGrid::create(0.0f);
-    const openvdb::Mat4d m(h[0], 0.0, 0.0, 0.0, 0.0, h[1], 0.0, 0.0, 0.0, 0.0, h[2], 0.0, 0.0, 0.0, 0.0, 1.0);
+    const openvdb::Mat4d m(x[0], x[1], x[2], 0.0, y[0], y[1], y[2], 0.0, z[0], z[1], z[2], 0.0, 0.0, 0.0, 0.0, 1.0);
     grid->setTransform(openvdb::math::Transform::createLinearTransform(m));
     grid->setName("density");
     return grid;
 }
+
+FloatGridPtr with_spacing(const Vec3d& h) { return with_axes(Vec3d(h[0], 0, 0), Vec3d(0, h[1], 0), Vec3d(0, 0, h[2])); }
 
 void fill(FloatGrid& grid, const Vec3i& first, const Vec3i& last, const std::function<double(const Vec3i&)>& f)
 {
@@ -29,6 +31,14 @@ void fill(FloatGrid& grid, const Vec3i& first, const Vec3i& last, const std::fun
 FloatGridPtr voxel_field(const Vec3i& n, const Vec3d& h, const std::function<double(const Vec3i&)>& f)
 {
     const auto grid = with_spacing(h);
+    fill(*grid, Vec3i(0), n - Vec3i(1), f);
+    return grid;
+}
+
+FloatGridPtr voxel_field(const Vec3i& n, const Vec3d& x, const Vec3d& y, const Vec3d& z,
+                         const std::function<double(const Vec3i&)>& f)
+{
+    const auto grid = with_axes(x, y, z);
     fill(*grid, Vec3i(0), n - Vec3i(1), f);
     return grid;
 }

@@ -68,7 +68,7 @@ std::vector<double> at_centre(const Axes& axes)
         const Vec3d x = origin + double(p.x()) * axes[0] + double(p.y()) * axes[1] + double(p.z()) * axes[2];
         return 3 * std::pow(std::max(0.0, 1 - ellipsoid(x)), 2);
     };
-    Medium m(test::field(n, axes[0], axes[1], axes[2], density));
+    Medium m(test::voxel_field(n, axes[0], axes[1], axes[2], density));
     m.add_source([](const Vec3i&) { return 0.0; });
     std::vector<Vec3d> directions;
     for (const Vec3d& s : beams)
@@ -131,7 +131,7 @@ public:
         : cell_(cell)
     {
         const auto density =
-            test::field(Vec3i(cells), axes[0], axes[1], axes[2], [&](const Vec3i& q) { return clumps(cell(q)); });
+            test::voxel_field(Vec3i(cells), axes[0], axes[1], axes[2], [&](const Vec3i& q) { return clumps(cell(q)); });
         vdbcloud::Medium medium;
         medium.sigma_t_per_density = Vec3d(0.3);
         medium.albedo = Vec3d(0.98);
@@ -239,7 +239,7 @@ double sphere_error(const Axes& axes, double sigma_t, double albedo)
 {
     Vec3i n;
     for (int a = 0; a < 3; ++a) n[a] = 2 * int(std::ceil(1 / axes[size_t(a)].length())) + 2;
-    const auto density = test::field(n, axes[0], axes[1], axes[2], [&](const Vec3i& p) {
+    const auto density = test::voxel_field(n, axes[0], axes[1], axes[2], [&](const Vec3i& p) {
         Vec3d x(0);
         for (int a = 0; a < 3; ++a) x += (p[a] - 0.5 * (n[a] - 1)) * axes[size_t(a)];
         return x.length() < 1 ? 1.0 : 0.0;
