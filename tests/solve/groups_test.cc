@@ -11,14 +11,7 @@
 namespace vdbcloud {
 namespace {
 
-using test::masked;
-using test::noise;
-using test::Operator;
-using test::Problem;
-using test::product;
-using test::random_graph;
-using test::random_vector;
-using test::Vector;
+using namespace test;
 
 /// P^T A P x, P constant on groups and 0 for group -1.
 Vector galerkin(const Operator& a, const std::vector<int32_t>& group, const Vector& x)

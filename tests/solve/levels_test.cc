@@ -13,16 +13,7 @@
 namespace vdbcloud {
 namespace {
 
-using test::constant;
-using test::field;
-using test::masked;
-using test::noise;
-using test::Operator;
-using test::Problem;
-using test::product;
-using test::random_graph;
-using test::random_vector;
-using test::Vector;
+using namespace test;
 
 /// The error polynomial of the smoother, p(A) = 1 - 2 M + 4/5 M^2 with M = D^-1 A: Chebyshev's of the fourth kind and
 /// degree 2 on [0, 2], p(l) = W_2(1 - l) / 5, W_2(x) = 4 x^2 + 2 x - 1.

@@ -103,10 +103,8 @@ SlabExact::Layer SlabExact::doubled_to(double tau) const
     return layer;
 }
 
-SlabExact::Layer SlabExact::add(const Layer& upper, const Layer& lower) const
+SlabExact::Matrix SlabExact::reflections(const Layer& upper, const Layer& lower) const
 {
-    // S = (1 - Ra Rb)^-1 Ra Rb as a series of squares. The series converges for layers of any optical depth, because
-    // the largest eigenvalue of Ra Rb is < 1.
     Matrix power = product(upper.r, lower.r), s = power;
     for (int k = 0; k < 64; ++k) {
         // s_2m = s_m + p^m + p^m s_m, and so on: s holds 2^k terms.
@@ -117,6 +115,12 @@ SlabExact::Layer SlabExact::add(const Layer& upper, const Layer& lower) const
         if (change < 1e-15) break;
         power = product(power, power);
     }
+    return s;
+}
+
+SlabExact::Layer SlabExact::add(const Layer& upper, const Layer& lower) const
+{
+    const Matrix s = reflections(upper, lower);
     const auto e = [&](double tau, int i) { return std::exp(-tau / mu_[i]); };
     Matrix d = product(s, upper.t);
     for (int i = 0; i < size_; ++i)
@@ -175,15 +179,7 @@ SlabExact::Inside SlabExact::at(double depth) const
     if (depth >= o_.tau) return moments(down_bottom_, none);
     const Layer upper = doubled_to(depth), lower = doubled_to(o_.tau - depth);
     // As in add(), only for the beam's column. Solves D = T + Ra U, U = Rb (D + beam) by the summed series.
-    Matrix power = product(upper.r, lower.r), s = power;
-    for (int k = 0; k < 64; ++k) {
-        const Matrix more = product(power, s);
-        double change = 0;
-        for (size_t n = 0; n < s.size(); ++n) change = std::max(change, std::abs(more[n]) / (1e-300 + std::abs(s[n])));
-        for (size_t n = 0; n < s.size(); ++n) s[n] += more[n];
-        if (change < 1e-15) break;
-        power = product(power, power);
-    }
+    const Matrix s = reflections(upper, lower);
     const double direct = std::exp(-depth / o_.mu0);
     std::vector<double> down(none), up(none);
     for (int i = 0; i < size_; ++i) {

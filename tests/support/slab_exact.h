@@ -48,6 +48,9 @@ private:
     Layer doubled_to(double tau) const;
     Layer add(const Layer& upper, const Layer& lower) const;
     Matrix product(const Matrix& a, const Matrix& b) const;
+    /// S = (1 - Ra Rb)^-1 Ra Rb: light reflected any number of times between two layers. A series of squares, which
+    /// converges at any optical depth, because the largest eigenvalue of Ra Rb is below 1.
+    Matrix reflections(const Layer& upper, const Layer& lower) const;
 
     Options o_;
     int n_, size_;
