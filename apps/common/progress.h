@@ -1,5 +1,5 @@
 #pragma once
-// How far the work is, shown on stderr.
+// Progress of the work on standard error.
 #include "vdbcloud/core/progress.h"
 
 #include <mutex>
@@ -7,21 +7,22 @@
 
 namespace vdbcloud::app {
 
-/// What is written to stderr, by any thread: progress, and lines between it.
+/// Writes progress and lines to standard error. Any number of threads may call it at a time, except set().
 class Meter {
 public:
     enum Mode { Off, Bar, Lines, Machine };
 
     void set(Mode mode, const std::string& tool);
 
-    /// Draws `fraction` of `label` if it is time to: the bar ten times a second, lines each 10 %, and for machines an
-    /// object {"tool", "phase", "fraction", "seconds"} a line, once a second and at the end.
+    /// The progress of a phase called `label`; empty where the mode is Off. The bar is drawn at most ten times a
+    /// second, a line at each 10 %. Mode Machine writes one JSON object a line, at most once a second and at the end:
+    /// {"tool", "phase", "fraction", "seconds"}.
     Progress of(const std::string& label);
 
-    /// Writes one line, the bar out of its way.
+    /// Removes the bar and writes one line.
     void line(const std::string& text);
 
-    /// Takes the bar away.
+    /// Removes the bar.
     void clear();
 
 private:
@@ -34,10 +35,11 @@ private:
     bool bar_shown_ = false;
 };
 
-/// `text` with control characters as '?' and cut at `most` bytes, letters of other alphabets kept.
+/// `text` on one line: a line break becomes a blank, any other control character '?'. Text of more than `most` bytes is
+/// cut and ends with "...". UTF-8 is kept.
 std::string one_line(const std::string& text, size_t most = 4000);
 
-/// Standard error is a terminal, and NO_COLOR is not set.
+/// True if standard error is a terminal and the environment variable NO_COLOR is unset or empty.
 bool coloured();
 
 }  // namespace vdbcloud::app

@@ -12,6 +12,7 @@
 #include "lights.h"
 #include "options.h"
 #include "report.h"
+#include "vector_grid.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
@@ -31,16 +32,6 @@ void drop_moments(GridFile& file)
     remove_grids(file, [](const std::string& name) { return schema::has_role(name, schema::Role::Moment); });
 }
 
-/// The vec3s grid of a role, if there is one.
-Vec3SGridPtr vectors(app::App& app, const GridFile& file, const GridBasePtr& grid)
-{
-    if (!grid || grid->empty()) return nullptr;
-    if (auto found = openvdb::gridPtrCast<Vec3SGrid>(grid)) return found;
-    app.warnings()(file.path + ": grid '" + printable(grid->getName()) + "' is " + grid->valueType() +
-                   ", expected vec3s; passed over");
-    return nullptr;
-}
-
 void solve(app::App& app, P1solveOptions& o)
 {
     finish(app, o);
@@ -56,8 +47,8 @@ void solve(app::App& app, P1solveOptions& o)
     o.scatter.sky = chosen_sky(o, lights, o.scatter.up);
     if (app.dry_run()) return estimate(app, o, medium, *density, lights.size());
 
-    const auto tint = vectors(app, file, grid_of(file, schema::colour));
-    const auto emission = vectors(app, file, find_grid(file, schema::emission));
+    const auto tint = app::vector_grid(app, file, grid_of(file, schema::colour));
+    const auto emission = app::vector_grid(app, file, find_grid(file, schema::emission));
     if (tint) app.uses(grid_of(file, schema::colour)->getName());
     if (emission) app.uses(emission->getName());
     ScatterReport report;

@@ -11,12 +11,13 @@ namespace vdbcloud {
 
 namespace {
 
-/// "irradiance" of a sun, "intensity" of a lamp.
+/// "irradiance" for a sun, "intensity" for a lamp.
 std::string strength_name(const Light& light) { return light.kind().parameters[0].name; }
 
 nlohmann::json triple(const Vec3d& v) { return {v[0], v[1], v[2]}; }
 
-constexpr double seconds_per_cell = 40e-9;  // of the march on one core; measured, for a rough estimate only
+/// Seconds that a ray takes to cross a cell: measured on one core, for rough estimates.
+constexpr double seconds_per_cell = 40e-9;
 
 }  // namespace
 
@@ -88,7 +89,7 @@ void report_estimate(app::App& app, const RenderOptions& o, const LoadedScene& l
     const double pixels = double(w.width()) * w.height();
     double bytes = pixels * film.channels() * sizeof(float), cells = 0;
     for (const Volume& volume : loaded.scene.volumes) {
-        bytes += 4.0 * double(volume.density->memUsage());  // the grid, its light and both repacked
+        bytes += 4.0 * double(volume.density->memUsage());  // density and transmittance, each as grid and as bricks
         const auto box = volume.density->evalActiveVoxelBoundingBox();
         if (!box.empty()) cells += box.dim().asVec3d().length();
     }

@@ -1,5 +1,5 @@
 #pragma once
-// What render writes and reports: pictures that say how they were made, and figures.
+// What render writes into its pictures and its report: how the picture was made, counts, and estimates.
 #include "scene.h"
 
 namespace vdbcloud {
@@ -7,11 +7,12 @@ namespace vdbcloud {
 /// Attributes of the pictures.
 ImageMetadata image_metadata(const app::App&, const RenderOptions&, const LoadedScene&, double exposure);
 
-/// Fills the report of a rendering: picture, camera, media, lights, cost.
+/// Adds camera, picture, lights and media to the report.
 void report_picture(app::App&, const RenderOptions&, const LoadedScene&, const CameraView&);
+/// Adds counts, accuracy and exposure to the report. Warns of rays that missed their tolerance.
 void report_cost(app::App&, const RenderCost&, double exposure);
 
-/// What --dry-run says: memory [bytes] and a rough time [s] of the march, from boxes and pixels alone.
+/// Reports what --dry-run estimates from boxes and pixels: memory [bytes] and time [s]. The time is rough.
 void report_estimate(app::App&, const RenderOptions&, const LoadedScene&, const Film&);
 
 }  // namespace vdbcloud

@@ -1,6 +1,7 @@
 #include "scene.h"
 
 #include "scaled_light.h"
+#include "vector_grid.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
@@ -21,24 +22,14 @@ namespace {
 
 using openvdb::gridPtrCast;
 
-/// The vec3s grid called `name`, or of that role; null if there is none. Of another type: a warning, and null.
-Vec3SGridPtr vectors(app::App& app, const GridFile& file, const GridBasePtr& grid)
-{
-    if (!grid || grid->empty()) return nullptr;
-    if (auto found = gridPtrCast<Vec3SGrid>(grid)) return found;
-    app.warnings()(file.path + ": grid '" + printable(grid->getName()) + "' is " + grid->valueType() +
-                   ", expected vec3s; passed over");
-    return nullptr;
-}
-
-/// The float grid called `name`; null if there is none, or one of another type.
+/// The float grid called `name`; null without a grid of that name and type.
 FloatGridPtr numbers(const GridFile& file, const std::string& name)
 {
     const GridBasePtr grid = find_grid(file, name);
     return grid ? gridPtrCast<FloatGrid>(grid) : nullptr;
 }
 
-/// The moments of degree 2 and more that the file holds without a gap.
+/// Adds the moments of degree 2 and more to the volume, up to the first degree of which the file lacks a moment.
 void add_moments(app::App& app, const GridFile& file, Volume& volume)
 {
     const int degree = volume.scaling.degree;
@@ -54,7 +45,7 @@ void add_moments(app::App& app, const GridFile& file, Volume& volume)
             }
         if (found < size_t(3 * (2 * l + 1))) {
             app.warnings()(file.path + ": collided light was scattered to degree " + std::to_string(degree) +
-                           " and is kept to degree " + std::to_string(l - 1) + ": the picture lacks the rest");
+                           " and is kept to degree " + std::to_string(l - 1) + ": the picture lacks higher degrees");
             return;
         }
         if (shared) volume.moment_scale = get_vector(*of_degree[0][0], schema::channel_scale, Vec3d(1.0));
@@ -68,24 +59,25 @@ Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
     Volume volume;
     volume.density = density_of(file, o.density, app.warnings());
     volume.medium = app::chosen_medium(app, o.medium, *volume.density);
-    volume.colour = vectors(app, file, grid_of(file, schema::colour));
-    volume.emission = vectors(app, file, find_grid(file, schema::emission));
-    volume.phi = vectors(app, file, find_grid(file, schema::phi));
+    volume.colour = app::vector_grid(app, file, grid_of(file, schema::colour));
+    volume.emission = app::vector_grid(app, file, find_grid(file, schema::emission));
+    volume.phi = app::vector_grid(app, file, find_grid(file, schema::phi));
     if (const GridBasePtr series = find_grid(file, schema::series_phi_name(0));
         series && (!volume.phi || read_medium(*volume.phi).albedo != volume.medium.albedo)) {
-        volume.phi = nullptr;  // made from the series, once its light is known
+        volume.phi = nullptr;  // relight_volume() makes phi from the series
         volume.scaling = read_delta_scaling(*series, volume.medium.phase);
     }
     if (volume.phi) {
         app::require_same_medium(file.path + ": multiple scattering", *volume.phi, volume.medium);
-        for (size_t c = 0; c < 3; ++c) volume.flux[c] = vectors(app, file, find_grid(file, schema::flux_name(int(c))));
+        for (size_t c = 0; c < 3; ++c)
+            volume.flux[c] = app::vector_grid(app, file, find_grid(file, schema::flux_name(int(c))));
         volume.scaling = read_delta_scaling(*volume.phi, volume.medium.phase);
         add_moments(app, file, volume);
     }
     return volume;
 }
 
-/// Throws if phi is of another density, or scattered other lights than the scene has.
+/// Throws UsageError if phi belongs to another density, or to other lights than `lights`.
 void require_same_light(const GridFile& file, const Volume& volume, const std::vector<Light>& lights)
 {
     if (!volume.phi) return;
@@ -98,7 +90,7 @@ void require_same_light(const GridFile& file, const Volume& volume, const std::v
                          lights_text(lights) + "' is asked for: run p1solve again");
 }
 
-/// The lights of all inputs, by name. Two of one name must be one light.
+/// The lights of all inputs, each name once. Throws UsageError for two different lights of one name.
 std::vector<Light> inherited_lights(const std::vector<GridFile>& files)
 {
     std::vector<Light> lights;
@@ -115,12 +107,12 @@ std::vector<Light> inherited_lights(const std::vector<GridFile>& files)
     return lights;
 }
 
-/// Why the grid that a file brings for a light does not serve; empty if it does.
+/// Why a transmittance grid of the input cannot be used for `light`; empty if it can.
 std::string misfit(const GridBase& grid, const Light& light, const Volume& volume)
 {
-    const auto theirs = read_light(grid, grid.getName());
-    if (!theirs) return "says nothing of its light";
-    if (!same_place(*theirs, light)) return "belongs to the " + app::described(*theirs);
+    const auto found = read_light(grid, grid.getName());
+    if (!found) return "has no metadata of its light";
+    if (!same_place(*found, light)) return "belongs to the " + app::described(*found);
     if (!app::same_extinction(grid, volume.medium))
         return "was computed with extinction " + app::brief(get_vector(grid, schema::sigma_t_per_density, Vec3d(0.0))) +
                ", now " + app::brief(volume.medium.sigma_t_per_density);
@@ -128,7 +120,7 @@ std::string misfit(const GridBase& grid, const Light& light, const Volume& volum
     return digest.empty() || digest == grid_digest(*volume.density) ? "" : "was computed from another density";
 }
 
-/// True if the files have the grids of all lights, and the grids serve.
+/// True if the inputs have a usable transmittance grid for each light.
 bool brings_all(const std::vector<GridFile>& files, const Scene& scene)
 {
     for (size_t v = 0; v < files.size(); ++v)
@@ -141,6 +133,7 @@ bool brings_all(const std::vector<GridFile>& files, const Scene& scene)
     return true;
 }
 
+/// The transmittance grid of a light: the input's if that is usable, else computed. A dry run computes none.
 GridBasePtr light_grid(app::App& app, const GridFile& file, const Volume& volume, const Light& light,
                        const RenderOptions& o)
 {
@@ -153,15 +146,15 @@ GridBasePtr light_grid(app::App& app, const GridFile& file, const Volume& volume
     if (const GridBasePtr grid = find_grid(file, transmittance_name(light))) {
         const std::string reason = misfit(*grid, light, volume);
         if (reason.empty()) return grid;
-        app.warnings()(file.path + ": " + printable(grid->getName()) + " " + reason + "; computed again for the " +
-                       app::described(light));
+        app.warnings()(file.path + ": " + printable(grid->getName()) + " " + reason +
+                       "; the grid is computed again for the " + app::described(light));
     }
     if (app.dry_run()) return FloatGrid::create(1.0f);
     const auto phase = app.phase("light");
     return transmittance_grid(*volume.density, volume.medium, light, o.light, app.progress("light"));
 }
 
-/// phi and flux at the albedo that is asked for, from a file's series where it has one: no solve.
+/// Sets phi and flux of a volume without phi from the input's series in albedo, if the input has one.
 void relight_volume(app::App& app, const GridFile& file, Volume& volume, const std::vector<Light>& lights,
                     const RenderOptions& o)
 {
@@ -179,6 +172,7 @@ void relight_volume(app::App& app, const GridFile& file, Volume& volume, const s
     volume.flux = fields.flux;
 }
 
+/// --up, else the first up axis of an input, else y.
 UpAxis up_of(const RenderOptions& o, const std::vector<GridFile>& files)
 {
     std::optional<UpAxis> up = o.up;
@@ -199,7 +193,7 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
     for (GridFile& file : files) {
         out.scene.volumes.push_back(volume_of(app, file, o));
         const auto corners = occupied_corners(*out.scene.volumes.back().density);
-        if (corners.empty()) app.say(file.path + ": the density is empty: there is nothing of it to see");
+        if (corners.empty()) app.say(file.path + ": the density is empty and adds nothing to the picture");
         out.corners.insert(out.corners.end(), corners.begin(), corners.end());
         if (const auto phi = find_grid(file, schema::phi); phi && !out.sky) out.sky = read_sky(*phi);
         const std::string history = get_text(*file.metadata, schema::history, "");
@@ -208,7 +202,7 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
 
     out.scene.lights = app::lights_asked(o.lights);
     if (out.scene.lights.empty()) out.scene.lights = inherited_lights(files);
-    // What a sky or fire has lit already needs no sun to be seen.
+    // A medium with phi is visible without a sun.
     const bool glows =
         std::any_of(files.begin(), files.end(), [](const GridFile& f) { return bool(find_grid(f, schema::phi)); });
     if (out.scene.lights.empty() && !glows) {

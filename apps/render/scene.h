@@ -1,5 +1,5 @@
 #pragma once
-// From files and options to a scene: media, lights with their grids, and where it all is.
+// Makes the scene from files and options: media, lights and their grids, and bounds.
 #include "options.h"
 
 #include <memory>
@@ -11,18 +11,18 @@ namespace vdbcloud {
 struct LoadedScene {
     Scene scene;  ///< background not yet chosen
     UpAxis up = UpAxis::Y;
-    std::vector<Vec3d> corners;  ///< of boxes around what is to be seen; empty if there is nothing
-    std::optional<Sky> sky;      ///< that lit the first input that a sky lit
+    std::vector<Vec3d> corners;  ///< of boxes around the media [world]; empty for empty media
+    std::optional<Sky> sky;      ///< the sky of the first input whose phi has one
     std::string history;         ///< of all inputs
     bool automatic_light = false;
 };
 
-/// Reads every input, settles coefficients and lights, and computes the light grids that are missing or do not fit.
+/// Reads every input, chooses media and lights, and computes each transmittance grid that no input has.
 ///
-/// Lights: those of --sun and --lamp if there are any, else those of the inputs, else one automatic sun. An input's
-/// light grid is taken if its place, extinction and density are the scene's; else it is computed again, and a warning
-/// says why. Throws UsageError where two inputs hold different lights of one name, or multiple scattering of other
-/// coefficients.
+/// Lights: those of --sun and --lamp, else those of the inputs, else one automatic sun. A transmittance grid of an
+/// input is used if its light's place, its extinction and its density are the scene's. Otherwise the grid is computed
+/// again, with a warning that names the reason. Throws UsageError if two inputs have different lights of one name, or
+/// if multiple scattering was computed with other coefficients, another density or other lights.
 LoadedScene load_scene(app::App&, const RenderOptions&);
 
 }  // namespace vdbcloud
