@@ -144,7 +144,7 @@ TEST(Config, AcceptsTheWaysTomlWritesAVector)
     EXPECT_EQ(parameters({"--config", scratch / "c.toml"})["lamp"], (nlohmann::json{{1, 2, 3}}));
 }
 
-TEST(Config, RefusesWhatItDoesNotKnowWithFileLineAndKey)
+TEST(Config, RefusesUnknownKeysWithFileLineAndKey)
 {
     const struct {
         const char *text, *said;

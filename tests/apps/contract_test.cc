@@ -76,7 +76,7 @@ struct Wrong {
     const char* said;
 };
 
-TEST(Contract, AWrongCommandLineIsStatusTwoAndSaysWhatWasExpected)
+TEST(Contract, AWrongCommandLineIsStatusTwoAndNamesTheExpectation)
 {
     const Wrong table[] = {
         {{}, "the option --output is required"},

@@ -199,7 +199,7 @@ TEST_F(Fractalgen, EnvelopeFromFillsFogAndLevelSets)
     EXPECT_EQ(run_it({"--envelope-from", land, "--mountain", "-o", folder_ / "x.vdb"}).status, 2);
 }
 
-TEST_F(Fractalgen, RefusesWhatItCannotMake)
+TEST_F(Fractalgen, RefusesImpossibleOptions)
 {
     for (const Words& options : std::vector<Words>{{"--size", "0"},
                                                    {"--size", "513"},

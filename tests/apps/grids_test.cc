@@ -84,7 +84,7 @@ TEST_F(Grids, HistoryGrowsByOneLineAStageAndIsTheSameThroughPipes)
     EXPECT_EQ(history(d), text);
 }
 
-TEST_F(Grids, TheReportDescribesWhatWasReadAndWritten)
+TEST_F(Grids, ReportDescribesInputsAndOutputs)
 {
     const RunResult r = copy({scratch / "a.vdb", "-o", scratch / "b.vdb", "--json", "-"});
     ASSERT_EQ(r.status, 0) << r.err;

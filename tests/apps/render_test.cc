@@ -177,7 +177,7 @@ TEST_F(Render, PicturesAreByteIdenticalOnAnyNumberOfThreads)
         }
 }
 
-TEST_F(Render, APipeOfStagesGivesTheSameBytesAsFiles)
+TEST_F(Render, APipeOfStagesWritesEqualBytesToFiles)
 {
     write_lump(path("lump.vdb"));
     const std::string light = program("illuminate") + " --sun 0.3,1,0.2 -q ",
@@ -304,7 +304,7 @@ TEST_F(Render, AnEmptyDensityShowsTheBackgroundAndANote)
     EXPECT_EQ(picture(path("a.exr")).at(8, 8, "R"), 0.25f);
 }
 
-TEST_F(Render, RefusesInOneSentenceWithTheRightStatus)
+TEST_F(Render, RefusesInOneSentenceWithItsStatus)
 {
     write_lump(path("lump.vdb"));
     const std::string in = path("lump.vdb"), out = path("a.exr");

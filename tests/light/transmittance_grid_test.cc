@@ -260,7 +260,7 @@ TEST(TransmittanceGrid, LatticeOfADiscIsTheMeanOfExactRays)
     EXPECT_NEAR(said.mean_error, difference.mean, 0.3 * difference.mean);
 }
 
-TEST(TransmittanceGrid, OfALitBodyIsTheSameTurnedAndMirrored)
+TEST(TransmittanceGrid, IsInvariantUnderRotationAndMirroring)
 {
     const auto body = box({20, 24, 18}, 0.1, [](Coord ijk) { return test::clumps(ijk, 9, 1.0); });
     for (const Fidelity fidelity : {Fidelity::Lattice, Fidelity::Exact})
@@ -302,7 +302,7 @@ TEST(TransmittanceGrid, RefinedPointsOfASlabAreTheExponentialOfTheirDepth)
     }
 }
 
-TEST(TransmittanceGrid, IsTheSameForAnyNumberOfThreads)
+TEST(TransmittanceGrid, DoesNotDependOnTheNumberOfThreads)
 {
     const auto field = box({50, 50, 50}, 1, [](Coord ijk) { return test::clumps(ijk, 4, 1.0); });
     const auto run = [&](int threads) {

@@ -100,7 +100,7 @@ TEST(DeltaScaling, ReadsMissingMomentsFromThePhaseFunction)
     EXPECT_EQ(nothing.delta_f, 0);
 }
 
-TEST(DeltaScaling, RejectsInvalidMetadata)
+TEST(DeltaScaling, RefusesInvalidMetadata)
 {
     const auto refused = [](const char* key, auto change) {
         MetaMap metadata;

@@ -64,13 +64,13 @@ TEST(Medium, MissingMetadataKeepsTheGivenCoefficients)
     expect_equal(read_medium(metadata, cloud()), expected);
 }
 
-TEST(Medium, IsGreyWhereExtinctionIsTheSameInAllChannels)
+TEST(Medium, IsGreyWhereChannelsShareOneExtinction)
 {
     EXPECT_FALSE(cloud().grey());
     EXPECT_TRUE(Medium{}.grey());
 }
 
-TEST(Medium, RejectsInvalidCoefficientsByName)
+TEST(Medium, RefusesInvalidCoefficientsByName)
 {
     const auto refused = [](const char* key, auto change) {
         Medium medium = cloud();
@@ -90,7 +90,7 @@ TEST(Medium, RejectsInvalidCoefficientsByName)
     refused(schema::albedo, [](Medium& m) { m.albedo[0] = std::nan(""); });
 }
 
-TEST(Medium, RejectsInvalidFileMetadata)
+TEST(Medium, RefusesInvalidFileMetadata)
 {
     MetaMap metadata;
     set_text(metadata, schema::phase, "mie\n\x1b[31m");

@@ -158,7 +158,7 @@ TEST(OpticalDepth, ConvergesAtSecondOrderForSmoothFieldsAndFirstForJumps)
     EXPECT_GT(jump, 0.9);
 }
 
-TEST(OpticalDepth, EmptyGridIsZeroAndFrustumIsRejected)
+TEST(OpticalDepth, EmptyGridIsZeroAndFrustumIsRefused)
 {
     const auto empty = openvdb::FloatGrid::create(0.0f);
     EXPECT_EQ(density_depth(BrickMap(*empty), {{0, 0, 0}, {1, 0, 0}}, 0, far), 0);

@@ -231,7 +231,7 @@ TEST(HgDraine, MeanCosineMatchesWaterDroplets)
     EXPECT_LT(before, 0.9);
 }
 
-TEST(PhaseFunction, RejectsInvalidParameters)
+TEST(PhaseFunction, RefusesInvalidParameters)
 {
     for (const double g : {1.0, -1.0, 1.5, std::nan("")}) EXPECT_THROW(hg(g), InputError) << g;
     EXPECT_THROW(PhaseFunction("mie"), InputError);
@@ -244,7 +244,7 @@ TEST(PhaseFunction, RejectsInvalidParameters)
     EXPECT_THROW(PhaseFunction("double-henyey-greenstein", {0.5, 1, 0.5}), InputError);
 }
 
-TEST(PhaseFunction, EqualsOnlyTheSameFormWithTheSameParameters)
+TEST(PhaseFunction, EqualityComparesFormAndParameters)
 {
     EXPECT_EQ(hg(0.5), hg(0.5 * (1 + 1e-12)));
     EXPECT_NE(hg(0.5), hg(0.5001));

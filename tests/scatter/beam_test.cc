@@ -232,7 +232,7 @@ TEST(Beam, LinesThroughALayerMatchTheExponential)
     }
 }
 
-TEST(Beam, PeriodicMediumRejectsHorizontalSunsAndLamps)
+TEST(Beam, PeriodicMediumRefusesHorizontalSunsAndLamps)
 {
     const Body body = layer();
     for (const Light& light : {make_sun(Vec3d(1, 0, 0)), make_lamp(Vec3d(4, 30, 4))})

@@ -124,7 +124,7 @@ TEST(Series, RatioOfTermsIsTheInverseRadiusOfASlab)
     }
 }
 
-TEST(Series, TableInterpolatesAndRejectsAlbedosOutside)
+TEST(Series, TableInterpolatesAndRefusesAlbedosOutside)
 {
     const Slab slab(32, 16);
     SeriesOptions options;

@@ -176,7 +176,7 @@ TEST(LightKinds, HaveWordsNamesAndKeysOfTheirOwn)
     EXPECT_EQ(words, (std::set<std::string>{"directional", "point"})) << "files hold these words";
 }
 
-TEST(Light, ReadsBackWhatItWrote)
+TEST(Light, RoundTripsThroughMetadata)
 {
     for (const Light& light : {sun(), lamp()}) {
         const auto back = read_light(*grid_with(light), transmittance_name(light));
@@ -221,7 +221,7 @@ TEST(Light, AFileGivesItsLightsInOrderAndSkipsOtherGrids)
     EXPECT_EQ(lights[1].name, "sun_2");
 }
 
-TEST(Light, IsInTheSamePlaceWhateverItsStrength)
+TEST(Light, SamePlaceIgnoresStrength)
 {
     EXPECT_TRUE(same_place(sun(), make_sun(Vec3d(6, 8, 1e-9), Vec3d(7.0), 0.53)));
     EXPECT_FALSE(same_place(sun(), make_sun(Vec3d(6, 8, 1e-6), Vec3d(1, 2, 3), 0.53)));

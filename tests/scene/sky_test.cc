@@ -88,7 +88,7 @@ TEST(Sky, MeanInflowIsTheIntegralOverTheHalfSphere)
         EXPECT_LT((Sky::constant(Vec3d(0.7)).mean_inflow(n) - Vec3d(0.7)).length(), 1e-14);
 }
 
-TEST(Sky, ReadsBackWhatItWrote)
+TEST(Sky, RoundTripsThroughMetadata)
 {
     Sky sky = Sky::clear_day(Vec3d(3, 4, 5), Vec3d(0, 0, 1));
     sky.haze = 2;

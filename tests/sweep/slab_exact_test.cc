@@ -62,7 +62,7 @@ TEST(SlabExact, OfGreatDepthHasTheHFunctionsRadianceAndMilnesExtrapolation)
     EXPECT_NEAR(4.0 / 3 / thick.transmitted_of_isotropic() - 64, 2 * 0.710446, 1e-4);
 }
 
-TEST(SlabExact, ConservesWhatItDoesNotAbsorbAndIsContinuousInside)
+TEST(SlabExact, ConservesEnergyAndIsContinuousInside)
 {
     for (double g : {0.0, 0.85})
         for (double tau : {0.1, 1.0, 16.0}) {
