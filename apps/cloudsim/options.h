@@ -1,5 +1,5 @@
 #pragma once
-// The options of cloudsim. Every one overrides what the preset says.
+// The options of cloudsim. Each overrides a value of the preset.
 #include "stage_options.h"
 
 #include "vdbcloud/sim/presets.h"
@@ -26,7 +26,7 @@ struct Options {
     std::vector<std::string> patches, bubbles;
     bool no_forcing = false;
     std::string seed;
-    /// Set by options that were given: applied to the preset's parameters, in order of declaration.
+    /// One function for each option: applies the option, if given, to the preset's parameters. In order of declaration.
     std::vector<std::function<void(sim::Parameters&)>> overrides;
     /// By name without dashes; at() throws for a name that was not declared.
     std::map<std::string, Option> option;
@@ -34,18 +34,18 @@ struct Options {
 
 void declare(App&, Options&);
 
-/// What a run is: the preset with everything that was given.
+/// A run: the preset with the values of the options.
 struct Run {
     sim::Preset preset;
-    int frames = 0;         ///< after the one of the start
-    bool sequence = false;  ///< a file a frame, not the last alone
+    int frames = 0;         ///< without the frame of the start
+    bool sequence = false;  ///< true: a file for each frame; false: only the last frame
 
     double seconds() const { return 60 * preset.minutes; }
     /// Simulated time of a frame [s].
     double time_of(int frame) const { return std::min(seconds(), frame * preset.every); }
 };
 
-/// Throws UsageError for values that cannot be, and for an option that has no effect with the others.
+/// Throws UsageError for impossible values and for an option without effect.
 Run resolve(App&, const Options&);
 
 /// "10s", "2.5 min", "1h" or a number of seconds. Throws UsageError naming the option.
@@ -54,11 +54,11 @@ double seconds_of(const std::string& option, const std::string& text);
 /// The path of frame `number`: `pattern` with its %04d replaced; one without % is one path for all. Throws UsageError.
 std::string frame_path(const std::string& pattern, int number);
 
-/// Names of grids between commas, each one that a snapshot may have. Throws UsageError.
+/// Splits names of grids at commas. Throws UsageError for a name that no snapshot has.
 std::vector<std::string> grid_names(const std::string& text);
 
 /// Factors of the floor's fluxes from an image (mean of its channels) or the lowest voxels of the first float grid of a
-/// .vdb, one a cell of the floor. An image spans the floor, its first row at the far end of y.
+/// .vdb: one factor for each cell of the floor. An image spans the floor; its first row is at the largest y.
 std::vector<double> read_floor_map(App&, const std::string& path, const sim::Lattice&, UpAxis);
 
 }  // namespace vdbcloud::app

@@ -1,5 +1,5 @@
 #pragma once
-// What a run says: its plan, a line a frame for people, and the same in JSON.
+// The report of a run: its plan, and for each frame a line of text and a JSON object.
 #include "options.h"
 
 #include "vdbcloud/sim/simulation.h"
@@ -9,7 +9,7 @@
 
 namespace vdbcloud::app {
 
-/// Says and reports what a run would do: effects, values in force, memory, time. Throws InputError.
+/// Prints and reports the plan of a run: effects, parameters, memory, time. Throws InputError.
 void plan(App&, const Run&);
 
 nlohmann::json as_json(const sim::Budget&, int frame);

@@ -1,5 +1,5 @@
 #pragma once
-// The --config file: a subset of TOML, strict, because a mistyped key must not pass.
+// The --config file: a strict subset of TOML, in which a mistyped key is an error.
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 

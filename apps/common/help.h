@@ -1,5 +1,5 @@
 #pragma once
-// --help and shell completion: both are written from the table of options.
+// --help and shell completion, both from the table of options.
 #include <CLI/App.hpp>
 #include <CLI/Formatter.hpp>
 

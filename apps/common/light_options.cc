@@ -1,5 +1,6 @@
 #include "light_options.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/scene/camera.h"
 
@@ -8,8 +9,6 @@
 namespace vdbcloud::app {
 
 namespace {
-
-constexpr double four_pi = 12.566370614359172;
 
 /// The k-th of the values given for some lights: its own, the only one for all, or `otherwise` if there is none.
 template<typename T>
@@ -87,7 +86,7 @@ std::vector<Light> lights_asked(const LightOptions& o)
     return lights;
 }
 
-Light automatic_sun(const Vec3d& up) { return make_sun(default_sun_direction(up), Vec3d(four_pi)); }
+Light automatic_sun(const Vec3d& up) { return make_sun(default_sun_direction(up), Vec3d(4 * pi)); }
 
 std::string described(const Light& light)
 {

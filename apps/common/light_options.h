@@ -8,18 +8,20 @@
 
 namespace vdbcloud::app {
 
-/// What is given for each kind of light, in the order of light_kinds().
+/// The options of each kind of light, in the order of light_kinds().
 struct LightOptions {
     struct OfKind {
         std::vector<Vec3d> places;
-        std::vector<std::vector<Vec3d>> colours;   ///< of each parameter: none, one for all lights, or one for each
-        std::vector<std::vector<double>> numbers;  ///< the same of parameters that are one number
+        /// Of each parameter: no value, one for all lights, or one for each light.
+        std::vector<std::vector<Vec3d>> colours;
+        /// As `colours`, for parameters that are one number.
+        std::vector<std::vector<double>> numbers;
     };
     std::vector<OfKind> kinds;
 };
 
 /// An option for each kind of light and one for each of its parameters, from light_kinds(): --sun --sun-irradiance
-/// --sun-diameter --lamp --lamp-intensity, each as often as wanted.
+/// --sun-diameter --lamp --lamp-intensity, each any number of times.
 void declare_lights(App&, LightOptions&);
 
 /// The lights of the command line: sun, sun2, ..., then lamp, lamp2, ...; none without any place.

@@ -1,5 +1,5 @@
 #pragma once
-// The known name that a mistyped one most resembles.
+// The known name that is nearest to a mistyped name.
 #include <string>
 #include <vector>
 

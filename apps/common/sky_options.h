@@ -1,5 +1,5 @@
 #pragma once
-// Options for a sky that changes with height, shared by what it lights and what it stands behind.
+// Options for a sky that changes with height: as a light in p1solve, as a background in render.
 #include "app.h"
 
 #include "vdbcloud/scene/sky.h"
@@ -20,7 +20,7 @@ void declare_sky_shape(App&, SkyOptions&, const std::string& group);
 /// True if one of the three radiances was given.
 bool sky_asked(const SkyOptions&);
 
-/// `sky` with what was given in its place.
+/// `sky` with the values of the options that were given.
 Sky with_asked(const SkyOptions&, Sky sky);
 
 /// "1" or "r,g,b" as a colour. Throws UsageError: OPTION TEXT: expected EXPECTED.

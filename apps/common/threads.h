@@ -1,10 +1,10 @@
 #pragma once
-// How many threads this process was given.
+// The number of threads that this process may use.
 
 namespace vdbcloud::app {
 
-/// The least of what the processor affinity, the control group's quota (rounded up) and SLURM_CPUS_PER_TASK allow; at
-/// least 1.
+/// The smallest of the limits of the processor affinity, the control group's quota (rounded up) and
+/// SLURM_CPUS_PER_TASK; at least 1.
 int allowed_threads();
 
 }  // namespace vdbcloud::app

@@ -1,5 +1,5 @@
 #pragma once
-// What the cloud fills: a body, or a grid of another file.
+// The envelope of the cloud: a body, or a grid of another file.
 #include "options.h"
 
 #include "vdbcloud/fractal/envelope.h"
@@ -10,10 +10,10 @@ namespace vdbcloud::app {
 /// for a level set that is not of floats.
 FloatGridPtr mask_of(App&, const Options&);
 
-/// Bounds of the mask with room for what noise adds.
+/// Bounds of the mask, enlarged by the distance that noise can add.
 Box bounds_around(const FloatGrid& mask, const Options&);
 
-/// The mask (may be null: the body of --envelope) within the domain, with room around it for what noise adds.
+/// The envelope within the domain: the mask, or for a null mask the body of --envelope. Enlarged as bounds_around().
 EnvelopePtr envelope_of(const Options&, const Domain&, const FloatGrid* mask);
 
 }  // namespace vdbcloud::app

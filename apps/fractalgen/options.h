@@ -1,5 +1,5 @@
 #pragma once
-// What fractalgen can be asked for.
+// The options of fractalgen.
 #include "medium_options.h"
 #include "stage_options.h"
 
@@ -16,7 +16,7 @@ enum class Region { Cumulus, Sphere, Ellipsoid, Slab, Box };
 struct Options {
     std::string input, output;
     uint64_t seed = 1;
-    std::optional<double> beta, outer;  ///< not given: cloud_beta and so on below
+    std::optional<double> beta, outer;  ///< without a value: cloud_beta, cloud_outer, mountain_beta or mountain_outer
     Spectrum spectrum;
     Region envelope = Region::Cumulus;
     std::string envelope_from, mask_grid;
@@ -29,22 +29,20 @@ struct Options {
     MountainOptions relief;
 };
 
-// The bulges of a cumulus are the long waves of its surface, so its noise begins at shorter ones; other
-// envelopes have none.
+// The towers and bulges of a cumulus replace the long waves of its surface, so its noise begins at shorter waves.
 inline constexpr double cloud_beta = 4.2, cloud_outer = 4;
 inline constexpr double mountain_beta = 3.5, mountain_outer = 0;
 
 void declare(App&, Options&);
 
-/// Where the cloud is made: whole voxels over at least the bounds.
+/// The box of voxels that the cloud is made in. It covers the bounds.
 struct Domain {
     Box box;     ///< [world]
     Vec3i size;  ///< [voxels]
 };
 
-/// From --size and --bounds, or `otherwise` where there are no --bounds. One number for the size cuts the
-/// longest side into so many voxels, which are cubes: the other sides grow by less than one to a whole number
-/// of them. Throws UsageError.
+/// The domain of --size and --bounds; without --bounds, of `otherwise`. If --size is one number, it divides the longest
+/// side, voxels are cubes, and the other sides grow to whole numbers of voxels. Throws UsageError.
 Domain domain_of(const Options&, const Box& otherwise);
 
 /// Two units broad, 1.25 high, standing on the origin.

@@ -22,14 +22,14 @@ using namespace vdbcloud;
 
 namespace {
 
-/// A light, and whether its grid in the file still holds.
+/// A light. `done`: its grid in the file is valid for this density and medium.
 struct Task {
     Light light;
     bool done;
 };
 
-/// What is asked for replaces lights of the same name in the file; those that the file has besides are kept, and done
-/// again if density or extinction are no longer what they were computed with.
+/// The lights of the command line, which replace lights of the same name in the file, then the other lights of the
+/// file. A grid of the file that was computed with another density or extinction is computed again.
 std::vector<Task> tasks_of(app::App& app, const IlluminateOptions& o, const GridFile& file, const FloatGrid& density,
                            const Medium& medium)
 {

@@ -1,5 +1,5 @@
 #pragma once
-// What illuminate can be asked for.
+// The options of illuminate.
 #include "light_options.h"
 #include "medium_options.h"
 #include "stage_options.h"

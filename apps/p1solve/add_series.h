@@ -1,5 +1,5 @@
 #pragma once
-// The expansion in 1 - albedo beside the direct solution.
+// Adds the expansion in 1 - albedo to the direct solution.
 #include "options.h"
 
 #include "vdbcloud/grid/grid_file.h"
@@ -8,9 +8,9 @@
 
 namespace vdbcloud {
 
-/// Adds the series to the file and its figures to the report, and replaces the direct solution in `fields` by what the
-/// series gives for the medium's albedo. Throws ConvergenceError where the plain series diverges, InputError where a Cd
-/// gives each voxel an albedo of its own.
+/// Adds the grids of the series to the file and its figures to the report. Replaces the direct solution in `fields` by
+/// the series at the medium's albedo. Throws ConvergenceError if the plain series diverges, InputError if a Cd grid
+/// gives each voxel its own albedo.
 void add_series(app::App&, P1solveOptions&, GridFile&, const FloatGrid& density, const Vec3SGrid* emission,
                 const Medium&, const std::vector<Light>&, ScatterFields& fields);
 

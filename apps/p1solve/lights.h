@@ -8,8 +8,8 @@
 
 namespace vdbcloud {
 
-/// The lights asked for, else the file's, else a sun if neither a sky nor an emission shines. A light whose
-/// transmittance grid the file lacks, or holds for another medium, gets a new one: render needs it.
+/// The lights of the command line, else those of the file, else a sun if the scene has neither sky nor emission. Adds
+/// to the file a transmittance grid, which render needs, for each light without one or with one for another medium.
 std::vector<Light> lights_for(app::App&, const P1solveOptions&, GridFile&, const FloatGrid& density, const Medium&);
 
 }  // namespace vdbcloud

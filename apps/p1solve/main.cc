@@ -26,7 +26,7 @@ using namespace vdbcloud;
 
 namespace {
 
-/// Moments of an earlier run: they belong to a phi that is replaced.
+/// Removes the moments of an earlier run, which belong to the phi that this run replaces.
 void drop_moments(GridFile& file)
 {
     remove_grids(file, [](const std::string& name) { return schema::has_role(name, schema::Role::Moment); });

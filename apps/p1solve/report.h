@@ -1,18 +1,19 @@
 #pragma once
-// What p1solve tells of a run: the parts of --json that are its own, and what --dry-run expects.
+// The report of p1solve: its own members of --json, and the estimates of --dry-run.
 #include "options.h"
 
 namespace vdbcloud {
 
-/// Counts, memory, and of each channel the solver's history, the energy budget, sweeps and the range of phi.
+/// Adds counts and memory to the report, and for each channel the solver's history, energy budget, sweeps and range of
+/// phi.
 void fill_report(app::App&, const ScatterReport&);
 
-/// Says, and reports, memory and processor seconds that a run would take. Both come from counts of voxels and from
-/// costs a voxel as the benchmarks measured them, within a factor of two.
+/// Estimates memory and processor seconds of a run, within a factor of two: from the numbers of voxels and from costs
+/// per voxel that the benchmarks measured.
 void estimate(app::App&, const P1solveOptions&, const Medium&, const FloatGrid& density, size_t lights);
 
-/// Warns of negative fluence and of emission that is left out. Throws ConvergenceError where a solver or the flux
-/// limiter missed its tolerance, unless --allow-unconverged.
+/// Warns of negative fluence, and of emission outside the density, which multiple scattering ignores. Throws
+/// ConvergenceError where a solver or the flux limiter missed its tolerance, unless --allow-unconverged.
 void check_solution(app::App&, const P1solveOptions&, const Medium&, const ScatterReport&);
 
 }  // namespace vdbcloud

@@ -1,11 +1,11 @@
 #pragma once
-// The camera that options and scene make together.
+// The camera, from options and scene.
 #include "scene.h"
 
 namespace vdbcloud {
 
-/// What --camera, --look-at, --direction and --ortho-width give, the rest from framing the scene (a unit box
-/// if there is nothing in it).
+/// The camera of --camera, --look-at, --direction and --ortho-width. Values that are not given come from framing the
+/// scene, or a unit box for an empty scene.
 Camera chosen_camera(const RenderOptions&, const LoadedScene&, const ImageSize&);
 
 }  // namespace vdbcloud

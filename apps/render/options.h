@@ -1,5 +1,5 @@
 #pragma once
-// The options of render, and what they say that one word cannot.
+// The options of render, and values that are read from their text.
 #include "light_options.h"
 #include "medium_options.h"
 #include "sky_options.h"
@@ -24,7 +24,7 @@ struct RenderOptions {
     std::string density;  ///< name of the density grid; empty: by alias
     app::MediumOptions medium;
     app::LightOptions lights;
-    TransmittanceOptions light;  ///< where a light's grid has to be computed here
+    TransmittanceOptions light;  ///< for transmittance grids that the input lacks
 
     Camera camera;
     Vec3d direction{0, 0, 0};
@@ -53,18 +53,18 @@ void declare(app::App&, RenderOptions&);
 /// "640x480", or "512" for a square; and "x0,y0,x1,y1" of the crop. Throws UsageError.
 ImageSize image_size(const RenderOptions&);
 
-/// The layers asked for, words split at commas; "none" and "background" are taken out.
+/// The layers of --aov, split at commas, without "none" and "background".
 std::vector<std::string> wanted_layers(const RenderOptions&);
 bool wants_background_layer(const RenderOptions&);
 
-/// What is behind the medium, and whether the .exr shows it too.
+/// The background of the picture, and whether the .exr shows it.
 struct ChosenBackground {
     Sky sky;
     bool in_exr = false;
 };
 
-/// Without a word of the user's it is the sky that lit the medium, `lit_by`; without that either a clear day, whose
-/// brightness `sun_irradiance` sets. Throws UsageError on a word that is no background.
+/// The background of --background; without the option the sky that lit the medium, `lit_by`; without that a clear day,
+/// whose brightness `sun_irradiance` sets. Throws UsageError for an unknown background.
 ChosenBackground chosen_background(const RenderOptions&, const Vec3d& sun_irradiance, UpAxis up,
                                    const std::optional<Sky>& lit_by);
 

@@ -1,5 +1,5 @@
 #pragma once
-// How far two files are apart, for machines and for people.
+// The differences of two files, as JSON and as text.
 #include "app.h"
 
 #include "vdbcloud/grid/compare.h"
