@@ -46,16 +46,6 @@ struct Gathering {
     int beauty = -1, variance = -1;
 };
 
-[[noreturn]] void refuse_value(const Film& film, int channel, int i, int j, double value)
-{
-    size_t l = film.layers().size() - 1;
-    while (film.offset(int(l)) > channel) --l;
-    const LayerSpec& layer = film.layers()[l];
-    throw ConvergenceError("pixel " + std::to_string(i) + "," + std::to_string(j) + ": layer '" +
-                           (layer.name.empty() ? "beauty" : layer.name) + "' is " + std::to_string(value) +
-                           ": expected a finite value");
-}
-
 void expose_pixel(Film& film, const Gathering& how, const PixelFilter& filter, const SampleFunction& sample, int i,
                   int j)
 {
@@ -112,6 +102,16 @@ const float* Film::pixel(int i, int j) const
 }
 
 float* Film::pixel(int i, int j) { return const_cast<float*>(std::as_const(*this).pixel(i, j)); }
+
+void refuse_value(const Film& film, int channel, int i, int j, double value)
+{
+    size_t l = film.layers().size() - 1;
+    while (film.offset(int(l)) > channel) --l;
+    const LayerSpec& layer = film.layers()[l];
+    throw ConvergenceError("pixel " + std::to_string(i) + "," + std::to_string(j) + ": layer '" +
+                           (layer.name.empty() ? "beauty" : layer.name) + "' is " + std::to_string(value) +
+                           ": expected a finite value");
+}
 
 void expose(Film& film, const SamplingOptions& sampling, const SamplerFactory& factory, const Progress& progress)
 {

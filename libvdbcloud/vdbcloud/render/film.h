@@ -14,6 +14,7 @@ namespace vdbcloud {
 enum class Combine {
     Mean,     ///< weighted by the reconstruction filter
     Nearest,  ///< the smallest: for depth, whose mean with "infinite" is undefined
+    Sum,      ///< over the samples: for the time that a pixel took
 };
 
 /// One output variable (AOV).
@@ -67,6 +68,9 @@ using SamplerFactory = std::function<SampleFunction()>;
 /// and are added in order. A crop has the pixels of the whole picture. Throws ConvergenceError naming the
 /// pixel and the layer if a value is not finite; Cancelled.
 void expose(Film&, const SamplingOptions&, const SamplerFactory&, const Progress& = {});
+
+/// Throws ConvergenceError naming the pixel and the layer of a value that is not finite.
+[[noreturn]] void refuse_value(const Film&, int channel, int i, int j, double value);
 
 /// Rec. 709 luminance.
 inline double luminance(double r, double g, double b) { return 0.2126 * r + 0.7152 * g + 0.0722 * b; }

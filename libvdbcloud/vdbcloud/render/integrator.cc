@@ -3,18 +3,22 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/core/words.h"
+#include "vdbcloud/render/layer_places.h"
 #include "vdbcloud/render/media.h"
+#include "vdbcloud/render/path_image.h"
 
+#include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <memory>
 
 namespace vdbcloud {
 
 namespace {
 
-constexpr auto kinds = words<Integrator>(
-    "integrator", {{Integrator::Cells, "cells"}, {Integrator::Romberg, "romberg"}, {Integrator::Steps, "steps"}});
+constexpr auto kinds = words<Integrator>("integrator", {{Integrator::Cells, "cells"},
+                                                        {Integrator::Romberg, "romberg"},
+                                                        {Integrator::Steps, "steps"},
+                                                        {Integrator::Path, "path"}});
 
 bool wants(const std::vector<std::string>& wanted, const std::string& layer)
 {
@@ -23,40 +27,20 @@ bool wants(const std::vector<std::string>& wanted, const std::string& layer)
     return false;
 }
 
+bool wants_by_name(const std::vector<std::string>& wanted, const std::string& layer)
+{
+    return std::find(wanted.begin(), wanted.end(), layer) != wanted.end();
+}
+
 std::unique_ptr<RayIntegrator> make_integrator(const PreparedScene& scene, const IntegratorOptions& options)
 {
     switch (options.kind) {
     case Integrator::Cells: return make_cells_integrator(scene, options);
     case Integrator::Romberg: return make_romberg_integrator(scene, options);
     case Integrator::Steps: return make_steps_integrator(scene, options);
+    case Integrator::Path: break;  // render_paths()
     }
     throw InputError("integrator: expected cells, romberg or steps");
-}
-
-/// Where the film keeps each layer, -1 where it does not.
-struct Places {
-    Places(const Film& film, const Scene& scene)
-    {
-        const auto place = [&](const std::string& name) {
-            const int layer = film.find(name);
-            return layer < 0 ? -1 : film.offset(layer);
-        };
-        beauty = place("");
-        background = place("background");
-        depth = place("Z");
-        transmittance = place("transmittance");
-        multiple = place("multiscatter");
-        emission = place("emission");
-        for (const auto& light : scene.lights) direct.push_back(place("direct_" + light.name));
-    }
-    int beauty, background, depth, transmittance, multiple, emission;
-    std::vector<int> direct;
-};
-
-void put(double* out, int place, const Vec3d& value)
-{
-    if (place < 0) return;
-    for (int c = 0; c < 3; ++c) out[place + c] = value[c];
 }
 
 void check(const IntegratorOptions& o)
@@ -72,7 +56,7 @@ const char* name(Integrator kind) { return kinds.word(kind); }
 
 Integrator integrator_kind(const std::string& text) { return kinds.value(text); }
 
-std::vector<LayerSpec> render_layers(const Scene& scene, const std::vector<std::string>& wanted)
+std::vector<LayerSpec> render_layers(const Scene& scene, const std::vector<std::string>& wanted, Integrator kind)
 {
     const std::vector<std::string> rgb{"R", "G", "B"};
     std::vector<LayerSpec> possible{{"Z", {"Z"}, false, Combine::Nearest},
@@ -81,6 +65,11 @@ std::vector<LayerSpec> render_layers(const Scene& scene, const std::vector<std::
     possible.push_back({"multiscatter", rgb, true, Combine::Mean});
     possible.push_back({"emission", rgb, true, Combine::Mean});
     possible.push_back({"variance", {"Y"}, false, Combine::Mean});
+    const bool path = kind == Integrator::Path;
+    if (path) {
+        possible.push_back({"standard_error", rgb, false, Combine::Mean});
+        possible.push_back({"seconds", {"Y"}, false, Combine::Sum});
+    }
 
     std::vector<LayerSpec> layers{{"", {"R", "G", "B", "A"}, true, Combine::Mean},
                                   {"background", rgb, true, Combine::Mean}};
@@ -90,10 +79,13 @@ std::vector<LayerSpec> render_layers(const Scene& scene, const std::vector<std::
         if (!known)
             throw UsageError("layer '" + printable(w) +
                              "': expected all, direct, direct_<light>, multiscatter, "
-                             "emission, transmittance, Z or variance");
+                             "emission, transmittance, Z or variance" +
+                             (path ? ", standard_error or seconds" : "; standard_error and seconds need path"));
     }
     for (const auto& p : possible)
-        if (wants(wanted, p.name)) layers.push_back(p);
+        if (p.name == "seconds" ? wants_by_name(wanted, p.name) : wants(wanted, p.name)) layers.push_back(p);
+    if (path)
+        for (auto& layer : layers) layer.half = false;
     return layers;
 }
 
@@ -101,8 +93,9 @@ RenderCost render_image(Film& film, const Scene& scene, const CameraView& view, 
                         const IntegratorOptions& options, const Progress& progress)
 {
     check(options);
+    if (options.kind == Integrator::Path) return render_paths(film, scene, view, sampling, options.passes, progress);
     const PreparedScene prepared(scene, options);
-    const Places places(film, scene);
+    const LayerPlaces places(film, scene);
     std::atomic<uint64_t> rays{0}, cells{0}, unconverged{0};
 
     const SamplerFactory factory = [&]() -> SampleFunction {
@@ -111,29 +104,14 @@ RenderCost render_image(Film& film, const Scene& scene, const CameraView& view, 
         return [&, integrate, result](double x, double y, double* out) {
             const WorldRay ray = view.ray(x, y);
             (*integrate)(ray, *result);
-            const Vec3d transmittance(std::exp(-result->tau[0]), std::exp(-result->tau[1]), std::exp(-result->tau[2]));
-            Vec3d beauty = result->multiple + result->emission;
-            for (size_t l = 0; l < result->direct.size(); ++l) {
-                beauty += result->direct[l];
-                put(out, places.direct[l], result->direct[l]);
-            }
-            put(out, places.beauty, beauty);
-            if (places.beauty >= 0)
-                out[places.beauty + 3] = 1 - (transmittance[0] + transmittance[1] + transmittance[2]) / 3;
-            put(out, places.background, transmittance * scene.background.radiance(ray.direction));
-            const Vec3d& tau = result->true_tau;
-            put(out, places.transmittance, {std::exp(-tau[0]), std::exp(-tau[1]), std::exp(-tau[2])});
-            put(out, places.multiple, result->multiple);
-            put(out, places.emission, result->emission);
-            if (places.depth >= 0)
-                out[places.depth] = result->half_way < 1e30 ? view.depth(x, y, result->half_way) : 1e30;
+            places.put(*result, view, scene.background, x, y, ray.direction, out);
             rays.fetch_add(1, std::memory_order_relaxed);
             cells.fetch_add(result->cells, std::memory_order_relaxed);
             if (!result->converged) unconverged.fetch_add(1, std::memory_order_relaxed);
         };
     };
     expose(film, sampling, factory, progress);
-    return {rays, cells, unconverged};
+    return {rays, cells, unconverged, {}};
 }
 
 }  // namespace vdbcloud

@@ -4,6 +4,7 @@
 #include "vdbcloud/optics/delta_scaling.h"
 #include "vdbcloud/optics/medium.h"
 #include "vdbcloud/render/film.h"
+#include "vdbcloud/render/passes.h"
 #include "vdbcloud/scene/camera.h"
 #include "vdbcloud/scene/light.h"
 #include "vdbcloud/scene/sky.h"
@@ -40,13 +41,15 @@ struct Volume {
 struct Scene {
     std::vector<Volume> volumes;  ///< coefficients add where they overlap
     std::vector<Light> lights;    ///< unit directions; names are unique
-    Sky background;               ///< seen behind the media; does not light them here
+    Sky background;               ///< seen behind the media; does not light them
+    Sky sky;                      ///< lights the media, for Integrator::Path alone; black: no sky
 };
 
 enum class Integrator {
     Cells,    ///< exact optical depth per cell of the trilinear interpolant, sparse traversal
     Romberg,  ///< the paper's: adaptive, to a tolerance
     Steps,    ///< midpoint rule with a fixed step
+    Path,     ///< unbiased light paths in the true medium, by Monte Carlo: see path.h
 };
 
 const char* name(Integrator);
@@ -59,6 +62,7 @@ struct IntegratorOptions {
     int parts = 1;             ///< Cells: steps of fourth order a cell is cut into, >= 1
     bool plain_path = true;    ///< Cells: use the faster rule of plain_cells.h where it applies
     bool shadow_rays = false;  ///< find the light at each point by a ray of its own: slow, and free of light grids
+    PassOptions passes;        ///< Path: which samples, and how many
 };
 
 /// The layers render_image fills, for a scene, in the order of the film:
@@ -68,24 +72,30 @@ struct IntegratorOptions {
 ///     "Z"              Z        depth along the view axis at which the mean T of the ray falls to 0.5; 1e30 if it does not
 ///     "transmittance"  R G B    T of the whole ray, without delta scaling; alpha and background use the scaled one
 ///     "direct_<light>" R G B    light scattered once
-///     "multiscatter"   R G B    from phi and flux
-///     "emission"       R G B
+///     "multiscatter"   R G B    from phi and flux; Path: light scattered more than once, and the sky's scattered light
+///     "emission"       R G B    not scattered
 ///     "variance"       Y        made by expose()
+///     "standard_error" R G B    Path alone: see passes.h
+///     "seconds"        Y        Path alone: see passes.h
 ///
 /// RGB = sum of direct_* + multiscatter + emission. "" and "background" always; the others if they are in `wanted`
-/// ("direct" stands for the layers of all lights, "all" for every layer). Throws UsageError naming what is not in this
-/// list.
-std::vector<LayerSpec> render_layers(const Scene&, const std::vector<std::string>& wanted);
+/// ("direct" stands for the layers of all lights, "all" for every layer but seconds, which depends on the clock).
+/// Path's layers are stored as float, so that pictures of different samples merge without loss. Throws UsageError
+/// naming what is not in this list.
+std::vector<LayerSpec> render_layers(const Scene&, const std::vector<std::string>& wanted,
+                                     Integrator = Integrator::Cells);
 
 /// Work of a rendering.
 struct RenderCost {
     uint64_t rays = 0;
-    uint64_t cells = 0;        ///< cells (or steps, or evaluations) visited
+    uint64_t cells = 0;        ///< cells (or steps, or evaluations) visited; Path: collisions
     uint64_t unconverged = 0;  ///< Romberg: rays that reached the finest level before the tolerance
+    PassReport passes;         ///< Path: samples of each pixel, and the noise that they leave
 };
 
 /// Fills the film, whose layers are those of render_layers(). The film's window and size are the view's.
-/// Deterministic for any number of threads. Throws InputError on grids that do not fit together, ConvergenceError on a
+/// Deterministic for any number of threads. Path reads density, colour, emission, lights and sky only: no light grids,
+/// no collided light, no scaling. Throws InputError on grids that do not fit together, ConvergenceError on a
 /// value that is not finite, Cancelled.
 RenderCost render_image(Film&, const Scene&, const CameraView&, const SamplingOptions&, const IntegratorOptions&,
                         const Progress& = {});

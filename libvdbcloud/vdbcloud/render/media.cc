@@ -116,6 +116,14 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
     }
 }
 
+Vec3d albedo_at(const PreparedVolume& volume, const Vec3d& colour_index)
+{
+    if (!volume.colour) return volume.albedo;
+    Vec3d a = volume.albedo * volume.colour->sample3(colour_index);
+    for (int c = 0; c < 3; ++c) a[c] = std::clamp(a[c], 0.0, 1.0);
+    return a;
+}
+
 RayMedia::RayMedia(const PreparedScene& scene) : scene_(scene)
 {
     for (const auto& v : scene.volumes) {
@@ -192,11 +200,7 @@ Vec3d RayMedia::light_depth(size_t light, double t) const
 
 Vec3d RayMedia::albedo(size_t volume, double t) const
 {
-    const auto& v = scene_.volumes[volume];
-    if (!v.colour) return v.albedo;
-    Vec3d a = v.albedo * v.colour->sample3(ray_of(volume, 1).at(t));
-    for (int c = 0; c < 3; ++c) a[c] = std::clamp(a[c], 0.0, 1.0);
-    return a;
+    return albedo_at(scene_.volumes[volume], ray_of(volume, 1).at(t));
 }
 
 Vec3d RayMedia::emission(size_t volume, double t) const

@@ -32,6 +32,9 @@ struct PreparedVolume {
     std::vector<std::unique_ptr<BrickMap>> light_depth;  ///< -log T towards each light
 };
 
+/// Albedo of a volume at a point of the colour grid's index space: the medium's, tinted by Cd, within [0, 1].
+Vec3d albedo_at(const PreparedVolume&, const Vec3d& colour_index);
+
 struct PreparedScene {
     PreparedScene(const Scene&, const IntegratorOptions&);
 

@@ -68,8 +68,9 @@ double cumulative(FilterKind kind, double width, double x)
 
 PixelFilter::PixelFilter(const SamplingOptions& options) : options_(options)
 {
-    if (options.samples < 1 || options.samples > 65536)
-        throw InputError("samples per pixel " + std::to_string(options.samples) + ": expected 1 to 65536");
+    if (options.samples < 1 || options.samples > most_samples)
+        throw InputError("samples per pixel " + std::to_string(options.samples) + ": expected 1 to " +
+                         std::to_string(most_samples));
     if (!(options.filter_width >= 0 && options.filter_width <= 64))
         throw InputError("filter width " + std::to_string(options.filter_width) + ": expected 0 to 64 pixels");
     const double width = options.filter_width > 0 ? options.filter_width : own_width(options.filter);

@@ -11,8 +11,10 @@ enum class FilterKind { Box, Gaussian, BlackmanHarris };
 const char* name(FilterKind);
 FilterKind filter_kind(const std::string& name);  ///< Throws InputError with the names that there are.
 
+inline constexpr int most_samples = 1 << 24;  ///< whole numbers that a float holds
+
 struct SamplingOptions {
-    int samples = 1;  ///< per pixel, 1 to 65536; one is taken at the pixel's centre, whatever the filter
+    int samples = 1;  ///< per pixel, 1 to most_samples; one is taken at the pixel's centre, whatever the filter
     FilterKind filter = FilterKind::Box;
     double filter_width = 0;  ///< full width [pixels], 0: the filter's own (box 1, the others 3)
     uint64_t seed = 0;

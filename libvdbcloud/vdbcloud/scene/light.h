@@ -53,6 +53,15 @@ public:
     /// The point that all light comes from, where there is one at a finite distance.
     virtual std::optional<PointSource> source() const { return std::nullopt; }
 
+    /// The way from x to a random point of the light, for u and v uniform in [0, 1): uniform in solid angle over a
+    /// disc; towards(x) for a light without extent. Each direction of a disc brings irradiance(x) across its own beam.
+    virtual Sight sample(const Vec3d& x, double u, double v) const
+    {
+        (void)u;
+        (void)v;
+        return towards(x);
+    }
+
     /// At most `count` lights without extent whose mean stands for this one, each of this one's strength; empty for a
     /// light without extent.
     virtual std::vector<std::shared_ptr<const LightModel>> parts(int count) const

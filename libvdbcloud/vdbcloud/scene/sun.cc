@@ -5,6 +5,7 @@
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/vdb.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -27,23 +28,32 @@ public:
         return -to_.dot(normal.unit()) * area;
     }
 
+    Sight sample(const Vec3d& x, double u, double v) const override
+    {
+        return diameter_ > 0 ? Sight{of_disc(u, 2 * pi * v), std::numeric_limits<double>::infinity()} : towards(x);
+    }
+
     /// A sunflower spiral over the disc: equal solid angles, no randomness.
     std::vector<std::shared_ptr<const LightModel>> parts(int count) const override
     {
         std::vector<std::shared_ptr<const LightModel>> parts;
         if (!(diameter_ > 0) || count < 2) return parts;
-        const Vec3d& z = to_;
-        const Vec3d x = (std::abs(z[0]) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).cross(z).unit(), y = z.cross(x);
-        const double cos_edge = std::cos(diameter_ / 2 * pi / 180);
-        for (int n = 0; n < count; ++n) {
-            const double c = 1 - (1 - cos_edge) * (n + 0.5) / count, s = std::sqrt(1 - c * c);
-            const double turn = n * golden_angle;
-            parts.push_back(std::make_shared<Sun>(c * z + s * (std::cos(turn) * x + std::sin(turn) * y), 0));
-        }
+        for (int n = 0; n < count; ++n)
+            parts.push_back(std::make_shared<Sun>(of_disc((n + 0.5) / count, n * golden_angle), 0));
         return parts;
     }
 
 private:
+    /// The direction at azimuth `turn` of the circle about the disc's centre that holds a share u of the disc.
+    Vec3d of_disc(double u, double turn) const
+    {
+        const Vec3d& z = to_;
+        const Vec3d x = (std::abs(z[0]) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).cross(z).unit(), y = z.cross(x);
+        const double cos_edge = std::cos(diameter_ / 2 * pi / 180);
+        const double c = 1 - (1 - cos_edge) * u, s = std::sqrt(std::max(0.0, 1 - c * c));
+        return c * z + s * (std::cos(turn) * x + std::sin(turn) * y);
+    }
+
     Vec3d to_;
     double diameter_;  // [degrees]
 };

@@ -1,0 +1,51 @@
+#include "vdbcloud/render/layer_places.h"
+
+#include <cmath>
+
+namespace vdbcloud {
+
+namespace {
+
+void put_colour(double* out, int place, const Vec3d& value)
+{
+    if (place < 0) return;
+    for (int c = 0; c < 3; ++c) out[place + c] = value[c];
+}
+
+}  // namespace
+
+LayerPlaces::LayerPlaces(const Film& film, const Scene& scene)
+{
+    const auto place = [&](const std::string& name) {
+        const int layer = film.find(name);
+        return layer < 0 ? -1 : film.offset(layer);
+    };
+    beauty = place("");
+    background = place("background");
+    depth = place("Z");
+    transmittance = place("transmittance");
+    multiple = place("multiscatter");
+    emission = place("emission");
+    for (const auto& light : scene.lights) direct.push_back(place("direct_" + light.name));
+}
+
+void LayerPlaces::put(const RayResult& result, const CameraView& view, const Sky& sky, double x, double y,
+                      const Vec3d& direction, double* out) const
+{
+    const Vec3d through(std::exp(-result.tau[0]), std::exp(-result.tau[1]), std::exp(-result.tau[2]));
+    Vec3d sum = result.multiple + result.emission;
+    for (size_t l = 0; l < result.direct.size(); ++l) {
+        sum += result.direct[l];
+        put_colour(out, direct[l], result.direct[l]);
+    }
+    put_colour(out, beauty, sum);
+    if (beauty >= 0) out[beauty + 3] = 1 - (through[0] + through[1] + through[2]) / 3;
+    put_colour(out, background, through * sky.radiance(direction));
+    const Vec3d& tau = result.true_tau;
+    put_colour(out, transmittance, {std::exp(-tau[0]), std::exp(-tau[1]), std::exp(-tau[2])});
+    put_colour(out, multiple, result.multiple);
+    put_colour(out, emission, result.emission);
+    if (depth >= 0) out[depth] = result.half_way < 1e30 ? view.depth(x, y, result.half_way) : 1e30;
+}
+
+}  // namespace vdbcloud

@@ -1,0 +1,21 @@
+#pragma once
+// Where a film keeps the layers of a rendering, and how the result of a ray goes there. Private to render/.
+#include "vdbcloud/render/media.h"
+
+#include <vector>
+
+namespace vdbcloud {
+
+/// First channel of each layer of render_layers(); -1 where the film lacks the layer.
+struct LayerPlaces {
+    LayerPlaces(const Film&, const Scene&);
+
+    /// Writes one ray's result to the channels of a sample. (x, y): the ray's place in the picture [pixels].
+    void put(const RayResult&, const CameraView&, const Sky& background, double x, double y, const Vec3d& direction,
+             double* out) const;
+
+    int beauty, background, depth, transmittance, multiple, emission;
+    std::vector<int> direct;
+};
+
+}  // namespace vdbcloud

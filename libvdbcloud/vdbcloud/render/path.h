@@ -1,0 +1,78 @@
+#pragma once
+// Unbiased light transport by paths from the eye: the measure of all other ways to a picture.
+#include "vdbcloud/render/path_media.h"
+
+namespace vdbcloud {
+
+/// Estimates the radiance that arrives along rays in the true, unscaled medium. Each call is one sample; its mean is
+/// the solution of the transport equation for the trilinear interpolant of the scene's grids. Nothing is clamped, and
+/// paths have no largest length.
+///
+/// Method. The camera ray collides with certainty, weighted with its opacity, so that transmittance, alpha and
+/// background need no sampling. At each collision a light is sampled with its transmittance marched exactly; the path
+/// goes on by the phase function, with weight times the albedo, until it leaves the media, where it meets the sky, or
+/// ends by Russian roulette.
+///
+/// Colour. A path has one hero channel, chosen in proportion to the channels' opacities on the camera ray, whose
+/// extinction draws its free paths. `share` of a channel is the probability density of the path for that channel over
+/// the sum of all three (balance heuristic), so weights are at most the sum of the three opacities.
+/// Sources: Wilkie et al. 2014, "Hero Wavelength Spectral Sampling"; Miller et al. 2019, "A null-scattering path
+/// integral formulation of light transport".
+///
+/// Lamps. The inverse square would give light sampled from collisions an infinite variance. Points that a lamp lights
+/// are also sampled by equal angles on the camera ray, and beyond each collision on a ray that prefers the lamp's
+/// direction (light_sampling.h); the balance heuristic joins both.
+///
+/// Emission is integrated along the path's segments, cell by cell in closed form where extinction is grey.
+///
+/// Holds scratch memory: one object per thread.
+class PathTracer {
+public:
+    explicit PathTracer(const PathScene&);
+
+    /// One sample. Sets direct (scattered once, by light), multiple (the sky's light and all light scattered more than
+    /// once), emission (not scattered), tau, true_tau, and cells, which counts collisions.
+    void operator()(const WorldRay&, PathRandom, RayResult&);
+
+private:
+    /// A path up to its last collision.
+    struct Path {
+        int hero = 0;
+        Vec3d weight{1, 1, 1};  // sum of the opacities times the albedos, over roulette's probabilities
+        Vec3d share{1, 1, 1};   // of each channel's path density in the sum
+        double start = 1;       // the sum of the opacities
+
+        Vec3d worth() const { return weight * share; }
+    };
+
+    /// The segment that a path is about to travel or has travelled, for the weights of lamps.
+    struct Leg {
+        double phase = 1;      // density of its direction; 1 for a camera ray
+        Vec3d share{1, 1, 1};  // times the extinction and transmittance of each channel: density of a collision
+        bool camera = true;
+
+        /// Density over the leg's points (and directions) with which a path collides.
+        double density(const Vec3d& sigma_t, const Vec3d& transmittance) const
+        {
+            return phase * share.dot(sigma_t * transmittance);
+        }
+    };
+
+    Vec3d light_at(size_t light, const PreparedVolume&, const WorldRay&, double t, PathRandom&);
+    double density_of_lamp_sampling(size_t light, const Leg&, double t) const;
+    Vec3d lamp_on(size_t light, const WorldRay&, const Leg&, double direction_density, PathRandom&);
+    Vec3d lamp_beyond(size_t light, const Vec3d& x, const Vec3d& incoming, const PreparedVolume&, const Path&,
+                      PathRandom&);
+    void collide(const Collision&, const Leg&, Path&, PathRandom&, RayResult&);
+    bool survives(Path&, PathRandom&) const;
+    template<typename Weight>
+    Vec3d emitted(double end, PathRandom&, const Weight& weight);
+    Vec3d emitted_to_camera(double end, const Vec3d& tau, PathRandom&);
+    void attenuate(Path&, const Vec3d& factor) const;
+
+    const PathScene& scene_;
+    PathMedia media_, aside_;  // the path's ray; a ray towards a light or past a lamp
+    std::vector<double> depths_;
+};
+
+}  // namespace vdbcloud

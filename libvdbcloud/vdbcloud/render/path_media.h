@@ -1,0 +1,75 @@
+#pragma once
+// The true medium of a scene, as light paths ask for it: free paths, optical depths, coefficients at a point. Private
+// to render/.
+#include "vdbcloud/render/media.h"
+#include "vdbcloud/render/path_random.h"
+
+#include <array>
+#include <vector>
+
+namespace vdbcloud {
+
+/// exp(-tau) of each channel; one exponential where the channels are equal.
+Vec3d attenuation(const Vec3d& tau);
+
+/// A scene without light grids, collided light and delta scaling, shared by all threads.
+struct PathScene {
+    explicit PathScene(const Scene&);
+
+    PreparedScene media;  ///< no lights, no scaling
+    std::vector<Light> lights;
+    std::vector<char> is_lamp;  ///< for each light: it has a source() at a finite distance
+    Sky sky;                    ///< lights the media; dark: does not
+    bool emits = false;
+    bool has_lamp = false;
+};
+
+/// A collision of a path with one of the volumes.
+struct Collision {
+    double t = 0;  ///< [world unit]
+    size_t volume = 0;
+    double density = 0;  ///< of the volume there
+};
+
+/// One ray through all volumes. Use one object per thread and call set() for each ray.
+///
+/// Volumes have independent free paths, and the shortest decides where the ray collides and with which volume: their
+/// sum is then distributed as that of the medium of added coefficients, and no bound of the sum is needed.
+class PathMedia {
+public:
+    explicit PathMedia(const PathScene&);
+
+    void set(const WorldRay&);
+    const WorldRay& ray() const { return ray_; }
+
+    const IndexRay& index_ray(size_t volume) const { return index_[volume]; }
+
+    /// Optical depth of t0..t1; t1 may be infinite.
+    Vec3d optical_depth(double t0, double t1) const;
+    /// The part of the ray that can meet extinction; false if there is none.
+    bool bounds(double& t0, double& t1) const;
+    double density(size_t volume, double t) const;
+    Vec3d albedo(size_t volume, double t) const;
+
+    /// The first collision for the extinction of one channel; false if the ray leaves the media.
+    bool collide(int channel, PathRandom&, Collision&) const;
+    /// The first collision of a ray that is known to collide: collide() conditioned on true. `depths`: density depth of
+    /// the whole ray in each volume, from depths().
+    bool collide_surely(int channel, const std::vector<double>& depths, PathRandom&, Collision&) const;
+    /// Density depth of the whole ray in each volume.
+    void depths(std::vector<double>&) const;
+
+    /// Transmittance over the ray's first `distance`, in the mean: where every channel is below 0.02 the march ends at
+    /// random, with a probability that keeps the mean (Russian roulette).
+    Vec3d transmittance(double distance, PathRandom&) const;
+
+private:
+    /// The first collision with volume v on 0..t1 where the depth drawn is `depth`.
+    bool meet(size_t v, double depth, double t1, Collision&) const;
+
+    const PathScene& scene_;
+    WorldRay ray_;
+    std::vector<IndexRay> index_;  // into the density of each volume
+};
+
+}  // namespace vdbcloud
