@@ -5,7 +5,7 @@
 //
 // Second pass of Kajiya & Von Herzen 1984: along each camera ray, the light that reaches each point
 // (transmittance grids of illuminate, phi and flux of p1solve where they are there) times the phase function,
-// thinned on its way to the eye.
+// thinned on its way to the eye. With --integrator path: all orders of scattering, by unbiased light paths.
 #include "camera.h"
 #include "output.h"
 
@@ -26,7 +26,7 @@ void check_outputs(const app::App& app, const RenderOptions& o)
 }
 
 void write_pictures(app::App& app, const RenderOptions& o, const LoadedScene& loaded, const Film& film,
-                    const CameraView& view, bool background_in_exr)
+                    const CameraView& view, bool background_in_exr, const PassReport& passes)
 {
     const auto phase = app.phase("write");
     ImageOptions image;
@@ -35,7 +35,8 @@ void write_pictures(app::App& app, const RenderOptions& o, const LoadedScene& lo
     image.background_layer = wants_background_layer(o);
     image.png_bits = o.png_bits;
     image.view = o.view;
-    const ImageMetadata metadata = image_metadata(app, o, loaded, o.view.exposure);
+    ImageMetadata metadata = image_metadata(app, o, loaded, o.view.exposure);
+    if (traces_paths(o)) stamp_samples(metadata, loaded.scene, view, o, passes.samples);
     for (const std::string& path : {o.output, o.png}) {
         if (path.empty()) continue;
         write_image(path, film, view, metadata, image, app.warnings());
@@ -46,14 +47,17 @@ void write_pictures(app::App& app, const RenderOptions& o, const LoadedScene& lo
 void render(app::App& app, RenderOptions& o)
 {
     check_outputs(app, o);
+    choose_samples(o);
     const ImageSize size = image_size(o);
     LoadedScene loaded = load_scene(app, o);
     const auto background = chosen_background(o, brightest_sun(loaded.scene.lights), loaded.up, loaded.sky);
     loaded.scene.background = background.sky;
+    if (traces_paths(o)) loaded.scene.sky = chosen_sky(o, brightest_sun(loaded.scene.lights), loaded.up, loaded.sky);
+    o.integrator.passes.over_background = background.in_exr;
     const CameraView view(chosen_camera(o, loaded, size), size);
     report_picture(app, o, loaded, view);
 
-    Film film(size, render_layers(loaded.scene, wanted_layers(o)));
+    Film film(size, render_layers(loaded.scene, wanted_layers(o), o.integrator.kind));
     if (app.dry_run()) return report_estimate(app, o, loaded, film);
     RenderCost cost;
     {
@@ -63,7 +67,8 @@ void render(app::App& app, RenderOptions& o)
 
     if (!o.option.exposure.given()) o.view.exposure = auto_exposure(film);
     report_cost(app, cost, o.view.exposure);
-    write_pictures(app, o, loaded, film, view, background.in_exr);
+    if (traces_paths(o)) report_passes(app, cost.passes);
+    write_pictures(app, o, loaded, film, view, background.in_exr, cost.passes);
 }
 
 }  // namespace

@@ -67,9 +67,12 @@ void declare_integrator(app::App& app, RenderOptions& o, const char* group)
     app.add_choice<Integrator>("--integrator", o.integrator.kind,
                                {{name(Integrator::Cells), Integrator::Cells},
                                 {name(Integrator::Romberg), Integrator::Romberg},
-                                {name(Integrator::Steps), Integrator::Steps}},
+                                {name(Integrator::Steps), Integrator::Steps},
+                                {name(Integrator::Path), Integrator::Path}},
                                "cells: exact optical depth in each voxel, fastest for its error; romberg: the paper's, "
-                               "adaptive; steps: of fixed length, for comparison")
+                               "adaptive; steps: of fixed length, for comparison; path: unbiased Monte Carlo of all "
+                               "orders of scattering from density, lights, sky and emission alone, the measure of the "
+                               "others. It reads neither light grids nor what p1solve computed")
         ->group(group);
     app.add_option("--tolerance", o.integrator.tolerance, "error of romberg, relative to the brightest source")
         ->check(app::positive)
@@ -86,25 +89,54 @@ void declare_integrator(app::App& app, RenderOptions& o, const char* group)
     app.add_flag("--shadow-rays", o.integrator.shadow_rays,
                  "find the light at each point by a ray of its own: slow, without light grids, the measure of their "
                  "error")
+        ->not_with(by(Integrator::Path), "--integrator path")
         ->group(group);
     o.option.fidelity =
         app.add_choice<Fidelity>("--fidelity", o.light.fidelity,
                                  {{"lattice", Fidelity::Lattice}, {"exact", Fidelity::Exact}},
                                  "how the light grids are computed that the input lacks; exact: a ray for each voxel")
             ->not_with([&o] { return o.integrator.shadow_rays; }, "--shadow-rays")
+            ->not_with(by(Integrator::Path), "--integrator path")
             ->group(group);
+}
+
+void declare_passes(app::App& app, RenderOptions& o, const char* group)
+{
+    const auto of_paths = [&](const app::Option& option) {
+        return option.only_with([&o] { return traces_paths(o); }, "--integrator path").group(group);
+    };
+    of_paths(
+        app.add_option("--spp-offset", o.integrator.passes.offset,
+                       "index of the first sample; jobs with disjoint indices are parts of one run, which exrmerge "
+                       "puts together"));
+    of_paths(
+        app.add_option("--time-limit", o.integrator.passes.time_limit,
+                       "end after the pass over the picture that exceeds this time [s]; --samples is then the most"))
+        ->check(app::positive)
+        ->default_str("");
+    of_paths(
+        app.add_option("--noise", o.integrator.passes.noise,
+                       "end after the pass that brings the picture's noise to this: root mean square of the pixels' "
+                       "standard errors over the mean of the picture, of luminance; --samples is then the most"))
+        ->check(app::positive)
+        ->default_str("");
 }
 
 void declare_sampling(app::App& app, RenderOptions& o)
 {
     const char* group = "Accuracy";
     declare_integrator(app, o, group);
-    app.add_option("--samples", o.sampling.samples,
-                   "samples of a pixel; 1 is taken at the pixel's centre, 16 smooth the edges")
-        ->check(app::within(1, 65536))
-        ->group(group);
+    o.option.samples =
+        app.add_option(
+               "--samples,--spp", o.sampling.samples,
+               "samples of a pixel; 1 is taken at the pixel's centre, 16 smooth the edges. Without it 1; 16 for "
+               "--integrator path, whose samples all lie at random")
+            ->check(app::within(1, most_samples))
+            ->default_str("")
+            ->group(group);
     const auto of_several = [&](const app::Option& option) {
-        return option.only_with([&o] { return o.sampling.samples > 1; }, "--samples above 1").group(group);
+        return option.only_with([&o] { return o.sampling.samples > 1 || traces_paths(o); }, "--samples above 1")
+            .group(group);
     };
     of_several(app.add_choice<FilterKind>("--filter", o.sampling.filter,
                                           {{name(FilterKind::Box), FilterKind::Box},
@@ -115,6 +147,7 @@ void declare_sampling(app::App& app, RenderOptions& o)
                               "full width of the filter [pixels]; 0: the filter's own, 1 for box, else 3"))
         ->check(app::within(0, 64));
     of_several(app.add_option("--seed", o.sampling.seed, "number of the pattern of samples; another for each frame"));
+    declare_passes(app, o, group);
 }
 
 void declare_picture(app::App& app, RenderOptions& o)
@@ -127,17 +160,21 @@ void declare_picture(app::App& app, RenderOptions& o)
     app.add_option(
            "--aov", o.aovs,
            "layers of the .exr beside R,G,B,A: Z, transmittance, direct, direct_<light>, multiscatter, emission, "
-           "variance, background, all, none; commas between, or again")
+           "variance, background, all, none; with --integrator path standard_error and, which all leaves out, seconds "
+           "of "
+           "each pixel; commas between, or again")
         ->only_with(exr, "an .exr for --output")
         ->group(group);
     app.add_option(
            "--background", o.background,
            "none, sky, or r,g,b, drawn into .exr and .png. Without it the .exr has alpha, and the .png shows the "
-           "sky: the one that lit the medium, else a clear blue day")
+           "sky: the one that lit the medium, else a clear blue day. With --integrator path the sky that lit the input "
+           "lights the medium, or the one that --background sky or --sky-zenith, --sky-horizon, --sky-ground ask for")
         ->group(group);
     app::declare_sky_shape(app, o.sky, group);
     for (const app::Option& shape : {o.sky.option.zenith, o.sky.option.horizon, o.sky.option.ground, o.sky.option.haze})
-        shape.only_with([&o] { return o.background.empty() || o.background == "sky"; }, "--background sky");
+        shape.only_with([&o] { return o.background.empty() || o.background == "sky" || traces_paths(o); },
+                        "--background sky");
     o.sky.option.haze.only_with(
         [&o, exr] {
             const bool drawn = !o.background.empty() || app::sky_asked(o.sky);
@@ -216,9 +253,26 @@ void declare(app::App& app, RenderOptions& o)
                    "fractalgen --size 96 -o cloud.vdb && render cloud.vdb --resolution 256x192 -o cloud.png"},
                   {"from below, sun from the right, as .exr and as .png",
                    "render cloud.vdb --sun 1,0.4,0 --direction 0,0.5,-1 --resolution 128 -o cloud.exr --png below.png"},
+                  {"the truth to compare with: all orders of scattering until the noise is 5 %",
+                   "render cloud.vdb --integrator path --noise 0.05 --resolution 48 --aov standard_error -o truth.exr"},
                   {"a pipe of all stages, with multiple scattering and 4 samples a pixel",
                    "fractalgen --size 48 -o - | illuminate - --sun 0.3,1,0.2 -o - | p1solve - --albedo 0.999 -o - | "
                    "render - --samples 4 --resolution 128 -o lit.png"}});
+}
+
+bool traces_paths(const RenderOptions& o) { return o.integrator.kind == Integrator::Path; }
+
+void choose_samples(RenderOptions& o)
+{
+    if (!traces_paths(o) || o.option.samples.given()) return;
+    const bool open = o.integrator.passes.time_limit > 0 || o.integrator.passes.noise > 0;
+    o.sampling.samples = open ? most_samples : 16;
+}
+
+Sky chosen_sky(const RenderOptions& o, const Vec3d& sun_irradiance, UpAxis up, const std::optional<Sky>& lit_by)
+{
+    if (!lit_by && o.background != "sky" && !app::sky_asked(o.sky)) return {};
+    return app::with_asked(o.sky, lit_by ? *lit_by : Sky::clear_day(sun_irradiance, vector_of(up)));
 }
 
 ImageSize image_size(const RenderOptions& o)

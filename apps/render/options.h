@@ -44,11 +44,15 @@ struct RenderOptions {
     int png_bits = 8;
 
     struct {
-        app::Option camera, look_at, direction, ortho_width, fidelity, exposure;
+        app::Option camera, look_at, direction, ortho_width, fidelity, exposure, samples;
     } option;
 };
 
 void declare(app::App&, RenderOptions&);
+
+bool traces_paths(const RenderOptions&);
+/// The number of samples where the user gives none: of a path tracer 16, and without bound where a target ends the run.
+void choose_samples(RenderOptions&);
 
 /// "640x480", or "512" for a square; and "x0,y0,x1,y1" of the crop. Throws UsageError.
 ImageSize image_size(const RenderOptions&);
@@ -67,5 +71,8 @@ struct ChosenBackground {
 /// whose brightness `sun_irradiance` sets. Throws UsageError for an unknown background.
 ChosenBackground chosen_background(const RenderOptions&, const Vec3d& sun_irradiance, UpAxis up,
                                    const std::optional<Sky>& lit_by);
+
+/// The sky that lights the media of a path tracer: the input's, `lit_by`, or the one asked for, else none (black).
+Sky chosen_sky(const RenderOptions&, const Vec3d& sun_irradiance, UpAxis up, const std::optional<Sky>& lit_by);
 
 }  // namespace vdbcloud

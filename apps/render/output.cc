@@ -3,6 +3,8 @@
 #include "version.h"
 
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/render/merge.h"
+#include "vdbcloud/render/scene_digest.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +20,9 @@ nlohmann::json triple(const Vec3d& v) { return {v[0], v[1], v[2]}; }
 
 /// Seconds that a ray takes to cross a cell: measured on one core, for rough estimates.
 constexpr double seconds_per_cell = 40e-9;
+
+/// A light path crosses about as many cells as this number of camera rays.
+constexpr double rays_of_path = 40;
 
 }  // namespace
 
@@ -45,8 +50,26 @@ ImageMetadata image_metadata(const app::App& app, const RenderOptions& o, const 
                              "sigma_t per density " + app::shortest(m.sigma_t_per_density) + ", albedo " +
                                  app::shortest(m.albedo) + ", " + m.phase.text()});
     }
-    out.numbers = {{"vdbcloud:exposure", exposure}, {"vdbcloud:samples", double(o.sampling.samples)}};
+    out.numbers = {{"vdbcloud:exposure", exposure}, {picture::samples, double(o.sampling.samples)}};
     return out;
+}
+
+void stamp_samples(ImageMetadata& to, const Scene& scene, const CameraView& view, const RenderOptions& o,
+                   uint64_t samples)
+{
+    const uint64_t first = o.integrator.passes.offset;
+    to.texts.push_back({picture::seed, std::to_string(o.sampling.seed)});
+    to.texts.push_back({picture::sample_ranges, range_text({first, first + samples})});
+    to.texts.push_back({picture::scene, scene_digest(scene, view, o.sampling, o.integrator.passes.over_background)});
+    for (auto& [key, number] : to.numbers)
+        if (key == picture::samples) number = double(samples);
+}
+
+void report_passes(app::App& app, const PassReport& passes)
+{
+    app.report()["picture"]["samples"] = passes.samples;
+    app.report()["accuracy"]["noise"] = passes.noise;
+    app.say(std::to_string(passes.samples) + " samples a pixel, noise " + app::brief(passes.noise));
 }
 
 void report_picture(app::App& app, const RenderOptions& o, const LoadedScene& loaded, const CameraView& view)
@@ -93,7 +116,9 @@ void report_estimate(app::App& app, const RenderOptions& o, const LoadedScene& l
         const auto box = volume.density->evalActiveVoxelBoundingBox();
         if (!box.empty()) cells += box.dim().asVec3d().length();
     }
-    const double seconds = pixels * o.sampling.samples * cells * seconds_per_cell / std::max(1, app.threads());
+    const double rays = pixels * o.sampling.samples * (traces_paths(o) ? rays_of_path : 1);
+    double seconds = rays * cells * seconds_per_cell / std::max(1, app.threads());
+    if (o.integrator.passes.time_limit > 0) seconds = std::min(seconds, o.integrator.passes.time_limit);
     app.report()["estimate"] = {{"memory_bytes", bytes}, {"seconds", seconds}};
     app.say("would render " + std::to_string(w.width()) + "x" + std::to_string(w.height()) + " pixels in about " +
             app::brief(std::ceil(seconds * 10) / 10) + " s and " + app::brief(std::ceil(bytes / 0x1p20)) + " MiB");

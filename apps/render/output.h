@@ -7,6 +7,12 @@ namespace vdbcloud {
 /// Attributes of the pictures.
 ImageMetadata image_metadata(const app::App&, const RenderOptions&, const LoadedScene&, double exposure);
 
+/// Adds which samples a picture of light paths holds, and of what, so that exrmerge can put parts together.
+void stamp_samples(ImageMetadata&, const Scene&, const CameraView&, const RenderOptions&, uint64_t samples);
+
+/// Reports and prints how many samples were taken and what noise they leave.
+void report_passes(app::App&, const PassReport&);
+
 /// Adds camera, picture, lights and media to the report.
 void report_picture(app::App&, const RenderOptions&, const LoadedScene&, const CameraView&);
 /// Adds counts, accuracy and exposure to the report. Warns of rays that missed their tolerance.

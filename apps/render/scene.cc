@@ -61,6 +61,7 @@ Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
     volume.medium = app::chosen_medium(app, o.medium, *volume.density);
     volume.colour = app::vector_grid(app, file, grid_of(file, schema::colour));
     volume.emission = app::vector_grid(app, file, find_grid(file, schema::emission));
+    if (traces_paths(o)) return volume;
     volume.phi = app::vector_grid(app, file, find_grid(file, schema::phi));
     if (const GridBasePtr series = find_grid(file, schema::series_phi_name(0));
         series && (!volume.phi || read_medium(*volume.phi).albedo != volume.medium.albedo)) {
@@ -172,6 +173,13 @@ void relight_volume(app::App& app, const GridFile& file, Volume& volume, const s
     volume.flux = fields.flux;
 }
 
+/// Whether emission or a sky that was asked for lights the scene, as p1solve judges it.
+bool glows_by_itself(const Scene& scene, const RenderOptions& o)
+{
+    return app::sky_asked(o.sky) || std::any_of(scene.volumes.begin(), scene.volumes.end(),
+                                                [](const Volume& volume) { return bool(volume.emission); });
+}
+
 /// --up, else the first up axis of an input, else y.
 UpAxis up_of(const RenderOptions& o, const std::vector<GridFile>& files)
 {
@@ -204,7 +212,8 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
     if (out.scene.lights.empty()) out.scene.lights = inherited_lights(files);
     // A medium with phi is visible without a sun.
     const bool glows =
-        std::any_of(files.begin(), files.end(), [](const GridFile& f) { return bool(find_grid(f, schema::phi)); });
+        std::any_of(files.begin(), files.end(), [](const GridFile& f) { return bool(find_grid(f, schema::phi)); }) ||
+        (traces_paths(o) && glows_by_itself(out.scene, o));
     if (out.scene.lights.empty() && !glows) {
         out.scene.lights.push_back(app::automatic_sun(vector_of(out.up)));
         out.automatic_light = true;
@@ -212,8 +221,9 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
                 app::brief(out.scene.lights[0].strength()[0]));
     }
     for (size_t v = 0; v < files.size(); ++v) require_same_light(files[v], out.scene.volumes[v], out.scene.lights);
-    for (size_t v = 0; v < files.size(); ++v) relight_volume(app, files[v], out.scene.volumes[v], out.scene.lights, o);
-    if (o.integrator.shadow_rays) return out;
+    for (size_t v = 0; v < files.size() && !traces_paths(o); ++v)
+        relight_volume(app, files[v], out.scene.volumes[v], out.scene.lights, o);
+    if (o.integrator.shadow_rays || traces_paths(o)) return out;
     if (o.option.fidelity.given())
         o.option.fidelity.check_effect(!brings_all(files, out.scene), "a light that the input does not bring");
     for (size_t v = 0; v < files.size(); ++v)

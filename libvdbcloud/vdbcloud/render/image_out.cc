@@ -1,16 +1,10 @@
 #include "vdbcloud/render/image_out.h"
 
-#include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
-
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
-#include <unistd.h>
+#include "vdbcloud/render/picture_file.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -18,8 +12,6 @@
 namespace vdbcloud {
 
 namespace {
-
-using Bytes = std::vector<unsigned char>;
 
 constexpr float largest_half = 65504.0f;
 
@@ -135,23 +127,6 @@ std::vector<float> exr_pixels(const Film& film, const Channels& channels, bool d
     return out;
 }
 
-/// Encodes in memory, so that every write to the disk is checked here.
-Bytes encoded(const std::string& path, const char* format, const OIIO::ImageSpec& spec, OIIO::TypeDesc type,
-              const void* pixels)
-{
-    const std::string name = std::string("image.") + format;
-    auto output = OIIO::ImageOutput::create(name);
-    if (!output) throw IoError(printable(path) + ": OpenImageIO has no writer for " + format);
-    Bytes bytes;
-    OIIO::Filesystem::IOVecOutput memory(bytes);
-    // A writer may report success and hold an error, so every step and the remaining error are looked at.
-    const bool done = output->set_ioproxy(&memory) && output->open(name, spec) && output->write_image(type, pixels) &&
-                      output->close();
-    if (!done || output->has_error())
-        throw IoError(printable(path) + ": cannot encode " + format + ": " + printable(output->geterror()));
-    return bytes;
-}
-
 Bytes encoded_exr(const std::string& path, const Film& film, const CameraView& view, const ImageMetadata& metadata,
                   const ImageOptions& options, const Warn& listener)
 {
@@ -184,16 +159,6 @@ Bytes encoded_png(const std::string& path, const Film& film, const ImageMetadata
     if (film.size().pixel_aspect != 1) spec.attribute("PixelAspectRatio", float(film.size().pixel_aspect));
     if (wide) return encoded(path, "png", spec, OIIO::TypeDesc::UINT16, quantised<uint16_t>(film, options.view).data());
     return encoded(path, "png", spec, OIIO::TypeDesc::UINT8, quantised<uint8_t>(film, options.view).data());
-}
-
-void write_bytes(int descriptor, const Bytes& bytes, const std::string& path)
-{
-    for (size_t done = 0; done < bytes.size();) {
-        const ssize_t n = ::write(descriptor, bytes.data() + done, bytes.size() - done);
-        if (n < 0 && errno == EINTR) continue;
-        if (n < 0) throw IoError(system_message(path, "cannot write", errno));
-        done += size_t(n);
-    }
 }
 
 void check_beauty(const Film& film)
@@ -229,10 +194,7 @@ void write_image(const std::string& path, const Film& film, const CameraView& vi
         return exr ? encoded_exr(path, film, view, metadata, options, listener)
                    : encoded_png(path, film, metadata, options);
     };
-    if (path == "-") return write_bytes(STDOUT_FILENO, make(), "standard output");
-    AtomicFile file(path, options.no_clobber);  // before encoding, so that a missing folder is reported at once
-    write_bytes(file.descriptor(), make(), path);
-    file.commit();
+    write_picture_file(path, options.no_clobber, make);
 }
 
 }  // namespace vdbcloud

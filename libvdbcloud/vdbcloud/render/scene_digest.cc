@@ -1,0 +1,91 @@
+#include "vdbcloud/render/scene_digest.h"
+
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/digest.h"
+#include "vdbcloud/optics/medium.h"
+
+namespace vdbcloud {
+
+namespace {
+
+void add(Digest& digest, const Vec3d& v)
+{
+    for (int c = 0; c < 3; ++c) digest.add_value(v[c]);
+}
+
+void add(Digest& digest, const Sky& sky)
+{
+    for (const Vec3d& v : {sky.zenith, sky.horizon, sky.ground, sky.up}) add(digest, v);
+    digest.add_value(sky.haze);
+}
+
+void add(Digest& digest, const Vec3SGridPtr& grid)
+{
+    digest.add_value(bool(grid));
+    if (!grid) return;
+    for (const Vec3d& corner : {Vec3d(0, 0, 0), Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)})
+        add(digest, grid->indexToWorld(corner));
+    for (auto v = grid->cbeginValueOn(); v; ++v) {
+        const openvdb::CoordBBox box = [&] {
+            openvdb::CoordBBox covered;
+            v.getBoundingBox(covered);
+            return covered;
+        }();
+        digest.add_value(box.min());
+        digest.add_value(box.max());
+        digest.add_value(*v);
+    }
+}
+
+void add(Digest& digest, const Volume& volume)
+{
+    digest.add_text(grid_digest(*volume.density));
+    const Medium& medium = volume.medium;
+    add(digest, medium.sigma_t_per_density);
+    add(digest, medium.albedo);
+    digest.add_text(medium.phase.name());
+    for (const double parameter : medium.phase.parameters()) digest.add_value(parameter);
+    add(digest, volume.colour);
+    add(digest, volume.emission);
+}
+
+void add(Digest& digest, const Light& light)
+{
+    digest.add_text(light.name);
+    digest.add_text(light.kind().word);
+    add(digest, light.place());
+    for (const Vec3d& parameter : light.parameters()) add(digest, parameter);
+}
+
+void add(Digest& digest, const CameraView& view)
+{
+    const ImageSize& size = view.size();
+    digest.add_value(size.width);
+    digest.add_value(size.height);
+    digest.add_value(size.pixel_aspect);
+    for (const double x : {0.0, double(size.width)})
+        for (const double y : {0.0, double(size.height)}) {
+            const WorldRay ray = view.ray(x, y);
+            add(digest, ray.origin);
+            add(digest, ray.direction);
+        }
+}
+
+}  // namespace
+
+std::string scene_digest(const Scene& scene, const CameraView& view, const SamplingOptions& sampling,
+                         bool over_background)
+{
+    Digest digest;
+    for (const Volume& volume : scene.volumes) add(digest, volume);
+    for (const Light& light : scene.lights) add(digest, light);
+    add(digest, scene.sky);
+    add(digest, scene.background);
+    add(digest, view);
+    digest.add_text(name(sampling.filter));
+    digest.add_value(sampling.filter_width);
+    digest.add_value(over_background);
+    return digest.hex();
+}
+
+}  // namespace vdbcloud
