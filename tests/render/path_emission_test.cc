@@ -156,7 +156,7 @@ TEST(PathLamp, AllPowerLeavesAConservativeMedium)
                 const double power = uncollided.mean[c] + collided.mean[c],
                              error = std::hypot(uncollided.error[c], collided.error[c]);
                 EXPECT_NEAR(power, 1, sigmas * error) << g << ' ' << c;
-                EXPECT_LT(error, 0.025) << g << ' ' << c;
+                EXPECT_LT(error, 0.04) << g << ' ' << c;
                 EXPECT_LT(uncollided.mean[c], 0.8) << g << ' ' << c;  // much is scattered
             }
         }

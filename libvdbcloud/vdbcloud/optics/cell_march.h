@@ -72,6 +72,11 @@ inline Cubic along(const float* c, const Vec3d& p, const Vec3d& d)
 template<typename Visit>
 bool march_cells(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit&& visit);
 
+/// Calls visit(t_in, t_out, slot, cell) for each brick that the ray crosses between t0 and t1, in order; slot: for
+/// BrickMap::brick(); cell: the brick's first. Stops when visit returns false.
+template<typename Visit>
+bool march_bricks(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit&& visit);
+
 #include "vdbcloud/optics/cell_march.inl"
 
 }  // namespace vdbcloud

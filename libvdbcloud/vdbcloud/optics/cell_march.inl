@@ -63,8 +63,11 @@ bool march_brick(const float* brick, const IndexRay& ray, Vec3i& cell, double& t
     }
 }
 
-template<typename Visit>
-bool march_root(const BrickMap& map, const BrickMap::Root& root, const IndexRay& ray, double t, double t1, Visit& visit)
+/// Calls on_brick(slot, cell, t) for each brick on the ray; on_brick moves t and `cell` beyond the brick, or t to t1,
+/// and returns false to stop.
+template<typename OnBrick>
+bool march_root(const BrickMap& map, const BrickMap::Root& root, const IndexRay& ray, double t, double t1,
+                OnBrick& on_brick)
 {
     Vec3i cell;
     for (int a = 0; a < 3; ++a)
@@ -78,7 +81,7 @@ bool march_root(const BrickMap& map, const BrickMap::Root& root, const IndexRay&
         const int32_t slot =
             s < 0 ? -1 : map.super(s)[((cell[0] >> 3) & 15) << 8 | ((cell[1] >> 3) & 15) << 4 | ((cell[2] >> 3) & 15)];
         if (slot >= 0) {
-            if (!march_brick(map.brick(slot), ray, cell, t, t1, visit)) return false;
+            if (!on_brick(slot, cell, t)) return false;
             continue;
         }
         const int shift = s < 0 ? 7 : 3;
@@ -89,10 +92,8 @@ bool march_root(const BrickMap& map, const BrickMap::Root& root, const IndexRay&
     return true;
 }
 
-}  // namespace march_detail
-
-template<typename Visit>
-bool march_cells(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit&& visit)
+template<typename OnBrick>
+bool march_roots(const BrickMap& map, const IndexRay& ray, double t0, double t1, OnBrick on_brick)
 {
     // There are few boxes: test each box, then visit the boxes hit in order of distance.
     struct Hit {
@@ -119,6 +120,29 @@ bool march_cells(const BrickMap& map, const IndexRay& ray, double t0, double t1,
     Hit* hit = hits > few ? more.data() : first;
     std::sort(hit, hit + hits, [](const Hit& p, const Hit& q) { return p.t0 < q.t0; });
     for (size_t n = 0; n < hits; ++n)
-        if (!march_detail::march_root(map, *hit[n].root, ray, hit[n].t0, hit[n].t1, visit)) return false;
+        if (!march_root(map, *hit[n].root, ray, hit[n].t0, hit[n].t1, on_brick)) return false;
     return true;
+}
+
+}  // namespace march_detail
+
+template<typename Visit>
+bool march_cells(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit&& visit)
+{
+    return march_detail::march_roots(map, ray, t0, t1, [&](int32_t slot, Vec3i& cell, double& t) {
+        return march_detail::march_brick(map.brick(slot), ray, cell, t, t1, visit);
+    });
+}
+
+template<typename Visit>
+bool march_bricks(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit&& visit)
+{
+    return march_detail::march_roots(map, ray, t0, t1, [&](int32_t slot, Vec3i& cell, double& t) {
+        int axis = 0;
+        const double exit = march_detail::exit_of(ray, cell, 3, axis), t_out = std::min(exit, t1);
+        if (t_out > t && !visit(t, t_out, slot, Vec3i(cell[0] & ~7, cell[1] & ~7, cell[2] & ~7))) return false;
+        t = std::max(t, exit);
+        if (t < t1) march_detail::leave(ray, cell, 3, axis, t);
+        return true;
+    });
 }

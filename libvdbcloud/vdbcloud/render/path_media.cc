@@ -46,7 +46,10 @@ PathScene::PathScene(const Scene& scene)
         is_lamp.push_back(bool(light->source()));
         has_lamp = has_lamp || is_lamp.back();
     }
-    for (const PreparedVolume& volume : media.volumes) emits = emits || volume.emission;
+    for (const PreparedVolume& volume : media.volumes) {
+        emits = emits || volume.emission;
+        collisions.emplace_back(volume.density);
+    }
 }
 
 PathMedia::PathMedia(const PathScene& scene)
@@ -107,13 +110,20 @@ bool PathMedia::meet(size_t v, double depth, double t1, Collision& collision) co
     return way.reached;
 }
 
+bool PathMedia::meet(size_t v, int channel, double t1, PathRandom& random, Collision& collision) const
+{
+    const double sigma_t = scene_.media.volumes[v].sigma_t[channel];
+    NullCollisions::Hit hit;
+    if (!(sigma_t > 0) || !scene_.collisions[v].collide(index_[v], 0, t1, sigma_t, random, hit)) return false;
+    collision = {hit.t, v, hit.density};
+    return true;
+}
+
 bool PathMedia::collide(int channel, PathRandom& random, Collision& collision) const
 {
     double nearest = far;
     for (size_t v = 0; v < index_.size(); ++v) {
-        const double sigma_t = scene_.media.volumes[v].sigma_t[channel];
-        if (!(sigma_t > 0)) continue;
-        if (meet(v, -std::log1p(-random.next()) / sigma_t, nearest, collision)) nearest = collision.t;
+        if (meet(v, channel, nearest, random, collision)) nearest = collision.t;
     }
     return nearest < far;
 }
@@ -138,10 +148,12 @@ bool PathMedia::collide_surely(int channel, const std::vector<double>& depths, P
     if (!(tau(first) > 0)) return false;
     double nearest = far;
     for (size_t v = first; v < index_.size(); ++v) {
-        const double sigma_t = scene_.media.volumes[v].sigma_t[channel];
-        if (!(sigma_t > 0)) continue;
-        const double share = v == first ? -std::expm1(-tau(v)) : 1;
-        if (meet(v, -std::log1p(-random.next() * share) / sigma_t, nearest, collision)) nearest = collision.t;
+        const bool met =
+            v == first
+                ? meet(v, -std::log1p(random.next() * std::expm1(-tau(v))) / scene_.media.volumes[v].sigma_t[channel],
+                       nearest, collision)
+                : meet(v, channel, nearest, random, collision);
+        if (met) nearest = collision.t;
     }
     return nearest < far;
 }

@@ -2,6 +2,7 @@
 // The true medium of a scene, as light paths ask for it: free paths, optical depths, coefficients at a point. Private
 // to render/.
 #include "vdbcloud/render/media.h"
+#include "vdbcloud/render/null_collisions.h"
 #include "vdbcloud/render/path_random.h"
 
 #include <array>
@@ -16,7 +17,8 @@ Vec3d attenuation(const Vec3d& tau);
 struct PathScene {
     explicit PathScene(const Scene&);
 
-    PreparedScene media;  ///< no lights, no scaling
+    PreparedScene media;                     ///< no lights, no scaling
+    std::vector<NullCollisions> collisions;  ///< of each volume of media
     std::vector<Light> lights;
     std::vector<char> is_lamp;  ///< for each light: it has a source() at a finite distance
     Sky sky;                    ///< lights the media; dark: does not
@@ -51,10 +53,10 @@ public:
     double density(size_t volume, double t) const;
     Vec3d albedo(size_t volume, double t) const;
 
-    /// The first collision for the extinction of one channel; false if the ray leaves the media.
+    /// The first collision for the extinction of one channel, by null collisions; false if the ray leaves the media.
     bool collide(int channel, PathRandom&, Collision&) const;
-    /// The first collision of a ray that is known to collide: collide() conditioned on true. `depths`: density depth of
-    /// the whole ray in each volume, from depths().
+    /// The first collision of a ray that is known to collide: collide() conditioned on true, by inversion of the
+    /// optical depth. `depths`: density depth of the whole ray in each volume, from depths().
     bool collide_surely(int channel, const std::vector<double>& depths, PathRandom&, Collision&) const;
     /// Density depth of the whole ray in each volume.
     void depths(std::vector<double>&) const;
@@ -64,8 +66,10 @@ public:
     Vec3d transmittance(double distance, PathRandom&) const;
 
 private:
-    /// The first collision with volume v on 0..t1 where the depth drawn is `depth`.
+    /// The collision with volume v at a density depth of `depth`, if that lies before t1.
     bool meet(size_t v, double depth, double t1, Collision&) const;
+    /// The first collision with volume v before t1.
+    bool meet(size_t v, int channel, double t1, PathRandom&, Collision&) const;
 
     const PathScene& scene_;
     WorldRay ray_;
