@@ -3,10 +3,13 @@
 #
 #   density --illuminate--> light [--p1solve--> scatter] --render--> exr, png
 #
+# OUT/NAME.path.exr is the same picture by light paths (docs/path.md): PARTS jobs of SPP samples a pixel, merged.
+#
 # Parameters are in .toml files beside the Makefile: a change of one makes again what depends on it and nothing else. A
 # pipeline that has a scatter.toml computes multiple scattering.
 #
 #   PICTURE=small   a small grid and a small picture       THREADS=n   threads of each program (0: all)
+#   SPP=n PARTS=n   samples a pixel of each job, and jobs, of NAME.path.exr
 #   OUT=folder      where files go (default: out)          STRICT=1    a program that was rebuilt makes its files again
 PICTURE ?= full
 BIN     ?= ../../build/bin
@@ -14,6 +17,8 @@ OUT     ?= out$(if $(filter small,$(PICTURE)),/small)
 THREADS ?= 0
 FLAGS   ?= --quiet --threads $(THREADS)
 LAUNCH  ?=
+SPP     ?= 64
+PARTS   ?= 4
 
 ifeq ($(PICTURE),small)
 density_flags ?= --size 64
@@ -45,6 +50,18 @@ $(OUT)/%.exr $(OUT)/%.png &: $(OUT)/%.$(lit).vdb camera.toml $(call tool,render)
 	@printf '%s\n' "$(abspath $(OUT)/$*.png)"
 	@for s in $(OUT)/$*.density.vdb $(OUT)/$*.light.vdb $(OUT)/$*.scatter.vdb $(OUT)/$*.exr $(OUT)/$*.png; do \
 	    if [ -e $$s.seconds ]; then printf '  %-24s %s s\n' $$(basename $$s) $$(cat $$s.seconds); fi; done
+
+# Each part has samples of its own, so that any machine may make it. LAUNCH may hand it to a batch system.
+parts := $(shell seq 0 $$(($(PARTS) - 1)))
+define path_part
+$(OUT)/%.part$(1).exr: $(OUT)/%.$(lit).vdb camera.toml $(call tool,render)
+	@$$(call stage,render $$< --config camera.toml $$(render_flags) --integrator path --spp $(SPP) \
+	    --spp-offset $$$$(($(1) * $(SPP))) --aov standard_error -o $$@)
+endef
+$(foreach k,$(parts),$(eval $(call path_part,$(k))))
+
+$(OUT)/%.path.exr: $(foreach k,$(parts),$(OUT)/%.part$(k).exr) $(call tool,exrmerge)
+	@$(call stage,exrmerge $(filter %.exr,$^) -o $@)
 
 $(BIN)/%:
 	$(error $@ is not built: run make -C pipelines, or set BIN)

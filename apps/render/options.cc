@@ -251,9 +251,8 @@ void declare(app::App& app, RenderOptions& o)
     declare_picture(app, o);
     app.examples({{"a cloud framed, lit and exposed automatically",
                    "fractalgen --size 96 -o cloud.vdb && render cloud.vdb --resolution 256x192 -o cloud.png"},
-                  {"from below, sun from the right, all orders of scattering until the noise is 20 %",
-                   "render cloud.vdb --sun 1,0.4,0 --direction 0,0.5,-1 --integrator path --noise 0.2 --resolution 64 "
-                   "-o cloud.exr --png below.png"},
+                  {"sun from the right, all orders of scattering until the noise is 20 %, as .exr and as .png",
+                   "render cloud.vdb --sun 1,0.4,0 --integrator path --noise 0.2 --resolution 64 -o c.exr --png c.png"},
                   {"a pipe of all stages, with multiple scattering and 4 samples a pixel",
                    "fractalgen --size 48 -o - | illuminate - --sun 0.3,1,0.2 -o - | p1solve - --albedo 0.999 -o - | "
                    "render - --samples 4 --resolution 128 -o lit.png"}});
