@@ -25,6 +25,7 @@ void declare(app::App& app, Options& o)
            "(--spp-offset)")
         ->required()
         ->type_name("FILE")
+        ->configurable(false)  // sample ranges and history say what the inputs were
         ->allow_extra_args()
         ->expected(-1);
     app.add_option("-o,--output", o.output, "picture of all samples to write: .exr, or - for standard output")
