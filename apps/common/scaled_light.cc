@@ -1,6 +1,7 @@
 #include "scaled_light.h"
 
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/voxels/voxel_mean.h"
 
 #include <algorithm>
 
@@ -18,9 +19,9 @@ GridBasePtr scaled_light_grid(App& app, const FloatGrid& density, const Vec3SGri
     for (int c = 0; c < 3; ++c) {
         auto scaled_density = density.deepCopy();
         scaled_density->tree().voxelizeActiveTiles();
-        auto tint = colour->getConstAccessor();
+        const VoxelMean tint(*colour, density.transform());
         for (auto v = scaled_density->beginValueOn(); v; ++v) {
-            const double w0 = std::clamp(medium.albedo[c] * tint.getValue(v.getCoord())[c], 0.0, 1.0);
+            const double w0 = std::clamp(medium.albedo[c] * tint(Vec3i(v.getCoord().asPointer()))[c], 0.0, 1.0);
             v.setValue(float(*v * delta.extinction(w0)));
         }
         scaled.sigma_t_per_density = Vec3d(medium.sigma_t_per_density[c]);

@@ -12,6 +12,7 @@
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/select.h"
+#include "vdbcloud/grid/sources.h"
 #include "vdbcloud/scatter/series_grids.h"
 
 #include <algorithm>
@@ -78,13 +79,19 @@ Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
     return volume;
 }
 
-/// Throws UsageError if phi belongs to another density, or to other lights than `lights`.
+Sources sources_behind(const Volume& volume)
+{
+    return sources_of(*volume.density, volume.colour.get(), volume.emission.get());
+}
+
+/// Throws if phi is of another density, Cd or emission, or scattered other lights than the scene has.
 void require_same_light(const GridFile& file, const Volume& volume, const std::vector<Light>& lights)
 {
     if (!volume.phi) return;
-    const std::string digest = get_text(*volume.phi, schema::density_digest, "");
-    if (!digest.empty() && digest != grid_digest(*volume.density))
-        throw UsageError(file.path + ": multiple scattering was computed from another density: run p1solve again");
+    const std::string changed = changed_source(*volume.phi, sources_behind(volume));
+    if (!changed.empty())
+        throw UsageError(file.path + ": multiple scattering was computed from another " + changed +
+                         " than the file holds now: run p1solve again");
     const std::string lit_by = get_text(*volume.phi, schema::lit_by, lights_text(lights));
     if (lit_by != lights_text(lights))
         throw UsageError(file.path + ": multiple scattering was computed for '" + printable(lit_by) + "', and '" +
@@ -160,9 +167,9 @@ void relight_volume(app::App& app, const GridFile& file, Volume& volume, const s
                     const RenderOptions& o)
 {
     if (volume.phi || !find_grid(file, schema::series_phi_name(0)) || app.dry_run()) return;
-    if (!has_series(file, *volume.density, volume.medium, lights))
+    if (!has_series(file, sources_behind(volume), volume.medium, lights))
         throw UsageError(file.path +
-                         ": its series was computed for another density, medium or light: run p1solve again");
+                         ": its series was computed for another density, emission, medium or light: run p1solve again");
     const auto phase = app.phase("series");
     std::vector<GridBasePtr> transmittance;
     for (const Light& light : lights)

@@ -88,5 +88,19 @@ TEST(GridDigest, ChangesWithTransformBackgroundTopologyAndValuesOnly)
     for (size_t k = 0; k < changes.size(); ++k) EXPECT_TRUE(seen.insert(changed(changes[k])).second) << "change " << k;
 }
 
+TEST(GridDigest, ChangesWithEachComponentOfAVector)
+{
+    const auto changed = [](const Vec3f& by) {
+        const auto grid = Vec3SGrid::create(Vec3f(1.0f));
+        grid->tree().addTile(1, Coord(64, 0, 0), Vec3f(0.5f), true);
+        grid->tree().setValue(Coord(1, 2, 3), Vec3f(1, 2, 3) + by);
+        return grid_digest(*grid);
+    };
+    std::set<std::string> seen;
+    for (const Vec3f& by : {Vec3f(0, 0, 0), Vec3f(1e-6f, 0, 0), Vec3f(0, 1e-6f, 0), Vec3f(0, 0, 1e-6f)})
+        EXPECT_TRUE(seen.insert(changed(by)).second) << by;
+    EXPECT_EQ(seen.count(changed(Vec3f(0.0f))), 1u);
+}
+
 }  // namespace
 }  // namespace vdbcloud

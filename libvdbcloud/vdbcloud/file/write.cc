@@ -81,29 +81,34 @@ void check_half(const GridBase& base)
     }
 }
 
+float rounded(float x) { return float(openvdb::math::half(x)); }
+Vec3f rounded(const Vec3f& x) { return {rounded(x[0]), rounded(x[1]), rounded(x[2])}; }
+
 /// The digest of a grid after storing as half and reading back.
-std::string half_digest(const FloatGrid& grid)
+template<typename GridT>
+std::string half_digest(const GridT& grid)
 {
-    const auto rounded = grid.deepCopy();
-    const auto round = [](float x) { return float(openvdb::math::half(x)); };
-    rounded->tree().root().setBackground(round(grid.background()), /*updateChildNodes=*/true);
-    for (auto it = rounded->beginValueOn(); it; ++it) it.setValue(round(*it));
-    return grid_digest(*rounded);
+    const auto half = grid.deepCopy();
+    half->tree().root().setBackground(rounded(grid.background()), /*updateChildNodes=*/true);
+    for (auto it = half->beginValueOn(); it; ++it) it.setValue(rounded(*it));
+    return grid_digest(*half);
 }
 
-/// Updates density_digest of grids that were computed from `density`. Storing the density as half changes its digest;
-/// without the update the next stage would reject those grids as computed from another density.
-void follow_rounding(const FloatGrid& density, const std::vector<GridBasePtr>& grids)
+/// Updates the fingerprint of `source` in the metadata of grids that were computed from it. Storing the source as half
+/// changes its digest; without the update the next stage would take those grids for results of another source.
+template<typename GridT>
+void follow_rounding(const GridT& source, const std::vector<GridBasePtr>& grids)
 {
     std::string before, after;
-    for (const auto& grid : grids) {
-        const auto meta = grid->getMetadata<openvdb::StringMetadata>(schema::density_digest);
-        if (!meta) continue;
-        if (before.empty()) before = grid_digest(density);
-        if (meta->value() != before) continue;
-        if (after.empty()) after = half_digest(density);
-        set_text(*grid, schema::density_digest, after);
-    }
+    for (const auto& grid : grids)
+        for (const char* key : {schema::density_digest, schema::colour_digest, schema::emission_digest}) {
+            const auto meta = grid->getMetadata<openvdb::StringMetadata>(key);
+            if (!meta) continue;
+            if (before.empty()) before = grid_digest(source);
+            if (meta->value() != before) continue;
+            if (after.empty()) after = half_digest(source);
+            set_text(*grid, key, after);
+        }
 }
 
 /// Shallow copies of the grids, with the metadata for the file.
@@ -123,9 +128,9 @@ std::vector<GridBasePtr> prepared(const GridFile& file, const WriteOptions& opti
         grids.push_back(grid);
     }
     for (const auto& grid : grids) {
-        const auto* density = dynamic_cast<const FloatGrid*>(grid.get());
-        if (density && density->saveFloatAsHalf() && !schema::has_role(grid->getName(), schema::Role::Moment))
-            follow_rounding(*density, grids);
+        if (!grid->saveFloatAsHalf() || schema::has_role(grid->getName(), schema::Role::Moment)) continue;
+        if (const auto* floats = dynamic_cast<const FloatGrid*>(grid.get())) follow_rounding(*floats, grids);
+        if (const auto* vectors = dynamic_cast<const Vec3SGrid*>(grid.get())) follow_rounding(*vectors, grids);
     }
     return grids;
 }
@@ -146,6 +151,7 @@ std::string stream_identifier(const std::vector<GridBasePtr>& grids, const MetaM
         digest.add_text(grid->type());
         digest.add_value(grid->baseTree().activeVoxelCount());
         if (const auto* floats = dynamic_cast<const FloatGrid*>(grid.get())) digest.add_text(grid_digest(*floats));
+        if (const auto* vectors = dynamic_cast<const Vec3SGrid*>(grid.get())) digest.add_text(grid_digest(*vectors));
     }
     return digest.uuid();
 }

@@ -35,8 +35,13 @@ std::string Digest::uuid() const
     return text;
 }
 
-std::string grid_digest(const FloatGrid& grid)
+namespace {
+
+template<typename GridT>
+std::string digest_of(const GridT& grid)
 {
+    using Value = typename GridT::ValueType;
+    static_assert(sizeof(Value) % sizeof(float) == 0, "values without padding");
     Digest digest;
     const auto affine = grid.transform().baseMap()->getAffineMap();
     const auto matrix = affine ? affine->getMat4() : openvdb::Mat4d::identity();
@@ -49,18 +54,23 @@ std::string grid_digest(const FloatGrid& grid)
         digest.add_value(uint32_t(tile.getDepth()));
         digest.add_value(*tile);
     });
-    constexpr int size = FloatGrid::TreeType::LeafNodeType::SIZE;
+    constexpr int size = GridT::TreeType::LeafNodeType::SIZE;
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
         if (leaf->getValueMask().isOff()) continue;  // not part of the active topology
         digest.add_value(leaf->origin());
-        float values[size];
-        const float* all = leaf->buffer().data();
-        for (int k = 0; k < size; ++k) values[k] = leaf->isValueOn(k) ? all[k] : 0.0f;
+        Value values[size];
+        const Value* all = leaf->buffer().data();
+        for (int k = 0; k < size; ++k) values[k] = leaf->isValueOn(k) ? all[k] : Value(0);
         for (openvdb::Index word = 0; word < size / 64; ++word)
-            digest.add_value(uint64_t(leaf->getValueMask().getWord<openvdb::Index64>(word)));
+            digest.add_value(uint64_t(leaf->getValueMask().template getWord<openvdb::Index64>(word)));
         digest.add(values, sizeof values);
     }
     return digest.hex();
 }
+
+}  // namespace
+
+std::string grid_digest(const FloatGrid& grid) { return digest_of(grid); }
+std::string grid_digest(const Vec3SGrid& grid) { return digest_of(grid); }
 
 }  // namespace vdbcloud

@@ -42,5 +42,6 @@ private:
 /// Fingerprint of a grid's transform, background, active topology and active values, in hex. Equal grids have equal
 /// fingerprints on every little-endian machine. Name, metadata and inactive values have no effect.
 std::string grid_digest(const FloatGrid&);
+std::string grid_digest(const Vec3SGrid&);
 
 }  // namespace vdbcloud

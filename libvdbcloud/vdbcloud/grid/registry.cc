@@ -135,6 +135,8 @@ const std::vector<MetaKey>& meta_keys()
         {light_irradiance, "vec3d", "transmittance_LIGHT"},
         {light_angular_diameter, "double", "transmittance_LIGHT"},
         {density_digest, "string", "transmittance_LIGHT, phi, flux_C, sh_LM_C, series_phi_K"},
+        {colour_digest, "string", "phi"},
+        {emission_digest, "string", "phi"},
         {delta_f, "double", "phi"},
         {scaled_moments, "string", "phi"},
         {lit_by, "string", "phi"},

@@ -1,6 +1,7 @@
 #pragma once
 // Grids and metadata of multiple scattering, in addition to schema.h. The metadata describes the scaled medium and the
-// light. The grids also have the metadata of the unscaled medium (keys of the density grid) and density_digest.
+// light. The grids also have the metadata of the unscaled medium (keys of the density grid) and fingerprints of the
+// grids behind the solution (sources.h).
 //
 // Moments of collided radiance of degree 2 and more are float grids "sh_LM_C": degree L, order M, channel C.
 // A negative order is written m1, m2, ..., a positive order p1, p2, ...:
@@ -32,6 +33,10 @@ inline constexpr const char* channel_scale = "vdbcloud:channel_scale";
 inline constexpr const char* delta_f = "vdbcloud:delta_f";
 // string: "1 m_1' ... m_L'", Legendre moments of the scaled phase function, L the degree
 inline constexpr const char* scaled_moments = "vdbcloud:scaled_moments";
+// string: grid_digest() of the Cd and of the emission behind the solution; no_grid where there was none
+inline constexpr const char* colour_digest = "vdbcloud:colour_digest";
+inline constexpr const char* emission_digest = "vdbcloud:emission_digest";
+inline constexpr const char* no_grid = "none";
 // string: the lights of the solution (lights_text)
 inline constexpr const char* lit_by = "vdbcloud:lights";
 // vec3d: incident sky radiance from the zenith

@@ -3,10 +3,10 @@
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/sources.h"
 #include "vdbcloud/scatter/beam.h"
 #include "vdbcloud/scatter/channel_groups.h"
 #include "vdbcloud/scatter/collided_grids.h"
@@ -32,12 +32,28 @@ double relative_change(const std::vector<double>& a, const std::vector<double>& 
     return size > 0 ? std::sqrt(difference / size) : 0.0;
 }
 
+/// Whether a voxel of emission lies where density is 0.
+bool emits_outside(const Vec3SGrid& emission, const FloatGrid& density)
+{
+    const bool same = emission.transform() == density.transform();
+    for (auto v = emission.cbeginValueOn(); v; ++v) {
+        if (!((*v)[0] + (*v)[1] + (*v)[2] > 0)) continue;
+        openvdb::CoordBBox box;
+        v.getBoundingBox(box);
+        const openvdb::Coord at =
+            same ? box.min()
+                 : density.transform().worldToIndexCellCentered(emission.transform().indexToWorld(box.min()));
+        if (!(density.tree().getValue(at) > 0)) return true;
+    }
+    return false;
+}
+
 class Scattering {
 public:
     Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission, const Medium& medium,
                const std::vector<Light>& lights, const ScatterOptions& options, ScatterReport& report)
-        : grid_(density), medium_(medium), lights_(lights), o_(options), report_(report),
-          index_(density, {options.periodic}), density_(index_.gather(density)),
+        : grid_(density), sources_(sources_of(density, tint, emission)), medium_(medium), lights_(lights), o_(options),
+          report_(report), index_(density, {options.periodic}), density_(index_.gather(density)),
           exposed_(exposed_voxels(index_, density_))
     {
         for (int c = 0; c < 3; ++c) {
@@ -356,12 +372,13 @@ private:
     {
         write_medium(grid, medium_);
         write_delta_scaling(grid, scaling());
-        set_text(grid, schema::density_digest, grid_digest(grid_));
+        write_sources(grid, sources_);
         write_sky(grid, o_.sky);
         set_text(grid, schema::lit_by, lights_text(lights_));
     }
 
     const FloatGrid& grid_;
+    const Sources sources_;
     const Medium& medium_;
     const std::vector<Light>& lights_;
     const ScatterOptions& o_;
@@ -381,13 +398,7 @@ ScatterFields scatter_p1(const FloatGrid& density, const Vec3SGrid* tint, const 
                          const Medium& medium, const std::vector<Light>& lights, const ScatterOptions& options,
                          const Progress& progress, ScatterReport& report)
 {
-    if (emission)
-        for (auto v = emission->cbeginValueOn(); v && !report.emission_outside; ++v) {
-            openvdb::CoordBBox box;
-            v.getBoundingBox(box);
-            const bool inside = density.tree().getValue(box.min()) > 0;
-            report.emission_outside = !inside && (*v)[0] + (*v)[1] + (*v)[2] > 0;
-        }
+    report.emission_outside = emission && emits_outside(*emission, density);
     Scattering scattering(density, tint, emission, medium, lights, options, report);
     return scattering.run(progress);
 }

@@ -2,9 +2,9 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
+#include "vdbcloud/grid/sources.h"
 
 #include "vdbcloud/scatter/world_axes.h"
 
@@ -95,9 +95,10 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
     report.converged = series.converged;
 
     std::vector<GridBasePtr> grids;
+    const Sources from = sources_of(density, nullptr, emission);
     const auto add = [&](const auto& grid) {
         write_medium(*grid, medium);
-        set_text(*grid, schema::density_digest, grid_digest(density));
+        write_sources(*grid, from);
         grids.push_back(grid);
     };
     for (size_t k = 0; k < series.size(); ++k) {
@@ -126,14 +127,14 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
     return grids;
 }
 
-bool has_series(const GridFile& file, const FloatGrid& density, const Medium& medium, const std::vector<Light>& lights)
+bool has_series(const GridFile& file, const Sources& sources, const Medium& medium, const std::vector<Light>& lights)
 {
     const GridBasePtr first = find_grid(file, schema::series_phi_name(0));
     if (!first) return false;
     const Medium theirs = read_medium(*first);
     const auto close = [](double a, double b) { return std::abs(a - b) <= 1e-9 * std::abs(a); };
     return close(theirs.sigma_t_per_density[0], medium.sigma_t_per_density[0]) && medium.grey() &&
-           theirs.phase == medium.phase && get_text(*first, schema::density_digest, "") == grid_digest(density) &&
+           theirs.phase == medium.phase && changed_source(*first, sources).empty() &&
            get_text(*first, schema::lit_by, "") == lights_text(lights);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // Stores the perturbation series as grids, from which render makes images at any albedo without another solve.
 #include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/sources.h"
 #include "vdbcloud/scatter/multiple_scattering.h"
 #include "vdbcloud/scatter/series.h"
 
@@ -25,8 +26,8 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
                                    const std::vector<Light>&, const ScatterOptions&, const SeriesOptions&, bool raw,
                                    SeriesReport&);
 
-/// True if a file holds a series for this density, extinction and g, lit by these lights.
-bool has_series(const GridFile&, const FloatGrid& density, const Medium&, const std::vector<Light>&);
+/// True if a file holds a series made from these grids, for this extinction and g, lit by these lights.
+bool has_series(const GridFile&, const Sources&, const Medium&, const std::vector<Light>&);
 
 /// phi and flux at medium.albedo from a file's series. `transmittance` holds exp(-tau') towards each light, float or
 /// vec3s, in the scaled medium OF THAT ALBEDO. It gives the beams' part of the flux

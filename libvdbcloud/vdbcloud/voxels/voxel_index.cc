@@ -6,6 +6,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/voxels/brick_map.h"
 #include "vdbcloud/voxels/extend.h"
+#include "vdbcloud/voxels/voxel_mean.h"
 
 #include <tbb/parallel_for.h>
 
@@ -118,18 +119,16 @@ Vec3d VoxelIndex::world(const Vec3d& voxel) const
 
 namespace {
 
-template<typename GridT, typename F>
-std::vector<float> gathered(const VoxelIndex& index, const GridT& grid, const F& component)
+/// read() makes, once for each block, a function of a voxel's coordinates.
+template<typename F>
+std::vector<float> gathered(const VoxelIndex& index, const F& read)
 {
     const Blocks& blocks = index.blocks();
     std::vector<float> values(blocks.slots(), 0.0f);
     tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
-        auto tree = grid.getConstAccessor();
-        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
-            if (!blocks.active(slot)) continue;
-            const Vec3i p = blocks.voxel(slot) + index.origin();
-            values[slot] = component(tree.getValue(openvdb::Coord(p.x(), p.y(), p.z())));
-        }
+        const auto value = read();
+        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot)
+            if (blocks.active(slot)) values[slot] = value(blocks.voxel(slot) + index.origin());
     });
     return values;
 }
@@ -138,12 +137,19 @@ std::vector<float> gathered(const VoxelIndex& index, const GridT& grid, const F&
 
 std::vector<float> VoxelIndex::gather(const FloatGrid& grid) const
 {
-    return gathered(*this, grid, [](float v) { return v; });
+    return gathered(*this, [&] {
+        return [tree = grid.getConstAccessor()](const Vec3i& p) {
+            return tree.getValue(openvdb::Coord(p.x(), p.y(), p.z()));
+        };
+    });
 }
 
 std::vector<float> VoxelIndex::gather(const Vec3SGrid& grid, int component) const
 {
-    return gathered(*this, grid, [component](const Vec3f& v) { return v[component]; });
+    return gathered(*this, [&] {
+        const auto mean = std::make_shared<const VoxelMean>(grid, *transform_);
+        return [mean, component](const Vec3i& p) { return (*mean)(p)[component]; };
+    });
 }
 
 namespace {

@@ -34,7 +34,7 @@ public:
 
     /// Values of another grid of the same transform at the active slots, 0 elsewhere.
     std::vector<float> gather(const FloatGrid&) const;
-    /// As above, for one component (0, 1, 2) of a vector grid.
+    /// One component (0, 1, 2) of a vector grid of any affine transform at the active slots (voxel_mean.h).
     std::vector<float> gather(const Vec3SGrid&, int component) const;
 
     /// A vector grid of three fields over the voxels, each times its scale. The three pointers may be equal. The grid

@@ -1,0 +1,25 @@
+#pragma once
+// What a result was computed from: fingerprints of the grids that a stage read, as metadata of the grids it writes.
+#include "vdbcloud/core/fwd.h"
+
+#include <string>
+
+namespace vdbcloud {
+
+/// The grids behind a result of multiple scattering, by grid_digest(). schema::no_grid stands for a grid that was not
+/// there.
+struct Sources {
+    std::string density, colour, emission;
+};
+
+/// The fingerprints of these grids. `colour` (Cd) and `emission` may be null.
+Sources sources_of(const FloatGrid& density, const Vec3SGrid* colour, const Vec3SGrid* emission);
+
+/// Stores all three fingerprints: schema::density_digest, colour_digest, emission_digest.
+void write_sources(MetaMap&, const Sources&);
+
+/// The name of the first grid that is not the one which `result` was computed from: density, Cd or emission. Empty if
+/// there is none. A fingerprint that the metadata lack is not compared: files of other programs have none.
+std::string changed_source(const MetaMap& result, const Sources& now);
+
+}  // namespace vdbcloud
