@@ -116,12 +116,13 @@ test_sources() {
     done | sort
 }
 
-# run_test COPY LOG: runs $test in a copy. The memory limit stops a fault that allocates without end.
+# run_test COPY LOG: runs $test in a copy. The memory limit stops a fault that allocates without end. set -f: a filter such
+# as *Name* is a word for the program, not a pattern of file names, which nullglob would drop.
 run_test() {
     local run=$1/run
     rm -rf "$run"; mkdir -p "$run/tmp"
     # shellcheck disable=SC2086  # a program and its options
-    (ulimit -v $((8 << 20)); cd "$run" && TMPDIR=$run/tmp timeout -k 5 "$limit" "$1/tree/build/bin/"$test > "$2" 2>&1 < /dev/null)
+    (set -f; ulimit -v $((8 << 20)); cd "$run" && TMPDIR=$run/tmp timeout -k 5 "$limit" "$1/tree/build/bin/"$test > "$2" 2>&1 < /dev/null)
 }
 
 # report STATUS SECONDS: a verdict on the current record.
