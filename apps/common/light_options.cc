@@ -90,7 +90,11 @@ Light automatic_sun(const Vec3d& up) { return make_sun(default_sun_direction(up)
 
 std::string described(const Light& light)
 {
-    return light.name + " " + light.kind().preposition + " " + brief(light.place());
+    std::string text = light.name + " " + light.kind().preposition + " " + brief(light.place());
+    for (size_t p = 1; p < light.parameters().size(); ++p)
+        if (const double value = light.parameters()[p][0]; value != 0)
+            text += std::string(" of ") + light.kind().parameters[p].name + " " + brief(value);
+    return text;
 }
 
 }  // namespace vdbcloud::app

@@ -4,20 +4,33 @@
 
 #include "vdbcloud/grid/up_axis.h"
 
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
 namespace vdbcloud::app {
 
 /// A program that reads a density and writes its file again with more grids.
 struct StageOptions {
     std::string input, output;
-    std::string density;  ///< name of the density grid; empty: the usual names
+    std::string density;       ///< name of the density grid; empty: the usual names
+    std::optional<UpAxis> up;  ///< none: the file's
 };
 
-/// input, --output, --density and the shared options of reading and writing. `input`, `output`: their help. Keeps
+/// input, --output, --density, --up and the shared options of reading and writing. `input`, `output`: their help. Keeps
 /// references to `o`.
 void declare_stage(App&, StageOptions& o, const std::string& input, const std::string& output);
 
 /// --density alone, bound to `name`.
 Option declare_density(App&, std::string& name);
+
+/// --up of a program that reads files, bound to `up`; without it the file's.
+Option declare_up(App&, std::optional<UpAxis>& up, const std::string& group);
+
+/// The axis asked for, else that of the file's metadata, else y; and then, if it `matters` to what is computed, a line
+/// says that y was taken. What was asked for or said is kept in the metadata, for later stages.
+UpAxis settled_up(App&, const std::optional<UpAxis>& asked, GridFile&, bool matters);
 
 /// The choices of --up: y and z. E is UpAxis or std::optional<UpAxis>.
 template<typename E = UpAxis>

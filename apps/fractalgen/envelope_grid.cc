@@ -4,6 +4,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/fractal/mask_envelope.h"
 #include "vdbcloud/grid/density.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/grid/select.h"
 
@@ -37,10 +38,12 @@ EnvelopePtr envelope_of(const Options& o, const Domain& domain, const FloatGrid*
     return cumulus_envelope(box, o.cumulus);
 }
 
-FloatGridPtr mask_of(App& app, const Options& o)
+FloatGridPtr mask_of(App& app, const Options& o, MetaMap& metadata)
 {
     if (o.envelope_from.empty()) return nullptr;
     GridFile file = app.read(o.envelope_from);
+    for (const char* key : {schema::up_axis, schema::meters_per_unit})
+        if (const auto said = (*file.metadata)[key]; said && !has_meta(metadata, key)) metadata.insertMeta(key, *said);
     GridBasePtr surface;
     for (const auto& grid : file.grids)
         if (!surface && grid->getGridClass() == openvdb::GRID_LEVEL_SET) surface = grid;

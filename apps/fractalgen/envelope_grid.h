@@ -6,9 +6,10 @@
 
 namespace vdbcloud::app {
 
-/// The grid of --envelope-from: the named one, else a density, else a level set. Null without a file. Throws InputError
-/// for a level set that is not of floats.
-FloatGridPtr mask_of(App&, const Options&);
+/// The grid of --envelope-from: the named one, else a density, else a level set. Null without a file. What the file
+/// says of its space, up axis and metres, goes into `metadata` where that says nothing. Throws InputError for a level
+/// set that is not of floats.
+FloatGridPtr mask_of(App&, const Options&, MetaMap& metadata);
 
 /// Bounds of the mask, enlarged by the distance that noise can add.
 Box bounds_around(const FloatGrid& mask, const Options&);

@@ -60,7 +60,6 @@ void run(app::App& app, app::Options& o)
     o.spectrum.seed = o.cumulus.seed = o.seed;
     o.spectrum.beta = o.beta.value_or(o.mountain ? app::mountain_beta : app::cloud_beta);
     o.spectrum.outer = o.outer.value_or(o.mountain ? app::mountain_outer : app::cloud_outer);
-    o.cumulus.up = o.shape.up = o.relief.up = index_of(o.up);
     if (o.input == "-" && o.envelope_from == "-")
         throw UsageError("the input and --envelope-from are both standard input: name one of them as a file");
 
@@ -69,7 +68,9 @@ void run(app::App& app, app::Options& o)
     GridFile file;
     file.metadata = std::make_shared<MetaMap>();
     if (!o.input.empty()) file = app.read(o.input);
-    const auto mask = mask_of(app, o);
+    const auto mask = mask_of(app, o, *file.metadata);
+    o.up = app::settled_up(app, o.up_asked, file, false);
+    o.cumulus.up = o.shape.up = o.relief.up = index_of(o.up);
     const auto domain = domain_of(o, mask ? bounds_around(*mask, o) : default_bounds(o));
     if (app.dry_run()) return estimate(app, o, domain);
 

@@ -145,7 +145,10 @@ void declare(App& app, Options& o)
     app.add_option("--bounds", o.bounds,
                    "domain x0,y0,z0,x1,y1,z1 [world units]; without it 2 x 1.25 x 2, standing on the origin")
         ->group(space);
-    app.add_choice<UpAxis>("--up", o.up, up_axis_choices(), "axis that points up; z for Blender, y for Houdini")
+    app.add_choice<std::optional<UpAxis>>("--up", o.up_asked, up_axis_choices<std::optional<UpAxis>>(),
+                                          "axis that points up; z for Blender, y for Houdini; without it that of the "
+                                          "input or of --envelope-from, else y")
+        ->default_str("")
         ->group(space);
 
     declare_mountain(app, o);

@@ -23,7 +23,8 @@ struct Options {
     CumulusOptions cumulus;
     ShapeOptions shape;
     std::string size = "256", bounds;
-    UpAxis up = UpAxis::Y;
+    std::optional<UpAxis> up_asked;
+    UpAxis up = UpAxis::Y;  ///< the one asked for, else that of the input or of the envelope's file
     MediumOptions medium;
     bool mountain = false;
     MountainOptions relief;

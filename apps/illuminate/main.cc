@@ -13,7 +13,6 @@
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
-#include "vdbcloud/grid/up_axis.h"
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +29,7 @@ struct Task {
 
 /// The lights of the command line, which replace lights of the same name in the file, then the other lights of the
 /// file. A grid of the file that was computed with another density or extinction is computed again.
-std::vector<Task> tasks_of(app::App& app, const IlluminateOptions& o, const GridFile& file, const FloatGrid& density,
+std::vector<Task> tasks_of(app::App& app, const IlluminateOptions& o, GridFile& file, const FloatGrid& density,
                            const Medium& medium)
 {
     std::vector<Task> tasks;
@@ -46,7 +45,7 @@ std::vector<Task> tasks_of(app::App& app, const IlluminateOptions& o, const Grid
         tasks.push_back({light, holds});
     }
     if (tasks.empty()) {
-        tasks.push_back({app::automatic_sun(vector_of(read_up_axis(*file.metadata).value_or(UpAxis::Y))), false});
+        tasks.push_back({app::automatic_sun(vector_of(app::settled_up(app, o.up, file, true))), false});
         app.say("no light asked for: a " + app::described(tasks[0].light));
     }
     return tasks;
@@ -80,6 +79,7 @@ void illuminate(app::App& app, const IlluminateOptions& o)
     const auto density = density_of(file, o.density, app.warnings());
     app.uses(density->getName());
     const Medium medium = app::chosen_medium(app, o.medium, *density);
+    app::settled_up(app, o.up, file, false);
     const auto tasks = tasks_of(app, o, file, *density, medium);
     check_effects(o, computed(tasks));
     if (app.dry_run()) return estimate(app, o, *density, tasks.size());

@@ -4,7 +4,6 @@
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
-#include "vdbcloud/grid/up_axis.h"
 #include "vdbcloud/light/transmittance_grid.h"
 
 namespace vdbcloud {
@@ -14,9 +13,9 @@ std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, GridFile& 
 {
     auto lights = app::lights_asked(o.lights);
     if (lights.empty()) lights = lights_of(file);
-    const bool sky = o.sky.size() || app::sky_asked(o.sky_shape), glow = bool(find_grid(file, schema::emission));
-    if (lights.empty() && !sky && !glow) {
-        lights.push_back(app::automatic_sun(vector_of(read_up_axis(*file.metadata).value_or(UpAxis::Y))));
+    const bool glow = bool(find_grid(file, schema::emission));
+    if (lights.empty() && !sky_wanted(o) && !glow) {
+        lights.push_back(app::automatic_sun(vector_of(app::settled_up(app, o.up, file, true))));
         app.say("no light asked for: a " + app::described(lights[0]));
     }
     for (const Light& light : lights) {
@@ -29,7 +28,9 @@ std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, GridFile& 
             get_text(*there, schema::density_digest, "") == grid_digest(density))
             continue;
         const auto phase = app.phase(transmittance_name(light));
-        put_grid(file, transmittance_grid(density, medium, light, {}, app.progress(light.name)));
+        TransmittanceOptions accuracy;
+        accuracy.disc_samples = o.scatter.disc_samples;
+        put_grid(file, transmittance_grid(density, medium, light, accuracy, app.progress(light.name)));
     }
     return lights;
 }

@@ -20,7 +20,8 @@
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/select.h"
-#include "vdbcloud/grid/up_axis.h"
+
+#include <algorithm>
 
 using namespace vdbcloud;
 
@@ -42,7 +43,10 @@ void solve(app::App& app, P1solveOptions& o)
     check_delta(o, medium.phase);
     const auto lights = lights_for(app, o, file, *density, medium);
     o.rays_per_voxel.check_effect(!lights.empty(), "--sun or --lamp");
-    const UpAxis up = read_up_axis(*file.metadata).value_or(UpAxis::Y);
+    o.disc_samples.check_effect(
+        std::any_of(lights.begin(), lights.end(), [](const Light& light) { return light.has_extent(); }),
+        "--sun-diameter above 0");
+    const UpAxis up = app::settled_up(app, o.up, file, sky_wanted(o));
     o.scatter.up = vector_of(up);
     o.scatter.sky = chosen_sky(o, lights, o.scatter.up);
     if (app.dry_run()) return estimate(app, o, medium, *density, lights.size());

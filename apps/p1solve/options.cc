@@ -103,6 +103,10 @@ void declare_accuracy(app::App& app, P1solveOptions& o)
                                       "rays of the light lattice along each axis; the error falls as the square")
                            ->check(app::within(1, 8))
                            ->group(accuracy);
+    o.disc_samples =
+        app.add_option("--disc-samples", o.scatter.disc_samples, "directions over the disc of a sun with a diameter")
+            ->check(app::within(1, 1024))
+            ->group(accuracy);
     app.add_option("--reentry-rays", o.scatter.reentry_rays,
                    "rays used to estimate light that leaves one part of the medium and hits another, for --json; 0 "
                    "disables the estimate")
@@ -167,6 +171,8 @@ void declare(app::App& app, P1solveOptions& o)
           "p1solve light.vdb --series 6 --galerkin -o series.vdb && render series.vdb --albedo 0.95 "
           "--resolution 128 -o grey.png"}});
 }
+
+bool sky_wanted(const P1solveOptions& o) { return !o.sky.empty() || app::sky_asked(o.sky_shape); }
 
 Sky chosen_sky(const P1solveOptions& o, const std::vector<Light>& lights, const Vec3d& up)
 {

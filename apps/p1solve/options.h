@@ -18,7 +18,7 @@ struct P1solveOptions : app::StageOptions {
     std::string sky;  ///< "day", a colour, or empty: no sky unless an option of sky_shape is given
     app::SkyOptions sky_shape;
     ScatterOptions scatter;
-    app::Option rays_per_voxel, delta;
+    app::Option rays_per_voxel, delta, disc_samples;
     bool allow_unconverged = false, series_raw = false;
     SeriesOptions series;
 
@@ -26,6 +26,9 @@ struct P1solveOptions : app::StageOptions {
 };
 
 void declare(app::App&, P1solveOptions&);
+
+/// Whether a sky is asked for.
+bool sky_wanted(const P1solveOptions&);
 
 /// The sky that the options describe, over `up`; black without any. The suns set the brightness of a day. Throws
 /// UsageError.

@@ -54,6 +54,9 @@ void render(app::App& app, RenderOptions& o)
     loaded.scene.background = background.sky;
     if (traces_paths(o)) loaded.scene.sky = chosen_sky(o, brightest_sun(loaded.scene.lights), loaded.up, loaded.sky);
     o.integrator.passes.over_background = background.in_exr;
+    if (!traces_paths(o) && app::sky_asked(o.sky) && loaded.sky && !(background.sky == *loaded.sky))
+        app.warnings()(
+            "the picture shows the sky asked for, and another sky lit the medium: for one sky run p1solve with it");
     const CameraView view(chosen_camera(o, loaded, size), size);
     report_picture(app, o, loaded, view);
 

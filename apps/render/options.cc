@@ -47,10 +47,7 @@ void declare_camera(app::App& app, RenderOptions& o)
         ->not_with([&o, perspective] { return perspective() && o.option.camera.given(); }, "--camera")
         ->not_with([&o] { return o.option.ortho_width.given(); }, "--ortho-width")
         ->group(group);
-    app.add_choice<std::optional<UpAxis>>("--up", o.up, app::up_axis_choices<std::optional<UpAxis>>(),
-                                          "axis that points up; without it the file's, else y")
-        ->default_str("")
-        ->group(group);
+    app::declare_up(app, o.up, group);
     app.add_option("--resolution", o.resolution, "size of the picture [pixels], WxH or one number for a square")
         ->group(group);
     app.add_option("--pixel-aspect", o.pixel_aspect, "width of a pixel over its height; 2 for anamorphic film")

@@ -187,13 +187,29 @@ bool glows_by_itself(const Scene& scene, const RenderOptions& o)
                                                 [](const Volume& volume) { return bool(volume.emission); });
 }
 
-/// --up, else the first up axis of an input, else y.
-UpAxis up_of(const RenderOptions& o, const std::vector<GridFile>& files)
+/// The axis asked for, else the one that the files say.
+UpAxis up_of(app::App& app, const RenderOptions& o, std::vector<GridFile>& files)
 {
-    std::optional<UpAxis> up = o.up;
-    for (const GridFile& file : files)
-        if (!up) up = read_up_axis(*file.metadata);
-    return up.value_or(UpAxis::Y);
+    if (o.up) return *o.up;
+    const GridFile* by = nullptr;
+    for (const GridFile& file : files) {
+        const auto says = read_up_axis(*file.metadata);
+        if (!says) continue;
+        if (by && says != read_up_axis(*by->metadata))
+            throw UsageError(file.path + " says that " + up_axis_words.word(*says) + " is up, and " + by->path +
+                             " says another axis: choose with --up");
+        by = &file;
+    }
+    return by ? *read_up_axis(*by->metadata) : app::settled_up(app, {}, files.front(), true);
+}
+
+/// Throws if the sky that lit a file's medium stands over another axis than the picture's.
+void require_same_up(const GridFile& file, const std::optional<Sky>& lit_by, UpAxis up)
+{
+    if (!lit_by || lit_by->uniform() || lit_by->up.unit().dot(vector_of(up)) > 1 - 1e-6) return;
+    throw UsageError(file.path + ": multiple scattering was computed under a sky over the axis " +
+                     app::brief(lit_by->up) + ", and " + up_axis_words.word(up) +
+                     " is up here: run p1solve again with --up, or give --up here");
 }
 
 }  // namespace
@@ -204,16 +220,21 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
     for (const std::string& path : o.inputs) files.push_back(app.read(path));
 
     LoadedScene out;
-    out.up = up_of(o, files);
     for (GridFile& file : files) {
         out.scene.volumes.push_back(volume_of(app, file, o));
         const auto corners = occupied_corners(*out.scene.volumes.back().density);
         if (corners.empty()) app.say(file.path + ": the density is empty and adds nothing to the picture");
         out.corners.insert(out.corners.end(), corners.begin(), corners.end());
-        if (const auto phi = find_grid(file, schema::phi); phi && !out.sky) out.sky = read_sky(*phi);
         const std::string history = get_text(*file.metadata, schema::history, "");
         if (!history.empty()) out.history += (out.history.empty() ? "" : "\n") + history;
     }
+    out.up = up_of(app, o, files);
+    for (const GridFile& file : files)
+        if (const auto phi = find_grid(file, schema::phi)) {
+            const auto lit_by = read_sky(*phi);
+            if (!traces_paths(o)) require_same_up(file, lit_by, out.up);
+            if (!out.sky) out.sky = lit_by;
+        }
 
     out.scene.lights = app::lights_asked(o.lights);
     if (out.scene.lights.empty()) out.scene.lights = inherited_lights(files);

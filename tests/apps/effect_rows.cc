@@ -149,6 +149,7 @@ const std::vector<ToolEffects>& tool_effects()
          "in.vdb --extinction 20 -o out.vdb",
          {
              {"--density nothing", S::Status, "", "", true},
+             {"--up z", S::Metadata, "--up y", "", true},
              {"--extinction 5", S::Values, "", "", true},
              {"--albedo 0.5", S::Metadata, "", "", true},
              {"--g 0.5", S::Metadata, "", "--phase rayleigh"},
@@ -178,6 +179,7 @@ const std::vector<ToolEffects>& tool_effects()
          "in.vdb --extinction 20 --albedo 0.9 --reentry-rays 100 -o out.vdb",
          {
              {"--density nothing", S::Status, "", "", true},
+             {"--up z", S::Metadata, "--up y", "", true},
              {"--extinction 5", S::Values, "", "", true},
              {"--albedo 0.5", S::Values, "", "", true},
              {"--g 0.5", S::Values, "", "--phase rayleigh"},
@@ -222,6 +224,7 @@ const std::vector<ToolEffects>& tool_effects()
              {"--max-iterations 1", S::Status, "", "", true},
              {"--allow-unconverged", S::Status, "--max-iterations 1", "", true},
              {"--rays-per-voxel 1", S::Values, "", "--sky 1"},
+             {"--disc-samples 3", S::Values, "--sun 1,1,0 --sun-diameter 40", "--sun 1,1,0"},
              {"--reentry-rays 0", S::Report, "", "", true},
              {"--keep none", S::Elsewhere, "Grids.KeepSelectsTheUnusedGridsOfTheInput", "", true},
          }},

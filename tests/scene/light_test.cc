@@ -189,6 +189,32 @@ TEST(Light, RoundTripsThroughMetadata)
     }
 }
 
+TEST(Light, PointsOfADiscShareItsStrengthAndHaveNoExtent)
+{
+    const Light disc = make_sun(Vec3d(0, 3, 4), Vec3d(1, 2, 3), 20);
+    EXPECT_TRUE(disc.has_extent());
+    const auto points = points_of({disc, lamp()}, 8);
+    ASSERT_EQ(points.size(), 9u);
+    Vec3d strength(0.0), centre(0.0);
+    for (size_t k = 0; k < 8; ++k) {
+        strength += points[k].strength();
+        centre += *points[k]->common_direction() / 8.0;
+        EXPECT_FALSE(points[k].has_extent());
+        // Within the disc, whose edge is 10 degrees from its centre.
+        EXPECT_GT(points[k]->common_direction()->dot(disc.place()), std::cos(10 * M_PI / 180));
+    }
+    EXPECT_LT((strength - Vec3d(1, 2, 3)).length(), 1e-14);
+    EXPECT_GT((*points[0]->common_direction() - *points[7]->common_direction()).length(), 0.1);
+    EXPECT_LT((centre.unit() - disc.place()).length(), 0.05);
+    EXPECT_EQ(points[8].strength(), lamp().strength());
+}
+
+TEST(Light, ATextNamesWhatALightIsBesideItsStrength)
+{
+    EXPECT_EQ(lights_text({make_sun(Vec3d(0, 1, 0))}), "sun towards 0,1,0 of 1,1,1");
+    EXPECT_EQ(lights_text({make_sun(Vec3d(0, 1, 0), Vec3d(1, 2, 3), 5)}), "sun towards 0,1,0 of 1,2,3 diameter 5");
+}
+
 TEST(Light, WritesTheKeysThatFilesHold)
 {
     const auto of_sun = grid_with(sun()), of_lamp = grid_with(lamp());

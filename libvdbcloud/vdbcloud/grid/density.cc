@@ -4,6 +4,7 @@
 #include "vdbcloud/core/tiles.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/select.h"
 
@@ -60,6 +61,22 @@ GridBasePtr pick(const GridFile& file, const std::string& asked)
     return grid;
 }
 
+/// What an earlier stage was told to take for the density; empty if nothing, or if there is no such grid.
+std::string earlier_choice(const GridFile& file, const Warn& to)
+{
+    const std::string choice = file.metadata ? get_text(*file.metadata, schema::density_choice, "") : "";
+    if (choice.empty()) return choice;
+    const auto labels = grid_labels(file);
+    const auto named = [&](const GridBasePtr& grid) { return grid && grid->getName() == choice; };
+    if (std::count(labels.begin(), labels.end(), choice) == 1 ||
+        std::count_if(file.grids.begin(), file.grids.end(), named) == 1)
+        return choice;
+    warn(to, printable(file.path, 4096) + ": an earlier stage took grid '" + printable(choice) +
+                 "' for the density, and it is not there: expected it among " + grid_list(file) +
+                 "; chosen by name instead");
+    return {};
+}
+
 /// Counts values below 0 of all voxels and tiles (active and inactive) and of the background, because trilinear
 /// interpolation uses all of them. Throws InputError at the first value that is not finite.
 uint64_t negatives(const FloatGrid& grid, const std::string& what)
@@ -111,7 +128,9 @@ void clamp(FloatGrid& grid)
 
 FloatGridPtr density_of(GridFile& file, const std::string& asked, const Warn& to)
 {
-    const GridBasePtr base = pick(file, asked);
+    const std::string choice = asked.empty() ? earlier_choice(file, to) : asked;
+    const GridBasePtr base = pick(file, choice);
+    if (!asked.empty() && file.metadata) set_text(*file.metadata, schema::density_choice, asked);
     auto grid = openvdb::gridPtrCast<FloatGrid>(base);
     if (!grid) grid = std::make_shared<FloatGrid>(static_cast<const openvdb::DoubleGrid&>(*base));
     const std::string what = called(file, *base);

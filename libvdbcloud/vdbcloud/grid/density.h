@@ -9,8 +9,10 @@ namespace vdbcloud {
 
 /// The density grid of a file, as floats.
 ///
-/// `asked` is the user's choice (NAME or NAME[k]). If `asked` is empty, aliased_grid() selects the density.
-/// Without an alias, the density is the only fog volume: a float or double grid of class fog, else of class unknown.
+/// `asked` is the user's choice (NAME or NAME[k]); the file's metadata keep it (schema::density_choice). If `asked` is
+/// empty, the choice that the metadata hold counts, and a warning says so if there is no such grid; else
+/// aliased_grid(). Without an alias, the density is the only fog volume: a float or double grid of class fog, else of
+/// class unknown.
 ///
 /// Double and half grids are converted to float. Negative values become 0, with one warning that counts them. Active
 /// tiles stay tiles. The returned grid is a copy only if values or type had to change; the copy then replaces the

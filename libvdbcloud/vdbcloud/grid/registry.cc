@@ -104,6 +104,7 @@ const std::vector<MetaKey>& meta_keys()
         {format, "double", "file"},
         {up_axis, "string", "file"},
         {meters_per_unit, "double", "file"},
+        {density_choice, "string", "file"},
         {sim_parameters, "string", "file"},
         {sim_pressure, "string", "file"},
         {sim_time, "double", "file"},

@@ -38,6 +38,7 @@ inline constexpr const char* creator = "creator";                  // "TOOL VERS
 inline constexpr const char* history = "history";                  // one command per line, oldest first
 inline constexpr const char* up_axis = "up_axis";                  // "Y" or "Z"
 inline constexpr const char* meters_per_unit = "meters_per_unit";  // double
+inline constexpr const char* density_choice = "vdbcloud:density";  // --density of an earlier stage: NAME or NAME[k]
 
 // Metadata of the density grid: the coefficients of the medium.
 inline constexpr const char* sigma_t_per_density = "vdbcloud:sigma_t_per_density";  // vec3d [1/world unit]

@@ -15,6 +15,7 @@ namespace vdbcloud {
 namespace {
 
 constexpr size_t maps_before_lights = 7;
+constexpr int disc_points = 16;  // of a light with an angular diameter
 
 float depth_of(float transmittance)
 {
@@ -88,6 +89,7 @@ bool extinction_is_grey(const Volume& volume)
 PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& options)
     : lights(scene.lights), shadow_rays(options.shadow_rays)
 {
+    for (const Light& light : lights) points.push_back(light.points(disc_points));
     for (const auto& volume : scene.volumes) {
         auto& prepared = volumes.emplace_back(BrickMap(*volume.density));
         prepared.sigma_t = volume.medium.sigma_t_per_density;
@@ -181,12 +183,11 @@ double RayMedia::density(size_t volume, double t) const
 
 Vec3d RayMedia::light_depth(size_t light, double t) const
 {
+    if (scene_.shadow_rays) return shadow_depth(light, t);
     Vec3d sum(0);
     for (size_t n = 0; n < scene_.volumes.size(); ++n) {
         const auto& v = scene_.volumes[n];
-        if (scene_.shadow_rays) {
-            sum += extinction(n, v.albedo) * depth_to_light(v.density, *scene_.lights[light], ray_.at(t));
-        } else if (light < v.light_depth.size()) {
+        if (light < v.light_depth.size()) {
             const auto& map = *v.light_depth[light];
             const Vec3d p = ray_of(n, maps_before_lights + light).at(t);
             if (map.channels() == 1)
@@ -196,6 +197,26 @@ Vec3d RayMedia::light_depth(size_t light, double t) const
         }
     }
     return sum;
+}
+
+Vec3d RayMedia::shadow_depth(size_t light, double t) const
+{
+    const auto& points = scene_.points[light];
+    std::vector<Vec3d> depth(points.size(), Vec3d(0));
+    for (size_t k = 0; k < points.size(); ++k)
+        for (size_t n = 0; n < scene_.volumes.size(); ++n) {
+            const auto& v = scene_.volumes[n];
+            depth[k] += extinction(n, v.albedo) * depth_to_light(v.density, *points[k], ray_.at(t));
+        }
+    if (depth.size() == 1) return depth[0];
+    Vec3d mean;  // -log of the mean of exp(-depth), by differences from the least depth, so that nothing underflows
+    for (int c = 0; c < 3; ++c) {
+        double least = depth[0][c], sum = 0;
+        for (const Vec3d& d : depth) least = std::min(least, d[c]);
+        for (const Vec3d& d : depth) sum += std::exp(least - d[c]);
+        mean[c] = least - std::log(sum / double(depth.size()));
+    }
+    return mean;
 }
 
 Vec3d RayMedia::albedo(size_t volume, double t) const
@@ -249,7 +270,10 @@ double RayMedia::cosine(const Light& light, double t) const
 Vec3d RayMedia::arriving(size_t light, size_t volume, double t0, double t1) const
 {
     const Light& from = scene_.lights[light];
-    const double p = scene_.volumes[volume].phase(std::clamp(cosine(from, (t0 + t1) / 2), -1.0, 1.0));
+    const auto& points = scene_.points[light];
+    double p = 0;
+    for (const Light& point : points)
+        p += scene_.volumes[volume].phase(std::clamp(cosine(point, (t0 + t1) / 2), -1.0, 1.0)) / double(points.size());
     return p * from.strength() * from->mean_irradiance(ray_, t0, t1);
 }
 

@@ -40,9 +40,10 @@ struct PreparedScene {
 
     std::deque<PreparedVolume> volumes;
     std::vector<Light> lights;
-    bool grey = true;          ///< all channels share one extinction: one exponential suffices
-    bool scaled = false;       ///< at least one volume is rendered delta-scaled
-    bool shadow_rays = false;  ///< depth towards lights by shadow rays, not from grids
+    std::vector<std::vector<Light>> points;  ///< of each light: lights without extent whose sum is the light
+    bool grey = true;                        ///< all channels share one extinction: one exponential suffices
+    bool scaled = false;                     ///< at least one volume is rendered delta-scaled
+    bool shadow_rays = false;                ///< depth towards lights by shadow rays, not from grids
 };
 
 /// The scene along one ray. Holds an index-space ray per grid: keep one object per thread and call set() for each ray.
@@ -67,8 +68,8 @@ public:
     Vec3d collided(size_t volume, double t) const;
     /// Extinction per density of the medium (scaled where delta scaling applies) at the given albedo.
     Vec3d extinction(size_t volume, const Vec3d& albedo) const;
-    /// Mean over [t0, t1] of a light's irradiance times the phase function of one volume. The inverse square of a point
-    /// light is integrated in closed form.
+    /// Mean over [t0, t1] of a light's irradiance times the phase function of one volume, its mean over the disc. The
+    /// inverse square of a point light is integrated in closed form.
     Vec3d arriving(size_t light, size_t volume, double t0, double t1) const;
     /// Factor of single scattering at t that accounts for repeated scattering by the forward peak (forward_peak.h).
     /// y: scaled optical depth from the light to the point at t and on to the eye.
@@ -77,6 +78,8 @@ public:
 private:
     const IndexRay& ray_of(size_t volume, size_t map) const { return rays_[first_[volume] + map]; }
     double cosine(const Light&, double t) const;
+    /// As light_depth(), by rays to each point of the light, the mean of their transmittances.
+    Vec3d shadow_depth(size_t light, double t) const;
 
     const PreparedScene& scene_;
     WorldRay ray_;

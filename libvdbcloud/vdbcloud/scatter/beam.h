@@ -23,9 +23,9 @@ struct BeamDepths {
     std::vector<std::array<float, 6>> exposed;  ///< at the exposed faces of exposed_voxels(), by Blocks::Face
 };
 
-/// Depths by the light lattice (sweep/) for a light of one direction, by one ray per face for any other light. A disc
-/// is represented by its centre. `density` is the trilinear medium, `index` its voxels. Threads: parallel; values do
-/// not depend on the number of threads.
+/// Depths by the light lattice (sweep/) for a light of one direction, by one ray per face for any other light. Of a
+/// light with a disc: from its centre (points_of() takes it apart). `density` is the trilinear medium, `index` its
+/// voxels. Threads: parallel; values do not depend on the number of threads.
 BeamDepths beam_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed, const BrickMap& density,
                        const Light& light, int rays_per_voxel = 2, const Progress& progress = {});
 

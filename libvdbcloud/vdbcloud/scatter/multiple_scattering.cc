@@ -52,8 +52,9 @@ class Scattering {
 public:
     Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission, const Medium& medium,
                const std::vector<Light>& lights, const ScatterOptions& options, ScatterReport& report)
-        : grid_(density), sources_(sources_of(density, tint, emission)), medium_(medium), lights_(lights), o_(options),
-          report_(report), index_(density, {options.periodic}), density_(index_.gather(density)),
+        : grid_(density), sources_(sources_of(density, tint, emission)), medium_(medium), lights_(lights),
+          beams_(points_of(lights, options.disc_samples)), o_(options), report_(report),
+          index_(density, {options.periodic}), density_(index_.gather(density)),
           exposed_(exposed_voxels(index_, density_))
     {
         for (int c = 0; c < 3; ++c) {
@@ -140,7 +141,7 @@ private:
                    const Progress& progress,
                    const std::function<void(const Light&, const BeamDepths&, double)>& note = {})
     {
-        if (lights_.empty()) return;
+        if (beams_.empty()) return;
         const double sigma_t = p1.medium().sigma_t_per_density;
         const double extinction = p1.uniform_albedo() ? sigma_t * p1.scaling(0).extinction : sigma_t;
         std::vector<float> scaled;
@@ -152,10 +153,10 @@ private:
         const std::vector<float>& values = scaled.empty() ? density_ : scaled;
         std::optional<BrickMap> bricks;
         if (!periodic_) bricks.emplace(bricks_of(p1));
-        for (size_t l = 0; l < lights_.size(); ++l) {
-            const Light& light = lights_[l];
+        for (size_t l = 0; l < beams_.size(); ++l) {
+            const Light& light = beams_[l];
             const Progress part =
-                progress ? Progress([&](double f) { return progress((double(l) + f) / double(lights_.size())); })
+                progress ? Progress([&](double f) { return progress((double(l) + f) / double(beams_.size())); })
                          : Progress();
             const BeamDepths depths = periodic_
                                           ? periodic_beam_depths(index_, exposed_, values, light)
@@ -381,6 +382,7 @@ private:
     const Sources sources_;
     const Medium& medium_;
     const std::vector<Light>& lights_;
+    const std::vector<Light> beams_;  // without extent, their sum is that of lights_
     const ScatterOptions& o_;
     ScatterReport& report_;
     VoxelIndex index_;

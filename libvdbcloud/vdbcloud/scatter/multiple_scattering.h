@@ -20,6 +20,7 @@ struct ScatterOptions {
     Sky sky;            ///< around the medium; black: no sky
     std::array<bool, 3> periodic{false, false, false};
     int rays_per_voxel = 2;  ///< of the light lattice
+    int disc_samples = 16;   ///< directions over the disc of a light with an angular diameter
     P1Solver solver = P1Solver::Multigrid;
     double relaxation = 1.9;  ///< factor of successive over-relaxation
     SolveOptions solve;

@@ -79,7 +79,7 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
     }
     const bool periodic = index.blocks().period() != Vec3i(0, 0, 0);
     const BrickMap bricks(density);
-    for (const Light& light : lights)
+    for (const Light& light : points_of(lights, scatter.disc_samples))
         sources.beams.emplace_back(periodic ? periodic_beam_depths(index, exposed, values, light)
                                             : beam_depths(index, exposed, bricks, light, scatter.rays_per_voxel),
                                    light.strength()[c0]);

@@ -91,6 +91,25 @@ std::vector<std::shared_ptr<const LightModel>> Light::parts(int count) const
     return parts;
 }
 
+std::vector<Light> Light::points(int count) const
+{
+    const auto models = parts(count);
+    std::vector<Light> points(models.size(), *this);
+    for (size_t k = 0; k < models.size(); ++k) {
+        points[k].model_ = models[k];
+        points[k].parameters_[0] /= double(models.size());
+    }
+    return points;
+}
+
+std::vector<Light> points_of(const std::vector<Light>& lights, int count)
+{
+    std::vector<Light> all;
+    for (const Light& light : lights)
+        for (const Light& point : light.points(count)) all.push_back(point);
+    return all;
+}
+
 bool same_place(const Light& a, const Light& b)
 {
     constexpr double tolerance = 1e-9;
@@ -110,6 +129,9 @@ std::string lights_text(const std::vector<Light>& lights)
         if (text.tellp() > 0) text << "; ";
         text << light.name << ' ' << light.kind().preposition << ' ' << at[0] << ',' << at[1] << ',' << at[2] << " of "
              << strength[0] << ',' << strength[1] << ',' << strength[2];
+        for (size_t p = 1; p < light.parameters().size(); ++p)
+            if (const double value = light.parameters()[p][0]; value != 0)
+                text << ' ' << light.kind().parameters[p].name << ' ' << value;
     }
     return text.str();
 }

@@ -118,6 +118,10 @@ public:
     /// LightModel::parts(), and the light itself where it has none.
     std::vector<std::shared_ptr<const LightModel>> parts(int count) const;
 
+    /// Lights without extent whose sum is this one: parts(count), each with its share of the strength.
+    std::vector<Light> points(int count) const;
+    bool has_extent() const { return parts(2).size() > 1; }
+
     const LightModel* operator->() const { return model_.get(); }
     const LightModel& operator*() const { return *model_; }
 
@@ -127,6 +131,9 @@ private:
     std::vector<Vec3d> parameters_;
     std::shared_ptr<const LightModel> model_;
 };
+
+/// Light::points() of all lights.
+std::vector<Light> points_of(const std::vector<Light>&, int count);
 
 /// A light at infinity. `to_light`: towards it, any length but 0. `irradiance`: across its beam, per channel.
 /// `angular_diameter` [degrees]: of its disc, whose centre is to_light; 0: a point.
@@ -139,7 +146,8 @@ Light make_lamp(const Vec3d& position, const Vec3d& intensity = Vec3d(1, 1, 1), 
 /// True if two lights have the same field up to strength, to rounding: a transmittance grid of one serves the other.
 bool same_place(const Light&, const Light&);
 
-/// "sun towards 0,1,0 of 1,1,1; lamp at 1,2,3 of 4,4,4", with 12 digits: which lights a solution belongs to.
+/// "sun towards 0,1,0 of 1,1,1 diameter 5; lamp at 1,2,3 of 4,4,4", with 12 digits: which lights a solution belongs to.
+/// Parameters beside the strength are named where they are not 0.
 std::string lights_text(const std::vector<Light>&);
 
 /// Per channel the largest irradiance among lights at infinity; 0 without any.

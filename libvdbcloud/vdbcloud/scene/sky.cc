@@ -73,6 +73,11 @@ Vec3d Sky::mean_radiance() const
     return 0.5 * ((1 - share) * (zenith + ground) + 2 * share * horizon);
 }
 
+bool operator==(const Sky& a, const Sky& b)
+{
+    return a.zenith == b.zenith && a.horizon == b.horizon && a.ground == b.ground && a.haze == b.haze && a.up == b.up;
+}
+
 void check(const Sky& sky)
 {
     for (const auto& [name, colour] :

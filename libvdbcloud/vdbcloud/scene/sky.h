@@ -35,12 +35,17 @@ struct Sky {
     /// error below 1e-5, none for a constant sky.
     Vec3d mean_inflow(const Vec3d& normal) const;
 
+    /// The same in all directions: `up` and `haze` do not matter.
+    bool uniform() const { return zenith == horizon && horizon == ground; }
     bool dark() const { return zenith == Vec3d(0.0) && horizon == Vec3d(0.0) && ground == Vec3d(0.0); }
 
     /// The mean of L over the sphere, in closed form. A uniform sky of it sends a ball the same power;
     /// other bodies need mean_inflow() for each face.
     Vec3d mean_radiance() const;
 };
+
+/// True for the same parameters.
+bool operator==(const Sky&, const Sky&);
 
 /// Throws InputError unless every radiance is finite and 0 or above, haze finite and 0 or above, up of some
 /// length.
