@@ -20,7 +20,7 @@ double wall_and_slab(const Vec3i& p)
 
 ScatterFields solved(const std::vector<Light>& lights, int iterations, int disc_samples = 16)
 {
-    const auto grid = test::field(Vec3i(16, 16, 8), Vec3d(0.2), wall_and_slab);
+    const auto grid = test::voxel_field(Vec3i(16, 16, 8), Vec3d(0.2), wall_and_slab);
     Medium medium;
     medium.sigma_t_per_density = Vec3d(2);
     medium.albedo = Vec3d(0.9);
