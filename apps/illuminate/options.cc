@@ -53,8 +53,7 @@ void check_effects(const IlluminateOptions& o, const std::vector<Light>& compute
     const auto any = [&](auto holds) { return std::any_of(computed.begin(), computed.end(), holds); };
     const bool sun = any([](const Light& light) { return light.kind().at_infinity; });
     for (const app::Option& option : o.of_suns) option.check_effect(sun, "--sun");
-    o.disc_samples.check_effect(any([](const Light& light) { return light.has_extent(); }),
-                                "--sun-diameter above 0");
+    o.disc_samples.check_effect(any([](const Light& light) { return light.has_extent(); }), "--sun-diameter above 0");
 }
 
 }  // namespace vdbcloud
