@@ -199,6 +199,56 @@ TEST(Beam, LampInsideABallDepositsAllButTheTransmittedPower)
     EXPECT_NEAR(source.first_scatter, 0.9 * source.deposited, 1e-6);
 }
 
+struct LampGrid {
+    const char* name;
+    double h;
+    Vec3d axis[3];
+};
+
+class LampOnAFace : public testing::TestWithParam<LampGrid> {};
+
+/// Whole numbers are voxel centres, halves lie on faces. On the first grid all numbers are exact; on the second
+/// rounding puts a face to either side of the lamp.
+TEST_P(LampOnAFace, EdgeOrCornerShinesOnce)
+{
+    const auto& [name, h, axes] = GetParam();
+    const double sigma = 0.3 / h;
+    const Body body(test::voxel_field(Vec3i(12), h * axes[0], h * axes[1], h * axes[2],
+                                      [](const Vec3i& p) { return 1 + 0.05 * p.x(); }));
+    const P1Operator p1 = body.p1(sigma, 0.9, 0);
+    const auto lit = [&, h = h, &axes = axes](const Vec3d& at) {
+        P1Source source(p1);
+        const Vec3d place = h * (at[0] * axes[0] + at[1] * axes[1] + at[2] * axes[2]);
+        add_beam(p1, beam_depths(body.index, body.exposed, body.bricks, make_lamp(place)), sigma, {{&source, 1.0}});
+        EXPECT_NEAR(source.beam_in, 4 * M_PI, 1e-9) << at;
+        EXPECT_NEAR(source.first_scatter / (0.9 * source.deposited), 1, 1e-6) << at;
+        return source;
+    };
+    // What the eight voxels around the lamp take, whichever of them it shines in.
+    const auto around = [&](const P1Source& source) {
+        double sum = 0;
+        for (int x = 5; x < 7; ++x)
+            for (int y = 5; y < 7; ++y)
+                for (int z = 5; z < 7; ++z) sum += source.rhs[body.slot(x, y, z)];
+        return sum;
+    };
+    for (const Vec3d& at : {Vec3d(5.5, 6, 6), Vec3d(6, 5.5, 5.5), Vec3d(5.5, 5.5, 5.5), Vec3d(6, 6, 5.5),
+                            Vec3d(5.5 - 1e-15, 6, 5.5), Vec3d(5.5 + 1e-15, 6, 6)}) {
+        const P1Source on = lit(at), below = lit(at - Vec3d(2e-3)), above = lit(at + Vec3d(2e-3));
+        for (const P1Source* beside : {&below, &above}) {
+            // 2e-3 voxels further on, in a medium of 0.3 mean free paths a voxel.
+            EXPECT_NEAR(on.deposited / beside->deposited, 1, 1e-3) << at;
+            EXPECT_NEAR(around(on) / around(*beside), 1, 4e-3) << at;
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Grid, LampOnAFace,
+    testing::Values(LampGrid{"Exact", 0.125, {Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)}},
+                    LampGrid{"Rounded", 0.1, {Vec3d(0.6, 0.8, 0), Vec3d(-0.8, 0.6, 0), Vec3d(0, 0, 1)}}),
+    [](const auto& info) { return std::string(info.param.name); });
+
 TEST(Beam, LinesThroughAGaussianMatchTheExponentialIntegral)
 {
     // tau(b) = tau0 exp(-b^2 / 2 a^2), so that the loss is 2 pi a^2 Ein(tau0). Trilinear interpolation adds h^2 / 6 to

@@ -18,7 +18,7 @@ namespace vdbcloud {
 struct BeamDepths {
     explicit BeamDepths(const Light& of) : light(of) {}
 
-    Light light;
+    Light light;  ///< a lamp on a plane of voxel faces stands beside the plane (beam_depths.cc)
     std::array<std::vector<float>, 3> lower;    ///< at the lower face of every active slot, by axis
     std::vector<std::array<float, 6>> exposed;  ///< at the exposed faces of exposed_voxels(), by Blocks::Face
 };

@@ -186,15 +186,40 @@ void depths_by_rays(const VoxelIndex& index, const std::vector<ExposedVoxel>& ex
 
 }  // namespace
 
+namespace {
+
+/// A lamp this near a plane of voxel faces is moved to this distance from the plane [voxels]. On the plane itself the
+/// power through a face is both halves of a jump, and rounding would choose the voxel that the lamp shines in.
+constexpr double clearance = 1e-3;
+
+/// The light, clear of the planes of voxel faces: the power that it loses errs by `clearance`, to first order.
+Light clear_of_faces(const Light& light, const VoxelIndex& index)
+{
+    const auto source = light->source();
+    if (!source) return light;
+    Vec3d place = source->position;
+    const Vec3d from_origin = source->position - index.world(Vec3d(0, 0, 0));
+    bool moved = false;
+    for (int a = 0; a < 3; ++a) {
+        const double h = index.spacing()[a], p = from_origin.dot(index.axis(a)) / h + 0.5, beyond = p - std::round(p);
+        if (std::abs(beyond) >= clearance) continue;
+        place += (std::copysign(clearance, beyond) - beyond) * h * index.axis(a);
+        moved = true;
+    }
+    return moved ? Light(light.kind(), light.name, place, light.parameters()) : light;
+}
+
+}  // namespace
+
 BeamDepths beam_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed, const BrickMap& density,
                        const Light& light, int rays_per_voxel, const Progress& progress)
 {
-    BeamDepths depths(light);
+    BeamDepths depths(clear_of_faces(light, index));
     depths.exposed.resize(exposed.size());
     if (const auto to_light = light->common_direction())
         depths_by_lattice(index, exposed, density, *to_light, rays_per_voxel, progress, depths);
     else
-        depths_by_rays(index, exposed, density, *light, depths);
+        depths_by_rays(index, exposed, density, *depths.light, depths);
     return depths;
 }
 
