@@ -8,10 +8,10 @@
 
 namespace vdbcloud {
 
-/// Adds the grids of the series to the file and its figures to the report. Replaces the direct solution in `fields` by
-/// the series at the medium's albedo. Throws ConvergenceError if the plain series diverges, InputError if a Cd grid
-/// gives each voxel its own albedo.
+/// Adds the grids of the series to the file and its figures to the report: among them the error of the picture that the
+/// series gives at the medium's albedo, against `fields`, the direct solution, which stays the file's. Throws
+/// ConvergenceError if the plain series diverges, InputError if a Cd grid gives each voxel its own albedo.
 void add_series(app::App&, P1solveOptions&, GridFile&, const FloatGrid& density, const Vec3SGrid* emission,
-                const Medium&, const std::vector<Light>&, ScatterFields& fields);
+                const Medium&, const std::vector<Light>&, const ScatterFields& fields);
 
 }  // namespace vdbcloud

@@ -210,7 +210,7 @@ const std::vector<ToolEffects>& tool_effects()
              {"--limiter levermore-pomraning", S::Values, "", "--iterations 2"},
              {"--relaxation 1.2", S::Values, "--solver relaxation --tolerance 0.3", ""},
              {"--series 2", S::Values, "--albedo 0.999", "--limiter levermore-pomraning"},
-             {"--galerkin", S::Values, "--albedo 0.999 --series 2", ""},
+             {"--galerkin", S::Metadata, "--albedo 0.999 --series 2", ""},
              {"--least-albedo 0.5", S::Metadata, "--albedo 0.999 --series 2 --galerkin", ""},
              {"--series-raw", S::Values, "--albedo 0.999 --series 2", ""},
              {"--iterations 2", S::Values, "", "--solver relaxation"},

@@ -7,6 +7,7 @@
 #include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/light/transmittance_grid.h"
 #include "vdbcloud/scatter/series_grids.h"
 
 #include <gtest/gtest.h>
@@ -169,6 +170,55 @@ TEST_F(P1Solve, SeriesInTheFileRelightsADeepSlab)
         EXPECT_GT(norm, 0);
         EXPECT_LT(std::sqrt(error / norm), 1e-5) << g;
     }
+}
+
+/// The error told is that of the light scattered to the eye: here its mean over many views, one by one.
+TEST_F(P1Solve, TheErrorOfASeriesIsThatOfThePicture)
+{
+    const auto blob = density("blob.vdb", Vec3i(16, 16, 16), 1.0 / 16,
+                              [](const Vec3i& p) { return (Vec3d(p.x(), p.y(), p.z()) - Vec3d(7.5)).length() < 7; });
+    const Words medium{"--extinction", "8", "--g", "0.85", "--albedo", "0.99", "--sun", "0.3,1,0.2"};
+    Words with = medium;
+    with.insert(with.end(), {"--series", "4", "--galerkin"});
+    const auto told = solve(blob, with)["series"];
+    const std::string warning = result.err;
+    const GridFile series = read_grid_file(scratch / "out.vdb");
+    solve(blob, medium);
+    const GridFile direct = read_grid_file(scratch / "out.vdb");
+    const auto vectors = [](const GridFile& file, const std::string& name) {
+        return openvdb::gridPtrCast<Vec3SGrid>(find_grid(file, name));
+    };
+    for (const char* name : {"phi", "flux_r"})
+        for (auto v = vectors(direct, name)->cbeginValueOn(); v; ++v)
+            ASSERT_EQ(vectors(series, name)->tree().getValue(v.getCoord()), *v)
+                << "the direct solution stays in the file";
+
+    Medium at;
+    at.sigma_t_per_density = Vec3d(8);
+    at.albedo = Vec3d(0.99);
+    at.phase = PhaseFunction::henyey_greenstein(0.85);
+    const Light sun = make_sun(Vec3d(0.3, 1, 0.2));
+    Medium scaled = at;  // delta-Eddington: f = g^2
+    scaled.sigma_t_per_density *= 1 - 0.85 * 0.85 * 0.99;
+    const auto grid = openvdb::gridPtrCast<FloatGrid>(find_grid(series, "density"));
+    const ScatterFields relit = relight(series, at, {sun}, {transmittance_grid(*grid, scaled, sun, {})});
+    const double m1 = 0.85 / (1 + 0.85);
+    const auto towards = [&](const Vec3SGrid& phi, const Vec3SGrid& flux, const openvdb::Coord& p, const Vec3d& s) {
+        return double(phi.tree().getValue(p)[0]) + 3 * m1 * s.dot(Vec3d(flux.tree().getValue(p)));
+    };
+    double error = 0, norm = 0;
+    for (int k = 0; k < 64; ++k) {  // a spiral over the sphere
+        const double z = 1 - (2 * k + 1) / 64.0, r = std::sqrt(1 - z * z);
+        const Vec3d s(r * std::cos(2.4 * k), r * std::sin(2.4 * k), z);
+        for (auto v = vectors(direct, "phi")->cbeginValueOn(); v; ++v) {
+            const double exact = towards(*vectors(direct, "phi"), *vectors(direct, "flux_r"), v.getCoord(), s);
+            error += std::pow(towards(*relit.phi, *relit.flux[0], v.getCoord(), s) - exact, 2);
+            norm += exact * exact;
+        }
+    }
+    EXPECT_NEAR(std::sqrt(error / norm) / double(told["error_against_direct_solve"]), 1, 0.01) << "64 views";
+    EXPECT_GT(double(told["error_against_direct_solve"]), 2 * double(told["phi_error_against_direct_solve"]));
+    EXPECT_NE(warning.find("made from the series at albedo 0.99 errs by"), std::string::npos) << warning;
 }
 
 TEST_F(P1Solve, PartialSumsOutsideTheRadiusAreStatusThree)
