@@ -110,7 +110,8 @@ void report_estimate(app::App& app, const RenderOptions& o, const LoadedScene& l
 {
     const PixelWindow w = film.window();
     const double pixels = double(w.width()) * w.height();
-    double bytes = pixels * film.channels() * sizeof(float), cells = 0;
+    const double kept = traces_paths(o) ? 8.0 * (film.channels() + 7) : 0;  // sums and spreads, in double
+    double bytes = pixels * (film.channels() * sizeof(float) + kept), cells = 0;
     for (const Volume& volume : loaded.scene.volumes) {
         bytes += 4.0 * double(volume.density->memUsage());  // density and transmittance, each as grid and as bricks
         const auto box = volume.density->evalActiveVoxelBoundingBox();

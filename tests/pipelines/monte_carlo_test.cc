@@ -1,8 +1,8 @@
 // P1 and its closure by sweeps, as pictures, against path tracing of a heterogeneous cloud with true voids.
 #include "pipelines/pictures.h"
 #include "support/monte_carlo.h"
+#include "support/puffs.h"
 #include "support/size.h"
-#include "support/voxel_field.h"
 #include "vdbcloud/core/random.h"
 #include "vdbcloud/render/media.h"
 #include "vdbcloud/scatter/multiple_scattering.h"
@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -21,45 +22,16 @@ namespace {
 
 using namespace test;
 
-constexpr int voxels = 48, puffs = 14;
-
-/// Gaussian puffs cut off at a threshold, in a cube of edge 1.
-double density_at(const Vec3d& x)
-{
-    double sum = 0;
-    for (uint64_t k = 0; k < puffs; ++k) {
-        const Vec3d centre(0.25 + 0.5 * uniform(hash_bits(1, k)), 0.25 + 0.5 * uniform(hash_bits(2, k)),
-                           0.25 + 0.5 * uniform(hash_bits(3, k)));
-        const double d = (x - centre).length() / (0.05 + 0.07 * uniform(hash_bits(4, k)));
-        sum += std::exp(-d * d);
-    }
-    return sum > 0.15 ? sum - 0.1 : 0.0;
-}
-
 struct Rung {
     int iterations, directions, degree;
 };
 
 class MonteCarlo : public testing::Test {
 protected:
-    MonteCarlo()
-        : grid(test::voxel_field(
-              Vec3i(voxels), Vec3d(1.0 / voxels),
-              [](const Vec3i& p) { return density_at((Vec3d(p.x(), p.y(), p.z()) + Vec3d(0.5)) / voxels); })),
-          bricks(*grid)
+    MonteCarlo() : grid(cloud_of_puffs()), bricks(*grid), sigma_t(extinction_of_puffs(*grid, 15))
     {
-        double tau = 0;
-        for (int i = 0; i < voxels; ++i)
-            for (int k = 0; k < voxels; ++k) {
-                double column = 0;
-                for (int j = 0; j < voxels; ++j) {
-                    const double rho = bricks.sample(Vec3d(i, j, k));
-                    column += rho / voxels;
-                    densest = std::max(densest, rho);
-                }
-                tau = std::max(tau, column);
-            }
-        sigma_t = 15 / tau;  // the thickest vertical optical depth is 15
+        for (const Vec3i& b : bricks.bricks())
+            densest = std::max(densest, double(*std::max_element(bricks.find(b), bricks.find(b) + 729)));
     }
 
     Picture traced(const View& view, double w0, double g, int samples, uint64_t seed) const
@@ -147,7 +119,7 @@ protected:
 
     FloatGridPtr grid;
     BrickMap bricks;
-    double densest = 0, sigma_t = 1;
+    double densest = 0, sigma_t;
     Light sun = make_sun(Vec3d(0.3, 1, 0.2));
 };
 

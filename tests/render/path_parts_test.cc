@@ -75,11 +75,12 @@ TEST(FreePath, TravelSolvesCellsThatBeginEmpty)
     }
 }
 
-/// Two volumes on the way, one of them coloured.
-Scene two_clumps()
+/// Three volumes on the way, one of them coloured.
+Scene three_clumps()
 {
     Scene scene = one_clump(Vec3d(2, 4, 8), Vec3d(1), 0);
     scene.volumes.push_back(volume_of(clump(14, 0.13, 5, Vec3d(0.3, 0, 0)), medium(Vec3d(3), Vec3d(1), 0)));
+    scene.volumes.push_back(volume_of(clump(16, 0.12, 7, Vec3d(0, 0.2, 0)), medium(Vec3d(4), Vec3d(1), 0)));
     return scene;
 }
 
@@ -94,7 +95,7 @@ double law(const Scene& scene, const WorldRay& ray, int c, double t)
 
 TEST(FreePath, CollisionsFollowTheExponentialLaw)
 {
-    const Scene scene = two_clumps();
+    const Scene scene = three_clumps();
     const PathScene prepared(scene);
     PathMedia media(prepared);
     for (const bool surely : {false, true})
@@ -117,10 +118,10 @@ TEST(FreePath, CollisionsFollowTheExponentialLaw)
                 if (!collides) continue;
                 ++collided;
                 lengths.add(law(scene, ray, c, hit.t) / whole);
-                double sigma_t[2];
-                for (size_t v = 0; v < 2; ++v)
+                double sigma_t[3];
+                for (size_t v = 0; v < 3; ++v)
                     sigma_t[v] = scene.volumes[v].medium.sigma_t_per_density[c] * media.density(v, hit.t);
-                const double share = sigma_t[1] / (sigma_t[0] + sigma_t[1]);
+                const double share = sigma_t[1] / (sigma_t[0] + sigma_t[1] + sigma_t[2]);
                 in_second += double(hit.volume == 1);
                 expected_in_second += share;
                 variance += share * (1 - share);

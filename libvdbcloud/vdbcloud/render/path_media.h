@@ -16,6 +16,8 @@ Vec3d attenuation(const Vec3d& tau);
 /// A scene without light grids, collided light and delta scaling, shared by all threads.
 struct PathScene {
     explicit PathScene(const Scene&);
+    PathScene(const PathScene&) = delete;  // `collisions` point into `media`
+    PathScene& operator=(const PathScene&) = delete;
 
     PreparedScene media;                     ///< no lights, no scaling
     std::vector<NullCollisions> collisions;  ///< of each volume of media
