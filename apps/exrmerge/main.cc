@@ -61,7 +61,7 @@ void merge(app::App& app, const Options& o)
 
 int main(int argc, char** argv)
 {
-    app::App app("exrmerge", "Puts together pictures of render --integrator path that hold different samples.");
+    app::App app("exrmerge", "Merges pictures of render --integrator path that hold different samples.");
     app.never_clobbers();
     Options o;
     declare(app, o);

@@ -68,8 +68,8 @@ void declare_integrator(app::App& app, RenderOptions& o, const char* group)
                                 {name(Integrator::Path), Integrator::Path}},
                                "cells: exact optical depth in each voxel, fastest for its error; romberg: the paper's, "
                                "adaptive; steps: of fixed length, for comparison; path: unbiased Monte Carlo of all "
-                               "orders of scattering from density, lights, sky and emission alone, the measure of the "
-                               "others. It reads neither light grids nor what p1solve computed")
+                               "orders of scattering, the reference for the others. path reads density, colour, "
+                               "emission, lights and sky, and no grid of illuminate or p1solve")
         ->group(group);
     app.add_option("--tolerance", o.integrator.tolerance, "error of romberg, relative to the brightest source")
         ->check(app::positive)
@@ -104,8 +104,8 @@ void declare_passes(app::App& app, RenderOptions& o, const char* group)
     };
     of_paths(
         app.add_option("--spp-offset", o.integrator.passes.offset,
-                       "index of the first sample; jobs with disjoint indices are parts of one run, which exrmerge "
-                       "puts together"));
+                       "index of the first sample. Jobs with disjoint indices are parts of one run; exrmerge merges "
+                       "their pictures"));
     of_paths(
         app.add_option("--time-limit", o.integrator.passes.time_limit,
                        "end after the pass over the picture that exceeds this time [s]; --samples is then the most"))

@@ -15,7 +15,11 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <fstream>
 #include <functional>
+#include <map>
+#include <sstream>
+#include <string>
 
 namespace vdbcloud {
 namespace {
@@ -131,6 +135,51 @@ TEST_F(MonteCarlo, DISABLED_PrintsReference)
                 std::printf("{%.4g, %.2g}, ", block.value, block.deviation);
             std::printf("\n");
         }
+}
+
+/// The rows of data/references/puffs.txt at one optical depth, in the order of `references`.
+std::array<Pictures, 3> references_by_light_paths(double tau)
+{
+    std::ifstream file(VDBCLOUD_SOURCE "/data/references/puffs.txt");
+    std::map<std::string, Mean> rows;
+    for (std::string line; std::getline(file, line);) {
+        std::istringstream words(line);
+        double depth = 0, w0 = 0, g = 0;
+        std::string view;
+        size_t a = 0, b = 0;
+        Mean mean;
+        if (words >> depth >> w0 >> g >> view >> a >> b >> mean.value >> mean.deviation && depth == tau)
+            rows[std::to_string(w0) + std::to_string(g) + view + std::to_string(3 * a + b)] = mean;
+    }
+    EXPECT_EQ(rows.size(), references.size() * 3 * blocks);
+    std::array<Pictures, 3> pictures;
+    for (size_t r = 0; r < references.size(); ++r)
+        for (size_t v = 0; v < 3; ++v)
+            for (size_t b = 0; b < blocks; ++b)
+                pictures[r][v][b] = rows[std::to_string(references[r].w0) + std::to_string(references[r].g) +
+                                         std::array{"above", "side", "below"}[v] + std::to_string(b)];
+    return pictures;
+}
+
+TEST(PuffsReference, ByLightPathsIsWithinThreeThousandthsOfTheTracers)
+{
+    // Both tracers are independent programs. Chi-square of 81 blocks is below 145 with all but 2e-5 of probability.
+    const auto found = references_by_light_paths(15);
+    double chi = 0;
+    for (size_t r = 0; r < references.size(); ++r)
+        for (size_t v = 0; v < 3; ++v)
+            for (size_t b = 0; b < blocks; ++b) {
+                const Mean &p = found[r][v][b], &q = references[r].view[v][b];
+                chi += std::pow((p.value - q.value) / std::hypot(p.deviation, q.deviation), 2);
+            }
+    EXPECT_LT(chi, 145);
+    EXPECT_GT(chi, 30);
+    for (const double tau : {15.0, 60.0})
+        for (const Pictures& pictures : references_by_light_paths(tau))
+            for (const Picture& picture : pictures) {
+                EXPECT_LT(mean(picture).deviation, 0.0033 * mean(picture).value);
+                EXPECT_GT(mean(picture).deviation, 0.001 * mean(picture).value);
+            }
 }
 
 TEST_F(MonteCarlo, ReferenceMatchesTheCloud)

@@ -1,5 +1,5 @@
 #pragma once
-// Pictures of light paths put together: parts of one run, made by different jobs.
+// Merges pictures of light paths: parts of one run, made by different jobs.
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -27,7 +27,7 @@ std::vector<SampleRange> read_ranges(const std::string& text);
 /// The union in rising order, neighbours joined. Throws InputError naming the first index that two ranges share.
 std::vector<SampleRange> joined(std::vector<SampleRange>);
 
-/// Puts together pictures (.exr) that Integrator::Path made with different sample indices:
+/// Merges pictures (.exr) that Integrator::Path made with different sample indices:
 ///
 ///     layers           mean, weighted by the number of samples
 ///     Z                the smallest

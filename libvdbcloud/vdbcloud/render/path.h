@@ -1,5 +1,5 @@
 #pragma once
-// Unbiased light transport by paths from the eye: the measure of all other ways to a picture. Private to render/.
+// Unbiased light transport by paths from the camera: the reference for the other integrators. Private to render/.
 #include "vdbcloud/render/path_media.h"
 
 namespace vdbcloud {
