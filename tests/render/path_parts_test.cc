@@ -75,12 +75,12 @@ TEST(FreePath, TravelSolvesCellsThatBeginEmpty)
     }
 }
 
-/// Three volumes on the way, one of them coloured.
+/// Three volumes on the way, one of them coloured, thin enough for each to be the first.
 Scene three_clumps()
 {
-    Scene scene = one_clump(Vec3d(2, 4, 8), Vec3d(1), 0);
-    scene.volumes.push_back(volume_of(clump(14, 0.13, 5, Vec3d(0.3, 0, 0)), medium(Vec3d(3), Vec3d(1), 0)));
-    scene.volumes.push_back(volume_of(clump(16, 0.12, 7, Vec3d(0, 0.2, 0)), medium(Vec3d(4), Vec3d(1), 0)));
+    Scene scene = one_clump(Vec3d(0.5, 1, 2), Vec3d(1), 0);
+    scene.volumes.push_back(volume_of(clump(14, 0.13, 5, Vec3d(0.3, 0, 0)), medium(Vec3d(0.75), Vec3d(1), 0)));
+    scene.volumes.push_back(volume_of(clump(16, 0.12, 7, Vec3d(0, 0.2, 0)), medium(Vec3d(1), Vec3d(1), 0)));
     return scene;
 }
 
@@ -91,6 +91,27 @@ double law(const Scene& scene, const WorldRay& ray, int c, double t)
     for (const Volume& v : scene.volumes)
         tau += v.medium.sigma_t_per_density[c] * integral_of_interpolant(*v.density, ray, 0, t);
     return -std::expm1(-tau);
+}
+
+/// The probability that the first collision on a ray is one with volume v, by the midpoint rule: errs by 1e-3.
+double probability_of(const Scene& scene, const WorldRay& ray, int c, size_t v)
+{
+    constexpr int steps = 150;
+    constexpr double first = 0.8, step = 4.4 / steps;  // around the clumps
+    double tau = 0, sum = 0;
+    for (int n = 0; n < steps; ++n) {
+        double sigma_t = 0, own = 0;
+        for (size_t k = 0; k < scene.volumes.size(); ++k) {
+            const FloatGrid& grid = *scene.volumes[k].density;
+            const Vec3d at = grid.transform().worldToIndex(ray.at(first + (n + 0.5) * step));
+            const double here = scene.volumes[k].medium.sigma_t_per_density[c] * trilinear(grid.getConstAccessor(), at);
+            sigma_t += here;
+            if (k == v) own = here;
+        }
+        sum += own * step * std::exp(-tau - sigma_t * step / 2);
+        tau += sigma_t * step;
+    }
+    return sum;
 }
 
 TEST(FreePath, CollisionsFollowTheExponentialLaw)
@@ -113,22 +134,19 @@ TEST(FreePath, CollisionsFollowTheExponentialLaw)
                 Collision hit;
                 const bool collides =
                     surely ? media.collide_surely(c, depths, random, hit) : media.collide(c, random, hit);
+                const double share = probability_of(scene, ray, c, 1) / (surely ? whole : 1);
+                expected_in_second += share;
+                variance += share * (1 - share);
                 expected += surely ? 1 : whole;
                 spread += surely ? 0 : whole * (1 - whole);
                 if (!collides) continue;
                 ++collided;
                 lengths.add(law(scene, ray, c, hit.t) / whole);
-                double sigma_t[3];
-                for (size_t v = 0; v < 3; ++v)
-                    sigma_t[v] = scene.volumes[v].medium.sigma_t_per_density[c] * media.density(v, hit.t);
-                const double share = sigma_t[1] / (sigma_t[0] + sigma_t[1] + sigma_t[2]);
                 in_second += double(hit.volume == 1);
-                expected_in_second += share;
-                variance += share * (1 - share);
                 EXPECT_NEAR(hit.density, media.density(hit.volume, hit.t), 1e-6);
             }
             lengths.expect("channel " + std::to_string(c) + (surely ? ", surely" : ""));
-            EXPECT_NEAR(in_second, expected_in_second, sigmas * std::sqrt(variance));
+            EXPECT_NEAR(in_second, expected_in_second, sigmas * std::sqrt(variance) + 1e-3 * in_second);
             EXPECT_NEAR(collided, expected, sigmas * std::sqrt(spread) + 1e-6);
             EXPECT_GT(variance, 100);
         }
