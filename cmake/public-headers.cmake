@@ -7,7 +7,7 @@ set(public_headers
     grid/schema.h grid/select.h grid/sources.h grid/statistics.h grid/up_axis.h
     voxels/voxel_mean.h
     file/io.h
-    optics/automatic_extinction.h optics/medium.h optics/optical_depth.h optics/phase_function.h
+    optics/automatic_extinction.h optics/joined_medium.h optics/medium.h optics/optical_depth.h optics/phase_function.h
     scene/camera.h scene/light.h scene/sky.h
     light/transmittance_grid.h
     scatter/multiple_scattering.h scatter/series_grids.h

@@ -31,9 +31,14 @@ UpAxis settled_up(App& app, const std::optional<UpAxis>& asked, GridFile& file, 
     return up;
 }
 
+void declare_inputs(App& app, std::vector<std::string>& paths, const std::string& help)
+{
+    app.add_option("input", paths, help)->required()->type_name("FILE")->allow_extra_args()->expected(-1);
+}
+
 void declare_stage(App& app, StageOptions& o, const std::string& input, const std::string& output)
 {
-    app.add_option("input", o.input, input)->required();
+    declare_inputs(app, o.inputs, input);
     app.add_option("-o,--output", o.output, output)->required();
     declare_density(app, o.density);
     declare_up(app, o.up, "Lights");

@@ -13,10 +13,14 @@ namespace vdbcloud::app {
 
 /// A program that reads a density and writes its file again with more grids.
 struct StageOptions {
-    std::string input, output;
+    std::vector<std::string> inputs;  ///< at least one
+    std::string output;
     std::string density;       ///< name of the density grid; empty: the usual names
     std::optional<UpAxis> up;  ///< none: the file's
 };
+
+/// The positional input: one or several files. Keeps a reference to `paths`.
+void declare_inputs(App&, std::vector<std::string>& paths, const std::string& help);
 
 /// input, --output, --density, --up and the shared options of reading and writing. `input`, `output`: their help. Keeps
 /// references to `o`.

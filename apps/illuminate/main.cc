@@ -1,15 +1,16 @@
 // illuminate: the light that reaches each voxel of a cloud.
 //
 //   illuminate density.vdb --sun 0.3,1,0.2 -o light.vdb
+//   illuminate low.vdb high.vdb --sun 0,1,0 -o both.vdb       several files as one medium: each shades the others
 //   fractalgen -o - | illuminate - --sun 0.3,1,0.2 --lamp 0,0.5,0 --lamp-intensity 3,2,1 -o - | render - -o cloud.exr
 //
 // First pass of Kajiya & Von Herzen 1984, section 3.1 (low albedo): one transmittance grid for each light, which render
 // multiplies by the phase function along each ray of the camera.
+#include "inputs.h"
 #include "options.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/density.h"
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
@@ -27,20 +28,19 @@ struct Task {
     bool done;
 };
 
-/// The lights of the command line, which replace lights of the same name in the file, then the other lights of the
-/// file. A grid of the file that was computed with another density or extinction is computed again.
-std::vector<Task> tasks_of(app::App& app, const IlluminateOptions& o, GridFile& file, const FloatGrid& density,
-                           const Medium& medium)
+/// The lights of the command line, which replace lights of the same name in the inputs, then the other lights of the
+/// inputs. A grid of the file that was computed with another density or extinction is computed again.
+std::vector<Task> tasks_of(app::App& app, const IlluminateOptions& o, const std::vector<Light>& asked,
+                           app::MediumInput& in)
 {
+    const GridFile& file = in.file;
     std::vector<Task> tasks;
-    const auto asked = app::lights_asked(o.lights);
     for (const auto& light : asked) tasks.push_back({light, false});
-    const std::string digest = grid_digest(density);
-    for (const auto& light : lights_of(file)) {
-        const auto same = [&](const Task& t) { return t.light.name == light.name; };
-        if (std::any_of(tasks.begin(), tasks.end(), same)) continue;
+    const std::string digest = grid_digest(*in.density);
+    for (const auto& light : app::inherited_lights(in.lights, asked)) {
         const auto grid = find_grid(file, transmittance_name(light));
-        const bool holds = app::same_extinction(*grid, medium) && get_text(*grid, schema::density_digest, "") == digest;
+        const bool holds =
+            grid && app::same_extinction(*grid, in.medium) && get_text(*grid, schema::density_digest, "") == digest;
         if (!holds) app.say("light '" + light.name + "' was computed for another medium: doing it again");
         tasks.push_back({light, holds});
     }
@@ -75,22 +75,21 @@ void estimate(app::App& app, const IlluminateOptions& o, const FloatGrid& densit
 
 void illuminate(app::App& app, const IlluminateOptions& o)
 {
-    auto file = app.read(o.input);
-    const auto density = density_of(file, o.density, app.warnings());
-    app.uses(density->getName());
-    const Medium medium = app::chosen_medium(app, o.medium, *density);
-    app::settled_up(app, o.up, file, false);
-    const auto tasks = tasks_of(app, o, file, *density, medium);
+    const auto asked = app::lights_asked(o.lights);
+    app::MediumInput in = app::read_one_medium(app, o, o.medium);
+    app.uses(in.density->getName());
+    app::settled_up(app, o.up, in.file, false);
+    const auto tasks = tasks_of(app, o, asked, in);
     check_effects(o, computed(tasks));
-    if (app.dry_run()) return estimate(app, o, *density, tasks.size());
+    if (app.dry_run()) return estimate(app, o, *in.density, tasks.size());
 
     for (const auto& task : tasks) {
         app.uses(transmittance_name(task.light));
         if (task.done) continue;
         const auto phase = app.phase(transmittance_name(task.light));
         TransmittanceReport found;
-        put_grid(file,
-                 transmittance_grid(*density, medium, task.light, o.accuracy, app.progress(task.light.name), &found));
+        put_grid(in.file, transmittance_grid(*in.density, in.medium, task.light, o.accuracy,
+                                             app.progress(task.light.name), &found));
         auto& report = app.report();
         report["counts"][task.light.name + "_voxels"] = found.voxels;
         if (found.compared > 0)
@@ -98,7 +97,7 @@ void illuminate(app::App& app, const IlluminateOptions& o)
                                                    {"mean_transmittance_error", found.mean_error},
                                                    {"max_transmittance_error", found.max_error}};
     }
-    app.write(o.output, file);
+    app.write(o.output, in.file);
 }
 
 }  // namespace

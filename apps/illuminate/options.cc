@@ -6,9 +6,11 @@ namespace vdbcloud {
 
 void declare(app::App& app, IlluminateOptions& o)
 {
-    app::declare_stage(app, o, ".vdb with a density, or - for standard input",
+    app::declare_stage(app, o,
+                       ".vdb files with a density each, or - for standard input; the densities of several files become "
+                       "one medium",
                        ".vdb to write, or - for standard output: all of the input and a transmittance grid for each "
-                       "light");
+                       "light; of several inputs the joined density, Cd and emission");
     app::declare_medium(app, o.medium);
     app::declare_lights(app, o.lights);
 

@@ -8,11 +8,13 @@
 
 namespace vdbcloud {
 
-std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, GridFile& file, const FloatGrid& density,
-                              const Medium& medium)
+std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, app::MediumInput& in)
 {
+    GridFile& file = in.file;
+    const FloatGrid& density = *in.density;
+    const Medium& medium = in.medium;
     auto lights = app::lights_asked(o.lights);
-    if (lights.empty()) lights = lights_of(file);
+    if (lights.empty()) lights = app::inherited_lights(in.lights);
     const bool glow = bool(find_grid(file, schema::emission));
     if (lights.empty() && !sky_wanted(o) && !glow) {
         lights.push_back(app::automatic_sun(vector_of(app::settled_up(app, o.up, file, true))));

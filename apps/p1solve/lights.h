@@ -1,15 +1,14 @@
 #pragma once
 // The lights that p1solve scatters, each with its transmittance grid.
+#include "inputs.h"
 #include "options.h"
-
-#include "vdbcloud/grid/grid_file.h"
 
 #include <vector>
 
 namespace vdbcloud {
 
-/// The lights of the command line, else those of the file, else a sun if the scene has neither sky nor emission. Adds
+/// The lights of the command line, else those of the inputs, else a sun if the scene has neither sky nor emission. Adds
 /// to the file a transmittance grid, which render needs, for each light without one or with one for another medium.
-std::vector<Light> lights_for(app::App&, const P1solveOptions&, GridFile&, const FloatGrid& density, const Medium&);
+std::vector<Light> lights_for(app::App&, const P1solveOptions&, app::MediumInput&);
 
 }  // namespace vdbcloud

@@ -2,6 +2,7 @@
 //
 //   p1solve light.vdb --albedo 0.9999 --g 0.85 -o lit.vdb
 //   fractalgen -o - | illuminate - --sun 0.3,1,0.2 -o - | p1solve - --albedo 0.9999 --g 0.85 -o - | render - -o cloud.exr
+//   p1solve low.vdb high.vdb --sun 0,1,0 -o both.vdb         several files as one medium
 //   p1solve slab.vdb --sun 0.5,1,0 --periodic xz -o slab.lit.vdb        a cloud layer without end
 //
 //   p1solve light.vdb --g 0.85 --iterations 5 --directions 64 --degree 3 -o lit.vdb    on to the transport equation, by sweeps
@@ -16,7 +17,6 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/density.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/select.h"
@@ -36,12 +36,13 @@ void drop_moments(GridFile& file)
 void solve(app::App& app, P1solveOptions& o)
 {
     finish(app, o);
-    auto file = app.read(o.input);
-    const auto density = density_of(file, o.density, app.warnings());
+    app::MediumInput in = app::read_one_medium(app, o, o.medium);
+    GridFile& file = in.file;
+    const FloatGridPtr density = in.density;
+    const Medium& medium = in.medium;
     app.uses(density->getName());
-    const Medium medium = app::chosen_medium(app, o.medium, *density);
     check_delta(o, medium.phase);
-    const auto lights = lights_for(app, o, file, *density, medium);
+    const auto lights = lights_for(app, o, in);
     o.rays_per_voxel.check_effect(!lights.empty(), "--sun or --lamp");
     o.disc_samples.check_effect(
         std::any_of(lights.begin(), lights.end(), [](const Light& light) { return light.has_extent(); }),

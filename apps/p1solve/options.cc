@@ -146,8 +146,12 @@ void read_closure(app::App& app, P1solveOptions& o)
 
 void declare(app::App& app, P1solveOptions& o)
 {
-    app::declare_stage(app, o, ".vdb with a density and its lights' transmittance, or - for standard input",
-                       ".vdb to write, or - for standard output: all of the input, phi (fluence) and flux");
+    app::declare_stage(
+        app, o,
+        ".vdb files with a density and its lights' transmittance, or - for standard input; the densities "
+        "of several files become one medium, so that each lights and shades the others",
+        ".vdb to write, or - for standard output: all of the input, phi (fluence) and flux; of several "
+        "inputs the joined density, Cd and emission");
     app::declare_medium(app, o.medium);
     app::declare_lights(app, o.lights);
     app.add_option("--sky", o.sky,

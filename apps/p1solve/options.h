@@ -8,6 +8,7 @@
 #include "vdbcloud/scatter/series_grids.h"
 
 #include <string>
+#include <vector>
 
 namespace vdbcloud {
 

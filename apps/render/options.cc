@@ -229,11 +229,9 @@ bool one_of(const std::string& word, std::initializer_list<const char*> words)
 
 void declare(app::App& app, RenderOptions& o)
 {
-    app.add_option("input", o.inputs, ".vdb files, or - for standard input; their media add up")
-        ->required()
-        ->type_name("FILE")
-        ->allow_extra_args()
-        ->expected(-1);
+    app::declare_inputs(app, o.inputs,
+                        ".vdb files, or - for standard input; their media add up, and each shades the others. Multiple "
+                        "scattering of several files: p1solve all of them into one file first");
     app.add_option("-o,--output", o.output, "picture to write: .exr, .png, or - for an .exr on standard output")
         ->required()
         ->type_name("FILE");

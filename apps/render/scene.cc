@@ -1,6 +1,8 @@
 #include "scene.h"
 
+#include "inputs.h"
 #include "scaled_light.h"
+#include "shared_light.h"
 #include "vector_grid.h"
 
 #include "vdbcloud/core/error.h"
@@ -98,23 +100,6 @@ void require_same_light(const GridFile& file, const Volume& volume, const std::v
                          lights_text(lights) + "' is asked for: run p1solve again");
 }
 
-/// The lights of all inputs, each name once. Throws UsageError for two different lights of one name.
-std::vector<Light> inherited_lights(const std::vector<GridFile>& files)
-{
-    std::vector<Light> lights;
-    for (const GridFile& file : files)
-        for (const Light& light : lights_of(file)) {
-            const auto same =
-                std::find_if(lights.begin(), lights.end(), [&](const Light& l) { return l.name == light.name; });
-            if (same == lights.end())
-                lights.push_back(light);
-            else if (!same_place(*same, light) || same->strength() != light.strength())
-                throw UsageError(file.path + ": " + app::described(light) + " is not the " + app::described(*same) +
-                                 " of another input: choose with --sun or --lamp");
-        }
-    return lights;
-}
-
 /// Why a transmittance grid of the input cannot be used for `light`; empty if it can.
 std::string misfit(const GridBase& grid, const Light& light, const Volume& volume)
 {
@@ -131,6 +116,7 @@ std::string misfit(const GridBase& grid, const Light& light, const Volume& volum
 /// True if the inputs have a usable transmittance grid for each light.
 bool brings_all(const std::vector<GridFile>& files, const Scene& scene)
 {
+    if (has_several_media(scene)) return false;
     for (size_t v = 0; v < files.size(); ++v)
         for (const Light& light : scene.lights) {
             const Volume& volume = scene.volumes[v];
@@ -141,22 +127,27 @@ bool brings_all(const std::vector<GridFile>& files, const Scene& scene)
     return true;
 }
 
-/// The transmittance grid of a light: the input's if that is usable, else computed. A dry run computes none.
-GridBasePtr light_grid(app::App& app, const GridFile& file, const Volume& volume, const Light& light,
+/// The transmittance grid of volume `v` towards a light: the input's if that is usable, else computed, through all media
+/// where there are several. A dry run computes none.
+GridBasePtr light_grid(app::App& app, const GridFile& file, const Scene& scene, size_t v, const Light& light,
                        const RenderOptions& o)
 {
+    const Volume& volume = scene.volumes[v];
     if (volume.scaling.delta_f > 0) {
         if (app.dry_run()) return FloatGrid::create(1.0f);
         const auto phase = app.phase("scaled light");
         return app::scaled_light_grid(app, *volume.density, volume.colour.get(), volume.medium, volume.scaling, light,
                                       o.light);
     }
-    if (const GridBasePtr grid = find_grid(file, transmittance_name(light))) {
-        const std::string reason = misfit(*grid, light, volume);
-        if (reason.empty()) return grid;
-        app.warnings()(file.path + ": " + printable(grid->getName()) + " " + reason +
-                       "; the grid is computed again for the " + app::described(light));
-    }
+    GridBasePtr own = find_grid(file, transmittance_name(light));
+    if (own)
+        if (const std::string reason = misfit(*own, light, volume); !reason.empty()) {
+            app.warnings()(file.path + ": " + printable(own->getName()) + " " + reason +
+                           "; the grid is computed again for the " + app::described(light));
+            own = nullptr;
+        }
+    if (has_several_media(scene)) return shared_light_grid(app, scene, v, light, own, o);
+    if (own) return own;
     if (app.dry_run()) return FloatGrid::create(1.0f);
     const auto phase = app.phase("light");
     return transmittance_grid(*volume.density, volume.medium, light, o.light, app.progress("light"));
@@ -216,8 +207,7 @@ void require_same_up(const GridFile& file, const std::optional<Sky>& lit_by, UpA
 
 LoadedScene load_scene(app::App& app, const RenderOptions& o)
 {
-    std::vector<GridFile> files;
-    for (const std::string& path : o.inputs) files.push_back(app.read(path));
+    std::vector<GridFile> files = app::read_inputs(app, o.inputs, !o.up);
 
     LoadedScene out;
     for (GridFile& file : files) {
@@ -236,8 +226,9 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
             if (!out.sky) out.sky = lit_by;
         }
 
+    require_one_solution(files, out.scene);
     out.scene.lights = app::lights_asked(o.lights);
-    if (out.scene.lights.empty()) out.scene.lights = inherited_lights(files);
+    if (out.scene.lights.empty()) out.scene.lights = app::inherited_lights(app::lights_found(files));
     // A medium with phi is visible without a sun.
     const bool glows =
         std::any_of(files.begin(), files.end(), [](const GridFile& f) { return bool(find_grid(f, schema::phi)); }) ||
@@ -256,8 +247,8 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
         o.option.fidelity.check_effect(!brings_all(files, out.scene), "a light that the input does not bring");
     for (size_t v = 0; v < files.size(); ++v)
         for (const Light& light : out.scene.lights) {
-            Volume& volume = out.scene.volumes[v];
-            volume.transmittance.push_back(light_grid(app, files[v], volume, light, o));
+            GridBasePtr grid = light_grid(app, files[v], out.scene, v, light, o);
+            out.scene.volumes[v].transmittance.push_back(std::move(grid));
         }
     return out;
 }

@@ -297,29 +297,6 @@ TEST(Integrator, HasThePictureOfTheGeneralPathOnThePlainPath)
         }
 }
 
-TEST(Integrator, AddsOverlappingVolumes)
-{
-    const auto a = cloud(24), b = a->deepCopy();
-    for (auto v = b->beginValueOn(); v; ++v) v.setValue(0.5f * *v + 0.02f * float(v.getCoord()[0]));
-    const auto sum = a->deepCopy();
-    auto other = b->getConstAccessor();
-    for (auto v = sum->beginValueOn(); v; ++v) v.setValue(*v + other.getValue(v.getCoord()));
-    const Medium m = medium(0.06, 0.95, 0.2);
-    auto merged = sunlit(sum, m, {0.3, 1, 0.2}), two = sunlit(a, m, {0.3, 1, 0.2});
-    two.volumes.push_back(sunlit(b, m, {0.3, 1, 0.2}).volumes[0]);
-    const auto view = view_along(*a, {0.4, -0.3, 1}, 24);
-    EXPECT_LT(difference(render(merged, view), render(two, view)),
-              1e-4);  // lights' depths stored as float exponentials
-
-    // The second volume moved half a voxel is another medium: the sum must notice.
-    auto moved = b->deepCopy();
-    auto shifted = moved->transform().copy();
-    shifted->postTranslate(Vec3d(0.5, 0, 0));
-    moved->setTransform(shifted);
-    two.volumes[1] = sunlit(moved, m, {0.3, 1, 0.2}).volumes[0];
-    EXPECT_GT(difference(render(merged, view), render(two, view)), 1e-3);
-}
-
 TEST(Integrator, HasTheSamePictureOfAScaledTurnedMovedScene)
 {
     const auto plain = cloud(32);

@@ -9,12 +9,15 @@
 #include "vdbcloud/sweep/light_lattice.h"
 #include "vdbcloud/voxels/brick_map.h"
 #include "vdbcloud/voxels/extend.h"
+#include "vdbcloud/voxels/lattice.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <deque>
+#include <optional>
 
 namespace vdbcloud {
 
@@ -65,20 +68,111 @@ struct Wanted {
     }
 };
 
-/// Depths at all wanted points to one light without extent.
-std::vector<float> find_depths(const BrickMap& density, const LightModel& light, const TransmittanceOptions& o,
-                               const Wanted& wanted, const Progress& progress)
+/// A medium that light crosses, as rays need it.
+struct Crossed {
+    const BrickMap& density;
+    Vec3d sigma_t;  ///< extinction at density 1 [1/world unit]
+    /// From a voxel of the wanted points' density to that place in `density`'s lattice; none: another lattice.
+    std::optional<Vec3d> shift;
+};
+
+/// Depths on the lattice of `density`, at voxels that lie `shift` from the voxels of the blocks `wanted`.
+std::vector<float> shifted_depths(const BrickMap& density, const Vec3d& to_light, const std::vector<Vec3i>& wanted,
+                                  const Vec3d& shift, int rays_per_voxel, const Progress& progress)
 {
-    if (const auto to_light = light.common_direction(); to_light && o.fidelity == Fidelity::Lattice)
-        return lattice_depths(density, *to_light, wanted.leaf, {o.rays_per_voxel, Vec3d(0), o.refine}, progress);
+    const Vec3i by(int(std::floor(shift[0])), int(std::floor(shift[1])), int(std::floor(shift[2])));
+    const auto before = [](const Vec3i& p, const Vec3i& q) {
+        return p[0] != q[0] ? p[0] < q[0] : p[1] != q[1] ? p[1] < q[1] : p[2] < q[2];
+    };
+    std::vector<Vec3i> blocks;
+    for (const Vec3i& b : wanted)
+        for (int corner = 0; corner < 8; ++corner) {
+            const Vec3i last = b * 8 + by + Vec3i(corner & 1, corner >> 1 & 1, corner >> 2) * 7;
+            blocks.push_back({last[0] >> 3, last[1] >> 3, last[2] >> 3});
+        }
+    std::sort(blocks.begin(), blocks.end(), before);
+    blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+    const std::vector<float> there =
+        lattice_depths(density, to_light, blocks, {rays_per_voxel, shift - Vec3d(by[0], by[1], by[2]), 1}, progress);
+    std::vector<float> depth(wanted.size() * 512);
+    tbb::parallel_for(size_t(0), wanted.size(), [&](size_t b) {
+        for (int k = 0; k < 512; ++k) {
+            const Vec3i voxel = wanted[b] * 8 + Vec3i(k >> 6, k >> 3 & 7, k & 7) + by;
+            const Vec3i block(voxel[0] >> 3, voxel[1] >> 3, voxel[2] >> 3);
+            const auto place = size_t(std::lower_bound(blocks.begin(), blocks.end(), block, before) - blocks.begin());
+            depth[b * 512 + size_t(k)] =
+                there[place * 512 + size_t((voxel[0] & 7) << 6 | (voxel[1] & 7) << 3 | (voxel[2] & 7))];
+        }
+    });
+    return depth;
+}
+
+/// Depths at all wanted points to one light without extent, through one medium. `centres`: the density whose voxels the
+/// points belong to.
+std::vector<float> find_depths(const Crossed& medium, const BrickMap& centres, const LightModel& light,
+                               const TransmittanceOptions& o, const Wanted& wanted, const Progress& progress)
+{
+    const BrickMap& density = medium.density;
+    const auto to_light = light.common_direction();
+    if (to_light && o.fidelity == Fidelity::Lattice && medium.shift) {
+        if (*medium.shift == Vec3d(0.0))
+            return lattice_depths(density, *to_light, wanted.leaf, {o.rays_per_voxel, Vec3d(0), o.refine}, progress);
+        if (o.refine == 1)
+            return shifted_depths(density, *to_light, wanted.leaf, *medium.shift, o.rays_per_voxel, progress);
+    }
     std::vector<float> depth(wanted.leaf.size() * 512, 0.0f);
     std::atomic<size_t> done{0};
     tbb::parallel_for(size_t(0), wanted.leaf.size(), [&](size_t b) {
         for (size_t n = b * 512; n < (b + 1) * 512; ++n)
-            if (wanted.has(n)) depth[n] = float(depth_to_light(density, light, wanted.world(n, density)));
+            if (wanted.has(n)) depth[n] = float(depth_to_light(density, light, wanted.world(n, centres)));
         report(progress, double(++done) / double(wanted.leaf.size()));
     });
     return depth;
+}
+
+/// True if the depth is above 0 at a wanted point.
+bool shades(const std::vector<float>& depth, const Wanted& wanted)
+{
+    for (size_t n = 0; n < depth.size(); ++n)
+        if (depth[n] > 0 && wanted.has(n)) return true;
+    return false;
+}
+
+/// The mean over the light's parts of exp(-tau) at all wanted points, `channels` values a point. media[0] is the medium
+/// that the points belong to. Empty if `only_if_shaded` and no other medium shades a point.
+std::vector<float> find_transmittance(const std::vector<Crossed>& media,
+                                      const std::vector<std::shared_ptr<const LightModel>>& parts, size_t channels,
+                                      bool only_if_shaded, const TransmittanceOptions& o, const Wanted& wanted,
+                                      const Progress& progress)
+{
+    const double steps = double(parts.size() * media.size());
+    const auto depths = [&](size_t p, size_t m) {
+        const double before = double(p * media.size() + m);
+        const Progress of_step =
+            progress ? Progress([&, before](double f) { return progress((before + f) / steps); }) : Progress();
+        return find_depths(media[m], media[0].density, *parts[p], o, wanted, of_step);
+    };
+    std::vector<float> transmittance(wanted.leaf.size() * 512 * channels, 0.0f);
+    bool shaded = !only_if_shaded;
+    for (size_t p = 0; p < parts.size(); ++p) {
+        std::vector<std::vector<float>> depth(media.size());
+        for (size_t m = 1; m < media.size(); ++m) {
+            depth[m] = depths(p, m);
+            shaded = shaded || shades(depth[m], wanted);
+        }
+        if (!shaded && parts.size() == 1) return {};
+        depth[0] = depths(p, 0);
+        tbb::parallel_for(size_t(0), wanted.leaf.size(), [&](size_t b) {
+            for (size_t n = b * 512; n < (b + 1) * 512; ++n)
+                for (size_t c = 0; c < channels; ++c) {
+                    double tau = 0;
+                    for (size_t m = 0; m < media.size(); ++m) tau += media[m].sigma_t[int(c)] * depth[m][n];
+                    transmittance[n * channels + c] += float(std::exp(-tau) / double(parts.size()));
+                }
+        });
+    }
+    if (!shaded) transmittance.clear();
+    return transmittance;
 }
 
 /// Compares with exact rays at voxels spread evenly over the targets.
@@ -130,40 +224,17 @@ typename GridT::Ptr make_grid(const openvdb::FloatTree& topology, const std::vec
     return GridT::create(tree);
 }
 
-}  // namespace
-
-GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, const Light& light,
-                               const TransmittanceOptions& o, const Progress& progress, TransmittanceReport* report)
+void check(const TransmittanceOptions& o)
 {
     if (o.refine < 1 || o.refine > 8) throw InputError("refine " + std::to_string(o.refine) + ": expected 1 to 8");
     if (o.rays_per_voxel < 1 || o.rays_per_voxel > 8)
         throw InputError("rays per voxel " + std::to_string(o.rays_per_voxel) + ": expected 1 to 8");
-    const BrickMap bricks(density);
-    const Wanted wanted(density, o.refine);
-    TransmittanceReport found;
-    found.voxels = wanted.voxels;
+}
 
-    const size_t channels = medium.grey() ? 1 : 3;
-    const auto parts = light.parts(o.disc_samples);
-    std::vector<float> transmittance(wanted.leaf.size() * 512 * channels, 0.0f);
-    for (size_t p = 0; p < parts.size(); ++p) {
-        const Progress of_part =
-            progress ? Progress([&](double f) { return progress((double(p) + f) / double(parts.size())); })
-                     : Progress();
-        const std::vector<float> depth = find_depths(bricks, *parts[p], o, wanted, of_part);
-        tbb::parallel_for(size_t(0), wanted.leaf.size(), [&](size_t b) {
-            for (size_t n = b * 512; n < (b + 1) * 512; ++n)
-                for (size_t c = 0; c < channels; ++c)
-                    transmittance[n * channels + c] +=
-                        float(std::exp(-medium.sigma_t_per_density[int(c)] * depth[n]) / double(parts.size()));
-        });
-    }
-    if (report) {
-        if (o.fidelity == Fidelity::Lattice && light->common_direction() && o.error_samples > 0)
-            compare(bricks, medium, parts, o, wanted, transmittance, channels, found);
-        *report = found;
-    }
-
+/// The grid of the wanted points of a density, with the metadata of its light and medium.
+GridBasePtr made_grid(const FloatGrid& density, const Medium& medium, const Light& light, const Wanted& wanted,
+                      const std::vector<float>& transmittance, size_t channels)
+{
     GridBasePtr grid;
     if (channels == 1)
         grid = make_grid<openvdb::FloatGrid>(*wanted.tree, transmittance);
@@ -171,12 +242,65 @@ GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, c
         grid = make_grid<openvdb::Vec3SGrid>(*wanted.tree, transmittance);
     grid->setName(transmittance_name(light));
     grid->setTransform(density.transform().copy());
-    if (o.refine > 1) grid->transform().preScale(1.0 / o.refine);
+    if (wanted.refine > 1) grid->transform().preScale(1.0 / wanted.refine);
     grid->setGridClass(openvdb::GRID_UNKNOWN);
     write_light(*grid, light);
     write_medium(*grid, medium);
+    return grid;
+}
+
+/// The shift from the voxels of `at` to those of `other` where both lattices have the same axes.
+std::optional<Vec3d> shift_between(const FloatGrid& at, const FloatGrid& other)
+{
+    const auto box = at.evalActiveVoxelBoundingBox();
+    if (box.empty()) return std::nullopt;
+    return lattice_shift(index_map(at.transform(), other.transform()), box.min().asVec3d(), box.max().asVec3d());
+}
+
+}  // namespace
+
+GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, const Light& light,
+                               const TransmittanceOptions& o, const Progress& progress, TransmittanceReport* report)
+{
+    check(o);
+    const BrickMap bricks(density);
+    const Wanted wanted(density, o.refine);
+    const size_t channels = medium.grey() ? 1 : 3;
+    const auto parts = light.parts(o.disc_samples);
+    const std::vector<float> transmittance = find_transmittance({{bricks, medium.sigma_t_per_density, Vec3d(0.0)}},
+                                                                parts, channels, false, o, wanted, progress);
+    if (report) {
+        *report = {};
+        report->voxels = wanted.voxels;
+        if (o.fidelity == Fidelity::Lattice && light->common_direction() && o.error_samples > 0)
+            compare(bricks, medium, parts, o, wanted, transmittance, channels, *report);
+    }
+    const GridBasePtr grid = made_grid(density, medium, light, wanted, transmittance, channels);
     set_text(*grid, schema::density_digest, grid_digest(density));
     return grid;
+}
+
+GridBasePtr transmittance_grid(const std::vector<CrossedMedium>& media, size_t at, const Light& light,
+                               const TransmittanceOptions& o, const GridBasePtr& own, const Progress& progress)
+{
+    check(o);
+    const FloatGrid& density = *media.at(at).density;
+    const Wanted wanted(density, o.refine);
+    std::deque<BrickMap> bricks;
+    std::vector<Crossed> crossed;
+    size_t channels = 1;
+    const auto add = [&](const CrossedMedium& medium, const std::optional<Vec3d>& shift) {
+        bricks.emplace_back(*medium.density);
+        crossed.push_back({bricks.back(), medium.medium.sigma_t_per_density, shift});
+        if (!medium.medium.grey()) channels = 3;
+    };
+    add(media[at], Vec3d(0.0));
+    for (size_t m = 0; m < media.size(); ++m)
+        if (m != at && !media[m].density->empty()) add(media[m], shift_between(density, *media[m].density));
+    const std::vector<float> transmittance =
+        find_transmittance(crossed, light.parts(o.disc_samples), channels, bool(own), o, wanted, progress);
+    if (transmittance.empty()) return own ? own : made_grid(density, media[at].medium, light, wanted, {}, channels);
+    return made_grid(density, media[at].medium, light, wanted, transmittance, channels);
 }
 
 }  // namespace vdbcloud

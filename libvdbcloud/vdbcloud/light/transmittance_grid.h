@@ -5,6 +5,7 @@
 #include "vdbcloud/scene/light.h"
 
 #include <cstdint>
+#include <vector>
 
 namespace vdbcloud {
 
@@ -44,5 +45,27 @@ struct TransmittanceReport {
 GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, const Light& light,
                                const TransmittanceOptions& options, const Progress& progress = {},
                                TransmittanceReport* report = nullptr);
+
+/// One of several media that light crosses.
+struct CrossedMedium {
+    FloatGridPtr density;  ///< may be empty
+    Medium medium;
+};
+
+/// transmittance_<light> at the voxels of one of several media, through all of them:
+///
+///     T(x) = mean over the light's disc of exp(-sum over media of sigma_t_per_density * depth(x))
+///
+/// Values are at the voxels of media[at] as above, and mean nothing elsewhere: each medium needs a grid of its own.
+/// Vec3s where any medium is coloured. The lattice of rays serves every medium whose lattice is that of media[at] up to
+/// a shift (with refine above 1: that coincides with it). Other media, and lights at a finite distance, cost an exact
+/// ray for each voxel. The depths of one light do not depend on the order of the media beyond rounding.
+///
+/// `own`, which may be null: a transmittance grid of media[at] alone. It is returned as it is if no other medium
+/// reduces the light of any voxel. The metadata are those of a grid of media[at] without the density's digest, so that
+/// no later stage takes the grid for one of media[at] alone.
+GridBasePtr transmittance_grid(const std::vector<CrossedMedium>& media, size_t at, const Light& light,
+                               const TransmittanceOptions& options, const GridBasePtr& own = nullptr,
+                               const Progress& progress = {});
 
 }  // namespace vdbcloud

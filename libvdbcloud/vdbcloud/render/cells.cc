@@ -35,7 +35,7 @@ public:
           whole_(scene.volumes.size())
     {
         for (Node* node : {&a_, &m_, &b_}) {
-            node->light.resize(scene.lights.size());
+            node->beam.resize(scene.lights.size() * scene.volumes.size());
             node->volume.resize(scene.volumes.size());
         }
         for (const auto& v : scene.volumes) has_other_sources_ = has_other_sources_ || v.emission || v.phi;
@@ -106,6 +106,7 @@ private:
         struct Beam {
             Vec3d depth{0, 0, 0};          // optical depth from here to the light
             Vec3d transmittance{0, 0, 0};  // exp(-(depth + tau))
+            bool known = false;
         };
         struct Local {
             Vec3d albedo{0, 0, 0}, collided{0, 0, 0}, emission{0, 0, 0};
@@ -113,9 +114,12 @@ private:
         double t = -1;
         Vec3d tau{0, 0, 0};            // from the eye
         Vec3d transmittance{0, 0, 0};  // exp(-tau); set where sources other than beams need it
-        std::vector<Beam> light;
+        std::vector<Beam> beam;        // of light l for volume v: beam_number(l, v); known for volumes that are present
         std::vector<Local> volume;
     };
+
+    /// Shadow rays give one depth for all volumes.
+    size_t beam_number(size_t l, size_t v) const { return l * scene_.volumes.size() + (scene_.shadow_rays ? 0 : v); }
 
     /// A stretch on which each volume's density is one cubic, in `parts_` steps.
     void add(double t0, double t1, RayResult& result)
@@ -154,7 +158,7 @@ private:
             std::swap(a_, b_);
         else {
             set_local(a_, t0);
-            set_beams(a_, result.tau);
+            set_depth(a_, result.tau);
         }
         set_local(m_, mid);
         set_local(b_, t1);
@@ -170,9 +174,10 @@ private:
             b_.t = -1;
             return;
         }
-        set_beams(m_, tau_mid);
-        set_beams(b_, tau_end);
+        set_depth(m_, tau_mid);
+        set_depth(b_, tau_end);
         for (size_t v = 0; v < whole_.size(); ++v) whole_[v] = first_half_[v] + second_half_[v];
+        for (Node* node : {&a_, &m_, &b_}) find_beams(*node);
         for (size_t l = 0; l < scene_.lights.size(); ++l)
             result.direct[l] += extrapolate(scattered(l, a_, m_, first_half_) + scattered(l, m_, b_, second_half_),
                                             scattered(l, a_, b_, whole_));
@@ -207,15 +212,26 @@ private:
         }
     }
 
-    void set_beams(Node& node, const Vec3d& tau)
+    void set_depth(Node& node, const Vec3d& tau)
     {
         node.tau = tau;
-        for (size_t l = 0; l < node.light.size(); ++l) {
-            auto& beam = node.light[l];
-            beam.depth = media_.light_depth(l, node.t);
-            for (int c = 0; c < channels_; ++c) beam.transmittance[c] = std::exp(-(tau[c] + beam.depth[c]));
-        }
+        for (auto& beam : node.beam) beam.known = false;
         if (has_other_sources_) node.transmittance = {std::exp(-tau[0]), std::exp(-tau[1]), std::exp(-tau[2])};
+    }
+
+    /// The beams of all lights for the volumes that scatter in this step.
+    void find_beams(Node& node)
+    {
+        for (size_t v = 0; v < whole_.size(); ++v) {
+            if (!(whole_[v] > 0) || !scene_.volumes[v].is_medium()) continue;
+            for (size_t l = 0; l < scene_.lights.size(); ++l) {
+                auto& beam = node.beam[beam_number(l, v)];
+                if (beam.known) continue;
+                beam.known = true;
+                beam.depth = media_.light_depth(l, v, node.t);
+                for (int c = 0; c < channels_; ++c) beam.transmittance[c] = std::exp(-(node.tau[c] + beam.depth[c]));
+            }
+        }
     }
 
     /// Scattering coefficient integrated over a stretch: sigma_t * albedo * density depth.
@@ -227,20 +243,21 @@ private:
     /// A light's beam, scattered once towards the eye.
     Vec3d scattered(size_t l, const Node& from, const Node& to, const std::vector<double>& depth) const
     {
-        const auto &p = from.light[l], &q = to.light[l];
-        const auto peak = [&](size_t v) {
-            if (!scene_.volumes[v].peak) return Vec3d(1);
-            return media_.peak(l, v, (from.t + to.t) / 2, 0.5 * (from.volume[v].albedo + to.volume[v].albedo),
-                               0.5 * (from.tau + p.depth + to.tau + q.depth));
-        };
-        Vec3d weight(0), mean(0);
-        for (size_t v = 0; v < depth.size(); ++v)
-            if (depth[v] > 0) weight += scattering(v, from, to, depth) * media_.arriving(l, v, from.t, to.t) * peak(v);
-        for (int c = 0; c < channels_; ++c)
-            mean[c] = mean_exponential(p.transmittance[c], q.transmittance[c],
-                                       to.tau[c] + q.depth[c] - from.tau[c] - p.depth[c]);
-        for (int c = channels_; c < 3; ++c) mean[c] = mean[0];
-        return weight * mean;
+        Vec3d sum(0);
+        for (size_t v = 0; v < depth.size(); ++v) {
+            if (!(depth[v] > 0) || !scene_.volumes[v].is_medium()) continue;
+            const auto &p = from.beam[beam_number(l, v)], &q = to.beam[beam_number(l, v)];
+            Vec3d weight = scattering(v, from, to, depth) * media_.arriving(l, v, from.t, to.t), mean(0);
+            if (scene_.volumes[v].peak)
+                weight *= media_.peak(l, v, (from.t + to.t) / 2, 0.5 * (from.volume[v].albedo + to.volume[v].albedo),
+                                      0.5 * (from.tau + p.depth + to.tau + q.depth));
+            for (int c = 0; c < channels_; ++c)
+                mean[c] = mean_exponential(p.transmittance[c], q.transmittance[c],
+                                           to.tau[c] + q.depth[c] - from.tau[c] - p.depth[c]);
+            for (int c = channels_; c < 3; ++c) mean[c] = mean[0];
+            sum += weight * mean;
+        }
+        return sum;
     }
 
     static Vec3d mean_transmittance(const Node& from, const Node& to)

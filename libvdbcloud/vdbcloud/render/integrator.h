@@ -22,8 +22,9 @@ struct Volume {
     Medium medium;          ///< sigma_t_per_density chosen
     Vec3SGridPtr colour;    ///< Cd: albedo tint, multiplies medium.albedo; may be null
     Vec3SGridPtr emission;  ///< radiance per world unit; may be null
-    /// One for each light of the scene, in the scene's order: exp(-tau) through THIS volume towards the light, float or
-    /// vec3s, background 1. Light reaches a point with the product over the volumes, as optical depths add.
+    /// One for each light of the scene, in the scene's order: exp(-tau) towards the light through ALL volumes of the
+    /// scene, float or vec3s, at the active voxels of THIS density and one voxel about them. Only light that this
+    /// volume scatters is attenuated by these grids, so values elsewhere mean nothing.
     std::vector<GridBasePtr> transmittance;
     Vec3SGridPtr phi;                  ///< collided fluence; may be null
     std::array<Vec3SGridPtr, 3> flux;  ///< collided flux of r, g, b; null where phi is

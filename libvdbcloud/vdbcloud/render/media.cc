@@ -181,22 +181,12 @@ double RayMedia::density(size_t volume, double t) const
     return scene_.volumes[volume].density.sample(ray_of(volume, 0).at(t));
 }
 
-Vec3d RayMedia::light_depth(size_t light, double t) const
+Vec3d RayMedia::light_depth(size_t light, size_t volume, double t) const
 {
     if (scene_.shadow_rays) return shadow_depth(light, t);
-    Vec3d sum(0);
-    for (size_t n = 0; n < scene_.volumes.size(); ++n) {
-        const auto& v = scene_.volumes[n];
-        if (light < v.light_depth.size()) {
-            const auto& map = *v.light_depth[light];
-            const Vec3d p = ray_of(n, maps_before_lights + light).at(t);
-            if (map.channels() == 1)
-                sum += Vec3d(map.sample(p));
-            else
-                sum += map.sample3(p);
-        }
-    }
-    return sum;
+    const auto& map = *scene_.volumes[volume].light_depth[light];
+    const Vec3d p = ray_of(volume, maps_before_lights + light).at(t);
+    return map.channels() == 1 ? Vec3d(map.sample(p)) : map.sample3(p);
 }
 
 Vec3d RayMedia::shadow_depth(size_t light, double t) const

@@ -15,6 +15,8 @@ namespace vdbcloud {
 /// One volume of the scene, shared by all rays. Pointers are null where the scene has no such grid.
 struct PreparedVolume {
     explicit PreparedVolume(BrickMap map) : density(std::move(map)) {}
+    /// False for a volume of emission only.
+    bool is_medium() const { return sigma_t != Vec3d(0); }
 
     /// For a volume of emission only: the region where emission is nonzero, without extinction.
     BrickMap density;
@@ -29,7 +31,8 @@ struct PreparedVolume {
     int degree = 1;  ///< highest degree of the moments
     /// Factor of single scattering, for a scaled medium with collided light.
     std::unique_ptr<ForwardPeak> peak;
-    std::vector<std::unique_ptr<BrickMap>> light_depth;  ///< -log T towards each light
+    /// -log T towards each light through all volumes; known where density differs from 0.
+    std::vector<std::unique_ptr<BrickMap>> light_depth;
 };
 
 /// Albedo of a volume at a point of the colour grid's index space: the medium's, tinted by Cd, within [0, 1].
@@ -58,8 +61,9 @@ public:
     bool bounds(double& t0, double& t1) const;
 
     double density(size_t volume, double t) const;
-    /// Optical depth from the ray's point at t to a light, summed over all volumes.
-    Vec3d light_depth(size_t light, double t) const;
+    /// Optical depth from the ray's point at t to a light, through all volumes, for light that `volume` scatters.
+    /// Without shadow rays the point must lie where the density of `volume` differs from 0.
+    Vec3d light_depth(size_t light, size_t volume, double t) const;
     Vec3d albedo(size_t volume, double t) const;
     Vec3d emission(size_t volume, double t) const;
     /// Collided light scattered towards the eye, per scattering coefficient: (phi + 3 m_1' s.F) / (4 pi) and, where

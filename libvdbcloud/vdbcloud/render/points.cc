@@ -25,16 +25,17 @@ protected:
         for (size_t v = 0; v < scene_.volumes.size(); ++v) {
             const auto& volume = scene_.volumes[v];
             if (volume.emission) source[lights + 1] += media_.emission(v, t);
+            if (!volume.is_medium()) continue;
             const double density = media_.density(v, t);
             if (!(density > 0)) continue;
             const Vec3d albedo = media_.albedo(v, t), scattering = volume.sigma_t * albedo * density;
             sigma_t += media_.extinction(v, albedo) * density;
-            for (size_t l = 0; l < lights; ++l)
-                source[l] += scattering * media_.arriving(l, v, t - width / 2, t + width / 2);
+            for (size_t l = 0; l < lights; ++l) {
+                const Vec3d scattered = scattering * media_.arriving(l, v, t - width / 2, t + width / 2);
+                if (scattered != Vec3d(0)) source[l] += scattered * attenuation(media_.light_depth(l, v, t));
+            }
             if (volume.phi) source[lights] += volume.scaling.scattering() * scattering * media_.collided(v, t);
         }
-        for (size_t l = 0; l < lights; ++l)
-            if (source[l] != Vec3d(0)) source[l] *= attenuation(media_.light_depth(l, t));
         return sigma_t;
     }
 

@@ -1,0 +1,217 @@
+#include "inputs.h"
+
+#include "light_options.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/density.h"
+#include "vdbcloud/grid/metadata.h"
+#include "vdbcloud/grid/registry.h"
+#include "vdbcloud/grid/select.h"
+#include "vdbcloud/grid/up_axis.h"
+#include "vdbcloud/optics/joined_medium.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace vdbcloud::app {
+
+namespace {
+
+/// One property of the world that all inputs have to state alike, if they state it.
+class Agreement {
+public:
+    explicit Agreement(std::string what) : what_(std::move(what)) {}
+    /// Throws UsageError if an earlier file has another value. An empty value agrees with all.
+    void require(const std::string& file, const std::string& value)
+    {
+        if (value.empty()) return;
+        if (value_.empty()) {
+            file_ = file;
+            value_ = value;
+        } else if (value != value_) {
+            throw UsageError(file_ + " has " + what_ + " " + value_ + " and " + file + " has " + what_ + " " + value +
+                             ": expected inputs in one world space");
+        }
+    }
+
+private:
+    std::string what_, file_, value_;
+};
+
+/// The entries on which all maps that have them agree.
+MetaMap agreed(const std::vector<const MetaMap*>& maps)
+{
+    MetaMap out;
+    std::set<std::string> contradicted;
+    for (const MetaMap* map : maps)
+        for (auto entry = map->beginMeta(); entry != map->endMeta(); ++entry) {
+            const auto earlier = out[entry->first];
+            if (!earlier)
+                out.insertMeta(entry->first, *entry->second);
+            else if (*earlier != *entry->second)
+                contradicted.insert(entry->first);
+        }
+    for (const std::string& key : contradicted) out.removeMeta(key);
+    return out;
+}
+
+Vec3SGridPtr vectors(App& app, const GridFile& file, const GridBasePtr& grid)
+{
+    if (!grid || grid->empty()) return nullptr;
+    if (auto found = openvdb::gridPtrCast<Vec3SGrid>(grid)) return found;
+    app.warnings()(file.path + ": grid '" + printable(grid->getName()) + "' is " + grid->valueType() +
+                   ", expected vec3s; passed over");
+    return nullptr;
+}
+
+/// True for a grid that takes part in the joined medium, or that the stage makes again for the joined medium.
+bool is_replaced(const std::string& name, const std::string& density)
+{
+    return name == density || schema::has_role(name, schema::Role::Colour) ||
+           schema::has_role(name, schema::Role::Emission) || schema::has_role(name, schema::Role::Transmittance);
+}
+
+void tell_dropped(App& app, const std::vector<GridFile>& files, const std::vector<MediumPart>& parts)
+{
+    std::set<std::string> dropped;
+    for (size_t n = 0; n < files.size(); ++n)
+        for (const auto& grid : files[n].grids)
+            if (!is_replaced(grid->getName(), parts[n].density->getName())) dropped.insert(printable(grid->getName()));
+    if (dropped.empty()) return;
+    std::string names;
+    for (const std::string& name : dropped) names += (names.empty() ? "" : ", ") + name;
+    app.say("grids that belong to one input alone are not written: " + names);
+}
+
+void tell_resampled(App& app, const JoinedMedium& joined)
+{
+    for (const ResampledPart& part : joined.resampled)
+        app.say(part.name + ": density sampled on the voxels of the finest input; its optical mass, " +
+                brief(std::abs(100 * (1 - part.correction))) + " % off by sampling, is restored");
+}
+
+std::shared_ptr<MetaMap> file_metadata(const std::vector<GridFile>& files)
+{
+    std::vector<const MetaMap*> maps;
+    std::string history;
+    for (const GridFile& file : files) {
+        maps.push_back(file.metadata.get());
+        const std::string lines = get_text(*file.metadata, schema::history, "");
+        if (!lines.empty()) history += (history.empty() || history.back() == '\n' ? "" : "\n") + lines;
+    }
+    auto metadata = std::make_shared<MetaMap>(agreed(maps));
+    if (!history.empty()) set_text(*metadata, schema::history, history);
+    return metadata;
+}
+
+/// Metadata of the joined density: what the densities agree on, and the coefficients of the joined medium.
+void describe(FloatGrid& density, const std::vector<MediumPart>& parts, const Medium& medium)
+{
+    std::vector<const MetaMap*> maps;
+    bool given = true;
+    for (const MediumPart& part : parts) {
+        if (!has_matter(*part.density)) continue;
+        maps.push_back(part.density.get());
+        given = given && get_text(*part.density, schema::sigma_t_origin, "given") == "given";
+    }
+    const MetaMap common = agreed(maps);
+    for (auto entry = common.beginMeta(); entry != common.endMeta(); ++entry)
+        if (entry->first.rfind("file_", 0) != 0) density.insertMeta(entry->first, *entry->second);
+    write_medium(density, medium);
+    set_text(density, schema::sigma_t_origin, given ? "given" : "automatic");
+}
+
+GridFile joined_file(App& app, const std::vector<GridFile>& files, const std::vector<MediumPart>& parts,
+                     MediumInput& out)
+{
+    const JoinedMedium joined = joined_medium(parts);
+    const std::string name = joined.density->getName();
+    describe(*joined.density, parts, joined.medium);
+    joined.density->setName(name);
+    joined.density->setGridClass(openvdb::GRID_FOG_VOLUME);
+    tell_resampled(app, joined);
+    tell_dropped(app, files, parts);
+    GridFile file;
+    file.path = files.front().path;
+    for (size_t n = 1; n < files.size(); ++n) file.path += " " + files[n].path;
+    file.metadata = file_metadata(files);
+    file.grids = {joined.density};
+    if (joined.colour) file.grids.push_back(joined.colour);
+    if (joined.emission) file.grids.push_back(joined.emission);
+    out.density = joined.density;
+    out.medium = joined.medium;
+    return file;
+}
+
+}  // namespace
+
+std::vector<GridFile> read_inputs(App& app, const std::vector<std::string>& paths, bool compare_up)
+{
+    if (std::count(paths.begin(), paths.end(), "-") > 1)
+        throw UsageError("standard input is named twice: expected - once at most");
+    std::vector<GridFile> files;
+    Agreement up("the up axis"), unit("meters_per_unit");
+    for (const std::string& path : paths) {
+        files.push_back(app.read(path));
+        const MetaMap& metadata = *files.back().metadata;
+        if (const auto axis = read_up_axis(metadata); axis && compare_up) up.require(path, word(*axis));
+        if (has_meta(metadata, schema::meters_per_unit))
+            unit.require(path, shortest(get_number(metadata, schema::meters_per_unit, 1)));
+    }
+    return files;
+}
+
+std::vector<FoundLight> lights_found(const std::vector<GridFile>& files)
+{
+    std::vector<FoundLight> found;
+    for (const GridFile& file : files)
+        for (const Light& light : lights_of(file)) found.push_back({file.path, light});
+    return found;
+}
+
+std::vector<Light> inherited_lights(const std::vector<FoundLight>& found, const std::vector<Light>& asked)
+{
+    std::vector<Light> lights;
+    for (const auto& [file, light] : found) {
+        const auto named = [name = light.name](const Light& l) { return l.name == name; };
+        if (std::any_of(asked.begin(), asked.end(), named)) continue;
+        const auto same = std::find_if(lights.begin(), lights.end(), named);
+        if (same == lights.end())
+            lights.push_back(light);
+        else if (!same_place(*same, light) || same->strength() != light.strength())
+            throw UsageError(file + ": " + described(light) + " is not the " + described(*same) +
+                             " of another input: choose with --sun or --lamp");
+    }
+    return lights;
+}
+
+MediumInput read_one_medium(App& app, const StageOptions& o, const MediumOptions& options)
+{
+    std::vector<GridFile> files = read_inputs(app, o.inputs, !o.up);
+    MediumInput out;
+    std::vector<MediumPart> parts;
+    for (GridFile& file : files) {
+        MediumPart part;
+        part.name = file.path;
+        part.density = density_of(file, o.density, app.warnings());
+        part.medium = chosen_medium(app, options, *part.density);
+        if (files.size() > 1) {
+            part.colour = vectors(app, file, grid_of(file, schema::colour));
+            part.emission = vectors(app, file, find_grid(file, schema::emission));
+        }
+        parts.push_back(std::move(part));
+    }
+    out.lights = lights_found(files);
+    if (files.size() == 1) {
+        out.density = parts[0].density;
+        out.medium = parts[0].medium;
+        out.file = std::move(files[0]);
+    } else {
+        out.file = joined_file(app, files, parts, out);
+    }
+    return out;
+}
+
+}  // namespace vdbcloud::app

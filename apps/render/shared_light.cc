@@ -1,0 +1,64 @@
+#include "shared_light.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/registry.h"
+#include "vdbcloud/optics/joined_medium.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbcloud {
+
+namespace {
+
+bool brings_solution(const GridFile& file)
+{
+    return find_grid(file, schema::phi) || find_grid(file, schema::series_phi_name(0));
+}
+
+/// Points of `light_grid` a voxel of `density`, along each axis.
+int points_a_voxel(const GridBase& light_grid, const FloatGrid& density)
+{
+    const double ratio = density.voxelSize()[0] / light_grid.voxelSize()[0];
+    return std::clamp(int(std::lround(ratio)), 1, 8);
+}
+
+}  // namespace
+
+bool has_several_media(const Scene& scene)
+{
+    return std::count_if(scene.volumes.begin(), scene.volumes.end(),
+                         [](const Volume& volume) { return has_matter(*volume.density); }) > 1;
+}
+
+void require_one_solution(const std::vector<GridFile>& files, const Scene& scene)
+{
+    const auto solved = std::find_if(files.begin(), files.end(), brings_solution);
+    if (solved == files.end()) return;
+    std::string names;
+    size_t count = 0;
+    for (size_t v = 0; v < files.size(); ++v) {
+        names += " " + files[v].path;
+        count += has_matter(*scene.volumes[v].density) || emits(scene.volumes[v].emission.get());
+    }
+    if (count > 1)
+        throw UsageError(solved->path +
+                         ": its multiple scattering was computed without the other inputs, which light and shade it: "
+                         "expected one file of all, from p1solve" +
+                         names + " -o both.vdb");
+}
+
+GridBasePtr shared_light_grid(app::App& app, const Scene& scene, size_t v, const Light& light, const GridBasePtr& own,
+                              const RenderOptions& o)
+{
+    if (app.dry_run()) return FloatGrid::create(1.0f);
+    const auto phase = app.phase("light");
+    std::vector<CrossedMedium> media;
+    for (const Volume& volume : scene.volumes) media.push_back({volume.density, volume.medium});
+    TransmittanceOptions options = o.light;
+    if (own) options.refine = points_a_voxel(*own, *scene.volumes[v].density);
+    return transmittance_grid(media, v, light, options, own, app.progress("light"));
+}
+
+}  // namespace vdbcloud
