@@ -270,6 +270,7 @@ const std::vector<ToolEffects>& tool_effects()
              {"--fidelity exact", S::Values, "", "--shadow-rays"},
              {"--fidelity exact", S::Values, "", "--integrator path"},
              {"--fidelity exact", S::Values, "", "lattice.vdb"},
+             {"--fidelity exact", S::Values, "lattice.vdb seed.vdb", "--shadow-rays"},
              {"--samples 4", S::Values, "", "", true},
              {"--samples 4", S::Values, "--integrator path", "", true},
              {"--spp-offset 5", S::Values, "--integrator path", ""},

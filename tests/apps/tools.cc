@@ -35,8 +35,8 @@ std::vector<Tool> tools()
     const std::vector<Tool> all = {
         {"fractalgen", {"--size", "12"}, ".vdb", false},
         {"cloudsim", {"--preset", "smoke", "--cells", "8", "--minutes", "0.2"}, ".vdb", false},
-        {"illuminate", {}, ".vdb"},
-        {"p1solve", {}, ".vdb"},
+        {"illuminate", {}, ".vdb", true, false, true},
+        {"p1solve", {}, ".vdb", true, false, true},
         {"render", {"--resolution", "16"}, ".exr", true, false, true},
         {"vdbdiff", {}, "", true, true},
     };

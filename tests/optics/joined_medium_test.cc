@@ -256,6 +256,19 @@ TEST(JoinedMedium, ResampledDensityIsTheInterpolantOfThePart)
     EXPECT_NEAR(joined.resampled.at(0).correction, 1, 2e-3);
 }
 
+TEST(JoinedMedium, AShiftOfHalfAVoxelIsInterpolated)
+{
+    const auto a = FloatGrid::create(0.0f), b = FloatGrid::create(0.0f);
+    a->tree().setValueOn(Coord(0, 0, 0), 3.0f);
+    b->tree().setValueOn(Coord(0, 0, 0), 1.0f);
+    const auto joined =
+        joined_medium({{"a", a, medium(Vec3d(1)), nullptr, nullptr},
+                       {"b", placed(b, Vec3d(1), 0, Vec3d(0.5, 0, 0)), medium(Vec3d(1)), nullptr, nullptr}});
+    EXPECT_EQ(joined.density->activeVoxelCount(), 2u);
+    EXPECT_EQ(joined.density->tree().getValue(Coord(0, 0, 0)), 3.5f);
+    EXPECT_EQ(joined.density->tree().getValue(Coord(1, 0, 0)), 0.5f);
+}
+
 TEST(JoinedMedium, EmissionIsTheSumAndKeepsItsPower)
 {
     const auto a = body(1), b = body(2);
