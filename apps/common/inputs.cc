@@ -156,7 +156,7 @@ std::vector<GridFile> read_inputs(App& app, const std::vector<std::string>& path
     for (const std::string& path : paths) {
         files.push_back(app.read(path));
         const MetaMap& metadata = *files.back().metadata;
-        if (const auto axis = read_up_axis(metadata); axis && compare_up) up.require(path, word(*axis));
+        if (const auto axis = read_up_axis(metadata); axis && compare_up) up.require(path, up_axis_words.word(*axis));
         if (has_meta(metadata, schema::meters_per_unit))
             unit.require(path, shortest(get_number(metadata, schema::meters_per_unit, 1)));
     }

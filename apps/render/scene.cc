@@ -110,7 +110,8 @@ std::string misfit(const GridBase& grid, const Light& light, const Volume& volum
         return "was computed with extinction " + app::brief(get_vector(grid, schema::sigma_t_per_density, Vec3d(0.0))) +
                ", now " + app::brief(volume.medium.sigma_t_per_density);
     const std::string digest = get_text(grid, schema::density_digest, "");
-    return digest.empty() || digest == grid_digest(*volume.density) ? "" : "was computed from another density";
+    if (digest.empty()) return "says nothing of its density";
+    return digest == grid_digest(*volume.density) ? "" : "was computed from another density";
 }
 
 /// True if the inputs have a usable transmittance grid for each light.

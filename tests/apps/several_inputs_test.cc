@@ -147,6 +147,21 @@ TEST_F(SeveralInputs, RenderComputesLightAgainThatWasComputedApart)
     EXPECT_LT(mean("l.vdb h.vdb", ""), 0.5 * mean("l.vdb", ""));
 }
 
+TEST_F(SeveralInputs, RenderComputesLightAgainThatNamesNoDensity)
+{
+    // Light of the lower half of a body, without the fingerprint of its density: the upper half is not lit by it.
+    const auto half = body(1), whole = body(1, 32);
+    write("half.vdb", half);
+    done("illuminate", "-q half.vdb --sun 0,1,0 -o lit.vdb");
+    write("whole.vdb", whole);
+    const auto light = find_grid(read_grid_file(path("lit.vdb")), "transmittance_sun");
+    light->removeMeta(schema::density_digest);
+    write("edited.vdb", whole, 6, 0.9, 0, {}, {light});
+    const std::string said = done("render", "edited.vdb --resolution 8 -o a.exr");
+    EXPECT_NE(said.find("says nothing of its density"), std::string::npos) << said;
+    EXPECT_EQ(mean("edited.vdb", ""), mean("whole.vdb", "--sun 0,1,0"));
+}
+
 TEST_F(SeveralInputs, AreSolvedAsTheFileOfTheirSum)
 {
     const auto a = body(1), b = body(2), sum = a->deepCopy();
