@@ -1,6 +1,7 @@
 #include "inputs.h"
 
 #include "light_options.h"
+#include "vector_grid.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
@@ -55,15 +56,6 @@ MetaMap agreed(const std::vector<const MetaMap*>& maps)
         }
     for (const std::string& key : contradicted) out.removeMeta(key);
     return out;
-}
-
-Vec3SGridPtr vectors(App& app, const GridFile& file, const GridBasePtr& grid)
-{
-    if (!grid || grid->empty()) return nullptr;
-    if (auto found = openvdb::gridPtrCast<Vec3SGrid>(grid)) return found;
-    app.warnings()(file.path + ": grid '" + printable(grid->getName()) + "' is " + grid->valueType() +
-                   ", expected vec3s; passed over");
-    return nullptr;
 }
 
 /// True for a grid that takes part in the joined medium, or that the stage makes again for the joined medium.
@@ -198,8 +190,8 @@ MediumInput read_one_medium(App& app, const StageOptions& o, const MediumOptions
         part.density = density_of(file, o.density, app.warnings());
         part.medium = chosen_medium(app, options, *part.density);
         if (files.size() > 1) {
-            part.colour = vectors(app, file, grid_of(file, schema::colour));
-            part.emission = vectors(app, file, find_grid(file, schema::emission));
+            part.colour = vector_grid(app, file, grid_of(file, schema::colour));
+            part.emission = vector_grid(app, file, find_grid(file, schema::emission));
         }
         parts.push_back(std::move(part));
     }

@@ -110,7 +110,7 @@ std::string misfit(const GridBase& grid, const Light& light, const Volume& volum
         return "was computed with extinction " + app::brief(get_vector(grid, schema::sigma_t_per_density, Vec3d(0.0))) +
                ", now " + app::brief(volume.medium.sigma_t_per_density);
     const std::string digest = get_text(grid, schema::density_digest, "");
-    if (digest.empty()) return "says nothing of its density";
+    if (digest.empty()) return "has no fingerprint of its density";
     return digest == grid_digest(*volume.density) ? "" : "was computed from another density";
 }
 
@@ -128,8 +128,8 @@ bool brings_all(const std::vector<GridFile>& files, const Scene& scene)
     return true;
 }
 
-/// The transmittance grid of volume `v` towards a light: the input's if that is usable, else computed, through all media
-/// where there are several. A dry run computes none.
+/// The transmittance grid of volume `v` towards a light: the input's if that is usable, else computed, through all
+/// media where there are several. A dry run computes none.
 GridBasePtr light_grid(app::App& app, const GridFile& file, const Scene& scene, size_t v, const Light& light,
                        const RenderOptions& o)
 {

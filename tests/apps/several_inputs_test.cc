@@ -158,7 +158,7 @@ TEST_F(SeveralInputs, RenderComputesLightAgainThatNamesNoDensity)
     light->removeMeta(schema::density_digest);
     write("edited.vdb", whole, 6, 0.9, 0, {}, {light});
     const std::string said = done("render", "edited.vdb --resolution 8 -o a.exr");
-    EXPECT_NE(said.find("says nothing of its density"), std::string::npos) << said;
+    EXPECT_NE(said.find("has no fingerprint of its density"), std::string::npos) << said;
     EXPECT_EQ(mean("edited.vdb", ""), mean("whole.vdb", "--sun 0,1,0"));
 }
 
