@@ -227,7 +227,7 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
             if (!out.sky) out.sky = lit_by;
         }
 
-    require_one_solution(files, out.scene);
+    if (!traces_paths(o)) require_one_solution(files, out.scene);
     out.scene.lights = app::lights_asked(o.lights);
     if (out.scene.lights.empty()) out.scene.lights = app::inherited_lights(app::lights_found(files));
     // A medium with phi is visible without a sun.

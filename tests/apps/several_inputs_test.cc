@@ -324,6 +324,7 @@ TEST_F(SeveralInputs, RenderRefusesMultipleScatteringThatWasComputedApart)
         EXPECT_NE(sentence.find(std::string("p1solve ") + inputs + " -o"), std::string::npos) << sentence;
     }
     refused("render", "series.vdb b.vdb --albedo 0.99 -o no.exr");
+    done("render", "-q pa.vdb pb.vdb --integrator path --resolution 4 -o path.exr");  // reads no phi
     EXPECT_NEAR(mean("pa.vdb void.vdb", ""), mean("pa.vdb", ""), 1e-6);
     done("p1solve", "-q pa.vdb pb.vdb -o both.vdb");
     EXPECT_GT(mean("both.vdb", "--aov multiscatter", "multiscatter.R"), 1e-3);
