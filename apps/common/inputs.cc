@@ -84,17 +84,20 @@ void tell_resampled(App& app, const JoinedMedium& joined)
                 brief(std::abs(100 * (1 - part.correction))) + " % off by sampling, is restored");
 }
 
-std::shared_ptr<MetaMap> file_metadata(const std::vector<GridFile>& files)
+std::shared_ptr<MetaMap> file_metadata(const std::vector<GridFile>& files, const std::string& density)
 {
     std::vector<const MetaMap*> maps;
     std::string history;
+    bool chosen = false;
     for (const GridFile& file : files) {
         maps.push_back(file.metadata.get());
+        chosen = chosen || has_meta(*file.metadata, schema::density_choice);
         const std::string lines = get_text(*file.metadata, schema::history, "");
         if (!lines.empty()) history += (history.empty() || history.back() == '\n' ? "" : "\n") + lines;
     }
     auto metadata = std::make_shared<MetaMap>(agreed(maps));
     if (!history.empty()) set_text(*metadata, schema::history, history);
+    if (chosen) set_text(*metadata, schema::density_choice, density);
     return metadata;
 }
 
@@ -128,7 +131,7 @@ GridFile joined_file(App& app, const std::vector<GridFile>& files, const std::ve
     GridFile file;
     file.path = files.front().path;
     for (size_t n = 1; n < files.size(); ++n) file.path += " " + files[n].path;
-    file.metadata = file_metadata(files);
+    file.metadata = file_metadata(files, name);
     file.grids = {joined.density};
     if (joined.colour) file.grids.push_back(joined.colour);
     if (joined.emission) file.grids.push_back(joined.emission);
