@@ -33,7 +33,7 @@ struct Task {
 std::vector<Task> tasks_of(app::App& app, const IlluminateOptions& o, const std::vector<Light>& asked,
                            app::MediumInput& in)
 {
-    const GridFile& file = in.file;
+    GridFile& file = in.file;
     std::vector<Task> tasks;
     for (const auto& light : asked) tasks.push_back({light, false});
     const std::string digest = grid_digest(*in.density);
