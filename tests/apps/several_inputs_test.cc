@@ -118,8 +118,10 @@ TEST_F(SeveralInputs, RenderShowsEachInTheShadowOfTheOthers)
         const double alone = mean("low.vdb", light);
         for (const char* inputs : {"high.vdb low.vdb", "low.vdb turned.vdb", "turned.vdb low.vdb high.vdb"}) {
             const double grids = mean(inputs, light), rays = mean(inputs, std::string(light) + " --shadow-rays");
-            // The depth of a shadow varies by 0.3 between voxels of clumpy bodies; the mean of 16^2 columns by 2 %.
-            EXPECT_NEAR(grids / rays, 1, 0.02) << inputs << light;
+            // The depth of a shadow varies by 0.3 between voxels of clumpy bodies; the mean of 16^2 columns by 2 %. Of
+            // a disc -log T bends where its parts are shaded one by one: 5 % of what the penumbra lets through.
+            const double most = std::string(light).find("diameter") == std::string::npos ? 0.02 : 0.05;
+            EXPECT_NEAR(grids / rays, 1, most) << inputs << light;
             EXPECT_GT(alone / grids, 1.8) << inputs << light;
         }
     }
