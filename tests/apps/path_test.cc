@@ -218,5 +218,15 @@ TEST_F(PathProgram, MergeRefusesAPngAndWritesNothingOnADryRun)
     EXPECT_EQ(in_folder("exrmerge a.exr -o piped.exr --no-clobber").status, 1);
 }
 
+TEST_F(PathProgram, ExamplesOfMergeRunAsPrinted)
+{
+    const RunResult r = in_folder(
+        "mkdir examples && cd examples && exrmerge --help | sed '1,/^Examples:/d' | grep -v '^ *#' > commands && "
+        "grep -c 'exrmerge ' commands && bash -e commands && test -s both.exr");
+    EXPECT_EQ(r.status, 0) << r.err;
+    EXPECT_EQ(r.out.substr(0, 2), "3\n");
+    EXPECT_NE(r.out.find("\"sample_ranges\": \"0-15\""), std::string::npos) << r.out;
+}
+
 }  // namespace
 }  // namespace vdbcloud::test
