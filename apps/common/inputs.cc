@@ -23,7 +23,7 @@ namespace {
 /// One property of the world that all inputs have to state alike, if they state it.
 class Agreement {
 public:
-    explicit Agreement(std::string what) : what_(std::move(what)) {}
+    Agreement(std::string what, std::string way_out) : what_(std::move(what)), way_out_(std::move(way_out)) {}
     /// Throws UsageError if an earlier file has another value. An empty value agrees with all.
     void require(const std::string& file, const std::string& value)
     {
@@ -33,12 +33,12 @@ public:
             value_ = value;
         } else if (value != value_) {
             throw UsageError(file_ + " has " + what_ + " " + value_ + " and " + file + " has " + what_ + " " + value +
-                             ": expected inputs in one world space");
+                             ": " + way_out_);
         }
     }
 
 private:
-    std::string what_, file_, value_;
+    std::string what_, way_out_, file_, value_;
 };
 
 /// The entries on which all maps that have them agree.
@@ -147,7 +147,7 @@ std::vector<GridFile> read_inputs(App& app, const std::vector<std::string>& path
     if (std::count(paths.begin(), paths.end(), "-") > 1)
         throw UsageError("standard input is named twice: expected - once at most");
     std::vector<GridFile> files;
-    Agreement up("the up axis"), unit("meters_per_unit");
+    Agreement up("the up axis", "choose with --up"), unit("meters_per_unit", "expected inputs in one unit of length");
     for (const std::string& path : paths) {
         files.push_back(app.read(path));
         const MetaMap& metadata = *files.back().metadata;

@@ -179,20 +179,13 @@ bool glows_by_itself(const Scene& scene, const RenderOptions& o)
                                                 [](const Volume& volume) { return bool(volume.emission); });
 }
 
-/// The axis asked for, else the one that the files say.
+/// The axis asked for, else the one that the files say: read_inputs() has compared them.
 UpAxis up_of(app::App& app, const RenderOptions& o, std::vector<GridFile>& files)
 {
     if (o.up) return *o.up;
-    const GridFile* by = nullptr;
-    for (const GridFile& file : files) {
-        const auto says = read_up_axis(*file.metadata);
-        if (!says) continue;
-        if (by && says != read_up_axis(*by->metadata))
-            throw UsageError(file.path + " says that " + up_axis_words.word(*says) + " is up, and " + by->path +
-                             " says another axis: choose with --up");
-        by = &file;
-    }
-    return by ? *read_up_axis(*by->metadata) : app::settled_up(app, {}, files.front(), true);
+    for (const GridFile& file : files)
+        if (const auto says = read_up_axis(*file.metadata)) return *says;
+    return app::settled_up(app, {}, files.front(), true);
 }
 
 /// Throws if the sky that lit a file's medium stands over another axis than the picture's.

@@ -269,6 +269,9 @@ TEST_F(SeveralInputs, MetadataAreKeptWhereInputsAgree)
             const std::string sentence = refused(name, line);
             EXPECT_NE(sentence.find("a.vdb"), std::string::npos) << sentence;
             EXPECT_NE(sentence.find("y.vdb"), std::string::npos) << sentence;
+            EXPECT_NE(sentence.find("--up"), std::string::npos) << sentence;
+            done(name, "-q --up z " + std::string(line).replace(std::string(line).find("no"), 2, "up"));
+            EXPECT_EQ(get_text(*read_grid_file(path("up.vdb")).metadata, schema::up_axis, ""), "Z");
         }
     refused("render", "a.vdb y.vdb -o no.exr");
     done("render", "-q a.vdb y.vdb --up z --resolution 8 -o yes.exr");
