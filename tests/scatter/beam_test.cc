@@ -254,7 +254,7 @@ INSTANTIATE_TEST_SUITE_P(
     Grid, LampOnAFace,
     testing::Values(LampGrid{"Exact", 0.125, {Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)}},
                     LampGrid{"Rounded", 0.1, {Vec3d(0.6, 0.8, 0), Vec3d(-0.8, 0.6, 0), Vec3d(0, 0, 1)}}),
-    [](const auto& info) { return std::string(info.param.name); });
+    [](const auto& of) { return std::string(of.param.name); });
 
 TEST(Beam, LinesThroughAGaussianMatchTheExponentialIntegral)
 {

@@ -83,7 +83,7 @@ TEST(SunDiscPoints, PhiConvergesWithTheirNumber)
 }
 
 INSTANTIATE_TEST_SUITE_P(Method, SunDisc, testing::Values(0, 8),
-                         [](const auto& info) { return std::string(info.param ? "Sweeps" : "P1"); });
+                         [](const auto& of) { return std::string(of.param ? "Sweeps" : "P1"); });
 
 }  // namespace
 }  // namespace vdbcloud
