@@ -148,7 +148,8 @@ TEST(Beam, FluenceOfALampIsInverseSquareTimesTransmittance)
         // centre: sigma h^2 / (12 r) more than the face's mean, and h^2 / r^2 as light spreads across the voxel.
         double mean = 0;
         for (int k = 0; k < 216; ++k) {
-            const Vec3d part(k / 36 + 0.5, k / 6 % 6 + 0.5, k % 6 + 0.5);
+            const int i = k / 36, j = k / 6 % 6;
+            const Vec3d part(i + 0.5, j + 0.5, k % 6 + 0.5);
             const double r = ((Vec3d(v.x(), v.y(), v.z()) - Vec3d(0.5) + part / 6.0) * h - at).length();
             mean += std::exp(-sigma * r) / (r * r) / 216;
         }
