@@ -1,7 +1,6 @@
 // render --integrator path and exrmerge as a user runs them.
+#include "picture_file.h"
 #include "support/run.h"
-
-#include <OpenImageIO/imageio.h>
 
 #include <gtest/gtest.h>
 
@@ -10,24 +9,6 @@
 
 namespace vdbcloud::test {
 namespace {
-
-struct Picture {
-    OIIO::ImageSpec spec;
-    std::vector<float> pixels;
-    std::string text(const char* key) const { return spec.get_string_attribute(key); }
-};
-
-Picture picture(const std::string& path)
-{
-    Picture out;
-    auto input = OIIO::ImageInput::open(path);
-    EXPECT_TRUE(input) << path << ": " << OIIO::geterror();
-    if (!input) return out;
-    out.spec = input->spec();
-    out.pixels.resize(size_t(out.spec.width) * size_t(out.spec.height) * size_t(out.spec.nchannels));
-    EXPECT_TRUE(input->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, out.pixels.data()));
-    return out;
-}
 
 /// A folder with a cloud, lit.vdb by one sun and sky.vdb of albedo 1 by a sky of radiance 1 alone.
 class PathProgram : public testing::Test {
@@ -62,7 +43,7 @@ protected:
     {
         return "render -q --integrator path --resolution 12 " + input + " " + options;
     }
-    static Picture traced(const std::string& options, const std::string& input = "lit.vdb")
+    static PictureFile traced(const std::string& options, const std::string& input = "lit.vdb")
     {
         expect_done(path(options + " -o picture.exr", input));
         return picture(*folder_ / "picture.exr");
@@ -91,7 +72,7 @@ TEST_F(PathProgram, MergedPartsAreOneRun)
     expect_done(path("--aov all --spp 32 -o whole.exr"));
     const RunResult r = expect_done("exrmerge c.exr a.exr b.exr -o merged.exr");
     EXPECT_EQ(r.err, "exrmerge: 32 samples a pixel, of indices 0-31\n");
-    const Picture merged = picture(*folder_ / "merged.exr"), whole = picture(*folder_ / "whole.exr");
+    const PictureFile merged = picture(*folder_ / "merged.exr"), whole = picture(*folder_ / "whole.exr");
     ASSERT_EQ(merged.spec.channelnames, whole.spec.channelnames);
     const size_t channels = size_t(whole.spec.nchannels);
     std::vector<double> scale(channels, 0.0);
@@ -165,14 +146,14 @@ TEST_F(PathProgram, NothingComputedBeforeIsRead)
 
 TEST_F(PathProgram, TheSkyThatLitTheInputMakesAFurnace)
 {
-    const Picture p = traced("--background sky --aov none --spp 3", "sky.vdb");
+    const PictureFile p = traced("--background sky --aov none --spp 3", "sky.vdb");
     for (size_t k = 0; k < p.pixels.size(); ++k) EXPECT_NEAR(p.pixels[k], 1, 1e-6);
     // Asked for by options it is the same sky; without one there is no light but the sun.
     const std::string white = "--sky-zenith 1 --sky-horizon 1 --sky-ground 1 --background sky --aov none --spp 3 ";
-    const Picture q = traced(white + "--extinction 20 --albedo 1", "cloud.vdb");
+    const PictureFile q = traced(white + "--extinction 20 --albedo 1", "cloud.vdb");
     for (size_t k = 0; k < q.pixels.size(); ++k) EXPECT_NEAR(q.pixels[k], 1, 1e-6);
     // A backdrop lights nothing.
-    const Picture dark = traced("--aov none --spp 3"), backdrop = traced("--background 1,1,1 --aov none --spp 3");
+    const PictureFile dark = traced("--aov none --spp 3"), backdrop = traced("--background 1,1,1 --aov none --spp 3");
     double transparent = 0;
     for (size_t k = 0; k < dark.pixels.size(); k += 4) {
         EXPECT_NEAR(backdrop.pixels[k], dark.pixels[k] + 1 - dark.pixels[k + 3], 1e-5);
@@ -186,13 +167,13 @@ TEST_F(PathProgram, NoiseAndTimeEndTheRunAndAreTold)
     const RunResult r = in_folder(path("--noise 0.5 -o a.exr").replace(0, 9, "render"));
     EXPECT_EQ(r.status, 0);
     EXPECT_NE(r.err.find(" samples a pixel, noise 0.4"), std::string::npos) << r.err;
-    const Picture p = picture(*folder_ / "a.exr");
+    const PictureFile p = picture(*folder_ / "a.exr");
     const int samples = int(p.spec.get_float_attribute("vdbcloud:samples"));
     EXPECT_GE(samples, 16);
     EXPECT_EQ(p.text("vdbcloud:sample_ranges"), "0-" + std::to_string(samples - 1));
     // The same number of samples, asked for, is the same picture.
     EXPECT_EQ(p.pixels, traced("--spp " + std::to_string(samples)).pixels);
-    const Picture timed = traced("--time-limit 0.2 --aov seconds,standard_error --spp-offset 7");
+    const PictureFile timed = traced("--time-limit 0.2 --aov seconds,standard_error --spp-offset 7");
     EXPECT_EQ(timed.text("vdbcloud:sample_ranges").rfind("7-", 0), 0u);
     EXPECT_GE(timed.spec.channelindex("seconds.Y"), 0);
     EXPECT_GE(timed.spec.channelindex("standard_error.B"), 0);

@@ -1,4 +1,5 @@
 // render as a user runs it: on small grids, against closed forms where there are any.
+#include "picture_file.h"
 #include "support/run.h"
 
 #include "vdbcloud/core/constants.h"
@@ -7,8 +8,6 @@
 #include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/schema.h"
-
-#include <OpenImageIO/imageio.h>
 
 #include <gtest/gtest.h>
 
@@ -19,34 +18,13 @@ namespace vdbcloud {
 namespace {
 
 using openvdb::Coord;
+using test::picture;
+using test::PictureFile;
 using test::program;
 using test::read_text;
 
-struct Picture {
-    OIIO::ImageSpec spec;
-    std::vector<float> pixels;
-    float at(int i, int j, const std::string& channel) const
-    {
-        const int c = spec.channelindex(channel);
-        EXPECT_GE(c, 0) << "no channel " << channel;
-        return c < 0 ? 0 : pixels[size_t(((j - spec.y) * spec.width + i - spec.x) * spec.nchannels + c)];
-    }
-};
-
-Picture picture(const std::string& path)
-{
-    Picture out;
-    auto input = OIIO::ImageInput::open(path);
-    EXPECT_TRUE(input) << path << ": " << OIIO::geterror();
-    if (!input) return out;
-    out.spec = input->spec();
-    out.pixels.resize(size_t(out.spec.width) * size_t(out.spec.height) * size_t(out.spec.nchannels));
-    EXPECT_TRUE(input->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, out.pixels.data()));
-    return out;
-}
-
 /// The greatest difference of two pictures in a channel, relative to the first one's greatest value there.
-double difference(const Picture& a, const Picture& b, const std::string& channel)
+double difference(const PictureFile& a, const PictureFile& b, const std::string& channel)
 {
     double most = 0, scale = 0;
     for (int j = 0; j < a.spec.height; ++j)
@@ -99,7 +77,7 @@ protected:
         return test::run(arguments);
     }
     /// Runs at a small size and expects success.
-    Picture rendered(const std::string& input, const std::string& output, std::vector<std::string> arguments = {})
+    PictureFile rendered(const std::string& input, const std::string& output, std::vector<std::string> arguments = {})
     {
         arguments.insert(arguments.end(), {input, "-o", path(output), "--resolution", "32"});
         const auto result = run(arguments);
@@ -120,7 +98,7 @@ TEST_F(Render, AFileWithoutMetadataIsFramedLitAndExposed)
     write_lump(path("lump.vdb"));
     const auto result = run({path("lump.vdb"), "-o", path("a.exr"), "--png", path("a.png")});
     EXPECT_EQ(result.status, 0) << result.err;
-    const Picture exr = picture(path("a.exr")), png = picture(path("a.png"));
+    const PictureFile exr = picture(path("a.exr")), png = picture(path("a.png"));
     EXPECT_EQ(exr.spec.width, 512);
     EXPECT_GT(exr.at(256, 256, "A"), 0.9);
     EXPECT_EQ(exr.at(2, 2, "A"), 0);
@@ -139,7 +117,7 @@ TEST_F(Render, MeetsTheSunAxisIdentitiesPixelByPixel)
     write_lump(path("lump.vdb"));
     const double w0 = 0.8, g = 0.3, E = 2;
     for (const double side : {-1.0, 1.0}) {
-        const Picture p =
+        const PictureFile p =
             rendered(path("lump.vdb"), "a.exr",
                      {"--projection", "orthographic", "--direction", "0.3,-0.4,-1", "--sun",
                       side < 0 ? "-0.3,0.4,1" : "0.3,-0.4,-1", "--sun-irradiance", "2,2,2", "--albedo", "0.8", "--g",
@@ -194,8 +172,8 @@ TEST_F(Render, APipeOfStagesWritesEqualBytesToFiles)
 TEST_F(Render, ACropIsPartOfTheWhole)
 {
     write_lump(path("lump.vdb"));
-    const Picture whole = rendered(path("lump.vdb"), "whole.exr", {"--samples", "3"});
-    const Picture part = rendered(path("lump.vdb"), "part.exr", {"--samples", "3", "--crop", "9,5,20,30"});
+    const PictureFile whole = rendered(path("lump.vdb"), "whole.exr", {"--samples", "3"});
+    const PictureFile part = rendered(path("lump.vdb"), "part.exr", {"--samples", "3", "--crop", "9,5,20,30"});
     EXPECT_EQ(part.spec.x, 9);
     EXPECT_EQ(part.spec.height, 25);
     EXPECT_EQ(part.spec.full_width, 32);
@@ -213,9 +191,9 @@ TEST_F(Render, PictureIsInvariantUnderScaleTranslationAndUpAxis)
     auto turned = scaled(0.25);
     turned->postRotate(openvdb::math::pi<double>() / 2, openvdb::math::X_AXIS);  // y to z, z to -y
     write_lump(path("turned.vdb"), turned);
-    const Picture rest = rendered(path("lump.vdb"), "a.exr");
-    const Picture scaled_up = rendered(path("large.vdb"), "b.exr"),
-                  z_up = rendered(path("turned.vdb"), "c.exr", {"--up", "z"});
+    const PictureFile rest = rendered(path("lump.vdb"), "a.exr");
+    const PictureFile scaled_up = rendered(path("large.vdb"), "b.exr"),
+                      z_up = rendered(path("turned.vdb"), "c.exr", {"--up", "z"});
     for (const auto& channel : {"R", "A"}) {  // half floats round by 2^-11
         EXPECT_LT(difference(rest, scaled_up, channel), 1e-3);
         EXPECT_LT(difference(rest, z_up, channel), 1e-3);
@@ -234,24 +212,24 @@ TEST_F(Render, SeveralInputsAddUp)
         EXPECT_EQ(result.status, 0) << result.err;
         return picture(path(output));
     };
-    const Picture twice = with({path("whole.vdb"), path("whole.vdb"), "--extinction", "0.4"}, "two.exr");
-    const Picture once = with({path("whole.vdb"), "--extinction", "0.8"}, "one.exr");
+    const PictureFile twice = with({path("whole.vdb"), path("whole.vdb"), "--extinction", "0.4"}, "two.exr");
+    const PictureFile once = with({path("whole.vdb"), "--extinction", "0.8"}, "one.exr");
     for (const auto& channel : {"R", "A", "transmittance.B"}) EXPECT_LT(difference(once, twice, channel), 2e-3);
 }
 
 TEST_F(Render, BackgroundIsDrawnIfGivenElseAlphaIsKept)
 {
     write_lump(path("lump.vdb"));
-    const Picture clear = rendered(path("lump.vdb"), "a.exr"),
-                  red = rendered(path("lump.vdb"), "b.exr", {"--background", "0.5,0,0"});
+    const PictureFile clear = rendered(path("lump.vdb"), "a.exr"),
+                      red = rendered(path("lump.vdb"), "b.exr", {"--background", "0.5,0,0"});
     EXPECT_EQ(clear.at(1, 1, "R"), 0);
     EXPECT_EQ(clear.at(1, 1, "A"), 0);
     EXPECT_EQ(red.at(1, 1, "R"), 0.5f);
     EXPECT_EQ(red.at(1, 1, "A"), 1);
     for (int i = 0; i < 32; ++i)
         EXPECT_NEAR(red.at(i, 16, "R"), clear.at(i, 16, "R") + (1 - clear.at(i, 16, "A")) * 0.5f, 1e-3);
-    const Picture sky = rendered(path("lump.vdb"), "c.exr",
-                                 {"--sky-zenith", "0,0,1", "--sky-horizon", "0.25", "--direction", "0,1,0.001"});
+    const PictureFile sky = rendered(path("lump.vdb"), "c.exr",
+                                     {"--sky-zenith", "0,0,1", "--sky-horizon", "0.25", "--direction", "0,1,0.001"});
     EXPECT_NEAR(sky.at(1, 1, "B"), 1, 0.2);
     EXPECT_LT(sky.at(1, 1, "R"), 0.1);
 }
@@ -259,10 +237,10 @@ TEST_F(Render, BackgroundIsDrawnIfGivenElseAlphaIsKept)
 TEST_F(Render, ACameraWithinSeesCloudAndOneTurnedAwaySeesNone)
 {
     write_lump(path("lump.vdb"));
-    const Picture inside =
+    const PictureFile inside =
         rendered(path("lump.vdb"), "a.exr", {"--camera", "0.1,0,0", "--look-at", "5,1,0", "--extinction", "3"});
     for (int k = 0; k < 32; k += 5) EXPECT_GT(inside.at(k, 31 - k, "A"), 0.8);
-    const Picture away = rendered(path("lump.vdb"), "b.exr", {"--camera", "9,0,0", "--look-at", "20,0,0"});
+    const PictureFile away = rendered(path("lump.vdb"), "b.exr", {"--camera", "9,0,0", "--look-at", "20,0,0"});
     for (int k = 0; k < 32; k += 5) EXPECT_EQ(away.at(k, k, "A"), 0);
 }
 
@@ -275,7 +253,7 @@ TEST_F(Render, ALightGridOfAnotherExtinctionIsRecomputedWithAWarning)
     const auto again = run({path("lit.vdb"), "--extinction", "2", "--resolution", "32", "-o", path("a.exr")});
     EXPECT_EQ(again.status, 0);
     EXPECT_NE(again.err.find("was computed with extinction 1, now 2"), std::string::npos) << again.err;
-    const Picture fresh = rendered(path("lump.vdb"), "b.exr", {"--sun", "1,1,0", "--extinction", "2"});
+    const PictureFile fresh = rendered(path("lump.vdb"), "b.exr", {"--sun", "1,1,0", "--extinction", "2"});
     EXPECT_LT(difference(fresh, picture(path("a.exr")), "R"), 1e-3);
 }
 
@@ -288,10 +266,10 @@ TEST_F(Render, APrintedConfigurationGivesThePictureAgain)
     auto print = options;
     print.insert(print.end(), {path("lump.vdb"), "-o", path("a.exr"), "--resolution", "32", "--print-config"});
     test::write_text(path("a.toml"), run(print).out);
-    const Picture direct = rendered(path("lump.vdb"), "a.exr", options);
+    const PictureFile direct = rendered(path("lump.vdb"), "a.exr", options);
     const auto again = run({"--config", path("a.toml"), path("lump.vdb"), "-o", path("b.exr")});
     EXPECT_EQ(again.status, 0) << again.err;
-    const Picture other = picture(path("b.exr"));
+    const PictureFile other = picture(path("b.exr"));
     for (const auto& channel : {"R", "B", "transmittance.R"}) EXPECT_EQ(difference(direct, other, channel), 0);
 }
 
@@ -351,11 +329,11 @@ TEST_F(Render, ThreeIntegratorsAgreeTo2e3)
         more.insert(more.end(), {"--integrator", name});
         return rendered(path("lump.vdb"), name + ".exr", more);
     };
-    const Picture cells = by("cells", {}), romberg = by("romberg", {}), steps = by("steps", {"--step", "0.05"});
+    const PictureFile cells = by("cells", {}), romberg = by("romberg", {}), steps = by("steps", {"--step", "0.05"});
     EXPECT_LT(difference(cells, romberg, "R"),
               2e-3);  // half floats, and what cells makes of the light within a voxel
     EXPECT_LT(difference(cells, steps, "R"), 2e-3);
-    const Picture coarse = by("steps", {"--step", "4"});
+    const PictureFile coarse = by("steps", {"--step", "4"});
     EXPECT_GT(difference(cells, coarse, "R"), 1e-2);  // the step is heeded
 }
 

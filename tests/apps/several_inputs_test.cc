@@ -1,4 +1,5 @@
 // Several files in one command: illuminate and p1solve make one medium of them, render lets each shade the others.
+#include "support/moved.h"
 #include "support/run.h"
 
 #include "support/fields.h"
@@ -27,16 +28,6 @@ constexpr double edge = 0.1;  // of a voxel [world unit]
 FloatGridPtr body(uint64_t seed, int n = 16)
 {
     return box({16, n, 16}, edge, [&](Coord ijk) { return 0.1 + clumps(ijk, seed, 1.0); });
-}
-
-FloatGridPtr moved(const FloatGridPtr& grid, const Vec3d& by, double angle = 0)
-{
-    const auto out = grid->deepCopy();
-    const auto transform = grid->transform().copy();
-    transform->postRotate(angle, openvdb::math::Z_AXIS);
-    transform->postTranslate(by);
-    out->setTransform(transform);
-    return out;
 }
 
 class SeveralInputs : public testing::Test {

@@ -7,6 +7,7 @@
 #include "vdbcloud/optics/optical_depth.h"
 
 #include "support/fields.h"
+#include "support/moved.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -16,6 +17,7 @@ namespace {
 
 using openvdb::Coord;
 using test::box;
+using test::moved;
 
 CrossedMedium crossed(const FloatGridPtr& density, const Vec3d& sigma_t)
 {
@@ -26,17 +28,6 @@ CrossedMedium crossed(const FloatGridPtr& density, const Vec3d& sigma_t)
 }
 
 FloatGridPtr floats(const GridBasePtr& grid) { return openvdb::gridPtrCast<FloatGrid>(grid); }
-
-FloatGridPtr moved(const FloatGridPtr& grid, const Vec3d& by, double angle = 0, const Vec3d& scale = Vec3d(1))
-{
-    const auto out = grid->deepCopy();
-    const auto transform = grid->transform().copy();
-    transform->preScale(scale);
-    transform->postRotate(angle, openvdb::math::Z_AXIS);
-    transform->postTranslate(by);
-    out->setTransform(transform);
-    return out;
-}
 
 /// A body whose density falls smoothly to 0 at a distance of 9 voxels.
 FloatGridPtr puff()

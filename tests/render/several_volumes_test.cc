@@ -3,6 +3,7 @@
 #include "vdbcloud/light/transmittance_grid.h"
 
 #include "render/pictures.h"
+#include "support/moved.h"
 
 #include <gtest/gtest.h>
 
@@ -11,17 +12,6 @@ namespace {
 
 using namespace test;
 using openvdb::Coord;
-
-FloatGridPtr moved(const FloatGridPtr& grid, const Vec3d& by, double angle = 0, const Vec3d& scale = Vec3d(1))
-{
-    const auto out = grid->deepCopy();
-    const auto transform = grid->transform().copy();
-    transform->preScale(scale);
-    transform->postRotate(angle, openvdb::math::Z_AXIS);
-    transform->postTranslate(by);
-    out->setTransform(transform);
-    return out;
-}
 
 /// A body whose density falls smoothly to 0 at a distance of 9 voxels from the middle of 20^3.
 FloatGridPtr puff(double skew = 0)
