@@ -35,7 +35,7 @@ protected:
     }
     static RunResult expect_done(const std::string& line)
     {
-        const RunResult r = in_folder(line);
+        RunResult r = in_folder(line);
         EXPECT_EQ(r.status, 0) << line << "\n" << r.err;
         return r;
     }

@@ -84,7 +84,7 @@ protected:
         EXPECT_EQ(result.status, 0) << result.err;
         return picture(path(output));
     }
-    void expect_refused(int status, const std::string& word, std::vector<std::string> arguments)
+    void expect_refused(int status, const std::string& word, const std::vector<std::string>& arguments)
     {
         const auto result = run(arguments);
         EXPECT_EQ(result.status, status) << word << "\n" << result.err;

@@ -13,7 +13,7 @@ namespace vdbcloud::test {
 /// A fog ball around `centre`: density 1 at the centre, falling linearly to 0 at a distance of `radius` voxels.
 inline FloatGridPtr ball(const std::string& name, int radius = 9, openvdb::Coord centre = openvdb::Coord(0))
 {
-    const auto grid = FloatGrid::create(0.0f);
+    auto grid = FloatGrid::create(0.0f);
     grid->setName(name);
     grid->setGridClass(openvdb::GRID_FOG_VOLUME);
     auto accessor = grid->getAccessor();

@@ -7,7 +7,7 @@ namespace vdbcloud::test {
 /// A copy whose voxels are scaled along their axes, then turned about the world's z axis, then shifted.
 inline FloatGridPtr moved(const FloatGridPtr& grid, const Vec3d& by, double angle = 0, const Vec3d& scale = Vec3d(1))
 {
-    const auto out = grid->deepCopy();
+    auto out = grid->deepCopy();
     const auto transform = grid->transform().copy();
     transform->preScale(scale);
     transform->postRotate(angle, openvdb::math::Z_AXIS);
