@@ -2,6 +2,7 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/emission.h"
 #include "vdbcloud/grid/registry.h"
 #include "vdbcloud/optics/joined_medium.h"
 

@@ -64,7 +64,7 @@ GridBasePtr pick(const GridFile& file, const std::string& asked)
 /// What an earlier stage was told to take for the density; empty if nothing, or if there is no such grid.
 std::string earlier_choice(const GridFile& file, const Warn& to)
 {
-    const std::string choice = file.metadata ? get_text(*file.metadata, schema::density_choice, "") : "";
+    std::string choice = file.metadata ? get_text(*file.metadata, schema::density_choice, "") : "";
     if (choice.empty()) return choice;
     const auto labels = grid_labels(file);
     const auto named = [&](const GridBasePtr& grid) { return grid && grid->getName() == choice; };

@@ -207,7 +207,7 @@ typename GridT::Ptr make_grid(const openvdb::FloatTree& topology, const std::vec
 {
     using Tree = typename GridT::TreeType;
     using Value = typename GridT::ValueType;
-    constexpr size_t channels = sizeof(Value) / sizeof(float);
+    constexpr size_t channels = openvdb::VecTraits<Value>::Size;
     const Value one(1.0f);
     auto tree = std::make_shared<Tree>(topology, one, one, openvdb::TopologyCopy());
     std::vector<typename Tree::LeafNodeType*> leaves;
@@ -275,7 +275,7 @@ GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, c
         if (o.fidelity == Fidelity::Lattice && light->common_direction() && o.error_samples > 0)
             compare(bricks, medium, parts, o, wanted, transmittance, channels, *report);
     }
-    const GridBasePtr grid = made_grid(density, medium, light, wanted, transmittance, channels);
+    GridBasePtr grid = made_grid(density, medium, light, wanted, transmittance, channels);
     set_text(*grid, schema::density_digest, grid_digest(density));
     return grid;
 }

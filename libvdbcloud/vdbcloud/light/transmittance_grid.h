@@ -19,7 +19,7 @@ struct TransmittanceOptions {
     Fidelity fidelity = Fidelity::Lattice;  ///< point lights are always exact
     int rays_per_voxel = 3;                 ///< of the lattice; its error falls as the square
     int refine = 1;                         ///< light-grid points a voxel along each axis, 1..8
-    int disc_samples = 16;                  ///< directions over the disc of a light with an angular diameter
+    int disc_samples = disc_directions;     ///< directions over the disc of a light with an angular diameter
     int error_samples = 1000;               ///< voxels at which the lattice is compared with exact rays; 0: none
 };
 

@@ -137,7 +137,7 @@ typename GridT::Ptr on_lattice(const Summand<GridT>& summand, const Transform& t
     if (shift && is_whole(*shift)) return moved(grid, Coord::round(*shift), summand.scale, to);
     const Affine from_target = index_map(to, grid.transform());
     require_finer(from_target, summand.name);
-    const auto out = resampled(grid, to_target, from_target, summand.scale, to);
+    auto out = resampled(grid, to_target, from_target, summand.scale, to);
     const double before = summand.scale * sum_of(grid) * voxel_volume(grid.transform()),
                  after = sum_of(*out) * voxel_volume(to);
     if (after > 0) ratio = before / after;

@@ -3,14 +3,16 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/tiles.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/emission.h"
 #include "vdbcloud/optics/joined_grids.h"
-#include "vdbcloud/voxels/brick_map.h"
 #include "vdbcloud/voxels/extend.h"
+#include "vdbcloud/voxels/voxel_mean.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <sstream>
 
 namespace vdbcloud {
@@ -65,30 +67,24 @@ std::vector<size_t> with_matter(const std::vector<MediumPart>& parts)
 
 bool scatters(const MediumPart& part) { return !(part.medium.albedo == Vec3d(0.0)); }
 
-/// Cd at the voxel centres of a density, and 1 where there is no Cd.
-class Colour {
+/// The albedo at voxels of a density, within [0, 1]. One object per thread, as VoxelMean.
+class Albedo {
 public:
-    Colour(const MediumPart& part) : albedo_(part.medium.albedo)
+    Albedo(const MediumPart& part) : albedo_(part.medium.albedo)
     {
-        if (!part.colour) return;
-        map_ = std::make_shared<BrickMap>(*part.colour, 1.0f);
-        world_from_density_ = world_from_index(part.density->transform(), part.density->getName());
+        if (part.colour) colour_.emplace(*part.colour, part.density->transform());
     }
-
-    /// The albedo, within [0, 1].
-    Vec3d albedo(const openvdb::Coord& voxel) const
+    Vec3d operator()(const openvdb::Coord& voxel) const
     {
-        if (!map_) return albedo_;
-        Vec3d a = albedo_ * map_->sample3(map_->index_from_world().point(world_from_density_.point(voxel.asVec3d())));
+        if (!colour_) return albedo_;
+        Vec3d a = albedo_ * Vec3d((*colour_)(voxel.asVec3i()));
         for (int c = 0; c < 3; ++c) a[c] = std::clamp(a[c], 0.0, 1.0);
         return a;
     }
-    bool uniform() const { return !map_; }
 
 private:
     Vec3d albedo_;
-    std::shared_ptr<const BrickMap> map_;
-    Affine world_from_density_;
+    std::optional<VoxelMean> colour_;
 };
 
 /// Calls visit(leaf) for each leaf of a grid, in parallel.
@@ -112,17 +108,18 @@ Vec3SGridPtr vectors_like(const FloatGrid& density, float background)
 /// density x albedo, where density is active.
 Vec3SGridPtr scattering_of(const MediumPart& part)
 {
-    const Colour colour(part);
-    const auto out = vectors_like(*part.density, 0);
-    if (!colour.uniform()) out->tree().voxelizeActiveTiles();
+    auto out = vectors_like(*part.density, 0);
+    if (part.colour) out->tree().voxelizeActiveTiles();
     const openvdb::FloatTree& density = part.density->tree();
+    const Albedo of_tile(part);
     for_each_active_tile(*out, [&](const auto& tile) {
-        tile.setValue(Vec3f(double(density.getValue(tile.getCoord())) * colour.albedo(tile.getCoord())));
+        tile.setValue(Vec3f(double(density.getValue(tile.getCoord())) * of_tile(tile.getCoord())));
     });
     for_each_leaf(*out, [&](auto& leaf) {
         const openvdb::tree::ValueAccessor<const openvdb::FloatTree> at(density);
+        const Albedo albedo(part);
         for (auto v = leaf.beginValueOn(); v; ++v)
-            v.setValue(Vec3f(double(at.getValue(v.getCoord())) * colour.albedo(v.getCoord())));
+            v.setValue(Vec3f(double(at.getValue(v.getCoord())) * albedo(v.getCoord())));
     });
     return out;
 }
@@ -159,7 +156,7 @@ Vec3SGridPtr joined_emission(const std::vector<MediumPart>& parts)
     if (glow.empty()) return nullptr;
     const auto& first = *glow[finest(glow)].grid;
     std::vector<double> kept;
-    const auto sum = sum_on_lattice(glow, first.transform(), kept);
+    auto sum = sum_on_lattice(glow, first.transform(), kept);
     sum->setName(first.getName());
     return sum;
 }
@@ -172,14 +169,6 @@ bool has_matter(const FloatGrid& density)
     for_each_active_tile(density, [&](const auto& tile) { found = found || *tile > 0; });
     for (auto leaf = density.tree().cbeginLeaf(); leaf && !found; ++leaf)
         for (auto v = leaf->cbeginValueOn(); v && !found; ++v) found = *v > 0;
-    return found;
-}
-
-bool emits(const Vec3SGrid* emission)
-{
-    bool found = false;
-    if (!emission) return false;
-    for (auto v = emission->cbeginValueOn(); v && !found; ++v) found = *v != Vec3f(0.0f);
     return found;
 }
 

@@ -33,8 +33,6 @@ struct JoinedMedium {
 
 /// True if the density has an active value above 0.
 bool has_matter(const FloatGrid& density);
-/// True if the emission, which may be null, has an active value other than 0.
-bool emits(const Vec3SGrid* emission);
 
 /// The medium of all parts together. With k_n = sigma_t of part n over sigma_t of the lead, Cd clamped so that albedos
 /// are within [0, 1], and all sums over parts,

@@ -15,7 +15,6 @@ namespace vdbcloud {
 namespace {
 
 constexpr size_t maps_before_lights = 7;
-constexpr int disc_points = 16;  // of a light with an angular diameter
 
 float depth_of(float transmittance)
 {
@@ -89,7 +88,7 @@ bool extinction_is_grey(const Volume& volume)
 PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& options)
     : lights(scene.lights), shadow_rays(options.shadow_rays)
 {
-    for (const Light& light : lights) points.push_back(light.points(disc_points));
+    for (const Light& light : lights) points.push_back(light.points(disc_directions));
     for (const auto& volume : scene.volumes) {
         auto& prepared = volumes.emplace_back(BrickMap(*volume.density));
         prepared.sigma_t = volume.medium.sigma_t_per_density;

@@ -3,6 +3,7 @@
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/emission.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
@@ -30,22 +31,6 @@ double relative_change(const std::vector<double>& a, const std::vector<double>& 
         size += a[n] * a[n];
     }
     return size > 0 ? std::sqrt(difference / size) : 0.0;
-}
-
-/// Whether a voxel of emission lies where density is 0.
-bool emits_outside(const Vec3SGrid& emission, const FloatGrid& density)
-{
-    const bool same = emission.transform() == density.transform();
-    for (auto v = emission.cbeginValueOn(); v; ++v) {
-        if (!((*v)[0] + (*v)[1] + (*v)[2] > 0)) continue;
-        openvdb::CoordBBox box;
-        v.getBoundingBox(box);
-        const openvdb::Coord at =
-            same ? box.min()
-                 : density.transform().worldToIndexCellCentered(emission.transform().indexToWorld(box.min()));
-        if (!(density.tree().getValue(at) > 0)) return true;
-    }
-    return false;
 }
 
 class Scattering {

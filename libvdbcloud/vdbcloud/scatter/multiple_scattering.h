@@ -19,8 +19,8 @@ struct ScatterOptions {
     bool delta = true;  ///< delta-Eddington scaling; false is the paper's plain form
     Sky sky;            ///< around the medium; black: no sky
     std::array<bool, 3> periodic{false, false, false};
-    int rays_per_voxel = 2;  ///< of the light lattice
-    int disc_samples = 16;   ///< directions over the disc of a light with an angular diameter
+    int rays_per_voxel = 2;              ///< of the light lattice
+    int disc_samples = disc_directions;  ///< directions over the disc of a light with an angular diameter
     P1Solver solver = P1Solver::Multigrid;
     double relaxation = 1.9;  ///< factor of successive over-relaxation
     SolveOptions solve;

@@ -15,6 +15,9 @@ namespace vdbcloud {
 
 struct GridFile;
 
+/// Directions that stand for the disc of a light with an angular diameter, unless a user asks for another number.
+constexpr int disc_directions = 16;
+
 /// The way from a point to a light.
 struct Sight {
     Vec3d direction;  ///< unit, towards the light [world]; the zero vector where the distance is 0
