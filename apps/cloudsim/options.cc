@@ -221,6 +221,7 @@ void declare(App& app, Options& o)
     declare_air(app, o);
     declare_constants(app, o);
     declare_numerics(app, o);
+    app.reads_grids({o.option.at("init"), o.option.at("floor-map")});
     app.examples(
         {{"a small cumulus of ten minutes, a frame each minute, and the picture of the last",
           "cloudsim --cells 32 --minutes 10 --every 1min -o cumulus.%02d.vdb && render cumulus.10.vdb "

@@ -62,6 +62,12 @@ std::string broken(std::string command)
     return command;
 }
 
+// CLI11 reads -output as -o utput.
+[[noreturn]] void refuse_single_dash(const std::string& name)
+{
+    throw UsageError("unknown option '" + name + "'; did you mean '-" + name + "'?");
+}
+
 }  // namespace
 
 App::App(const std::string& name, const std::string& summary)
@@ -123,12 +129,11 @@ void App::declare_shared()
                         "compression of the output; blosc is fast, zip is smaller, none suits pipes"));
         in(writing,
            add_flag("--half", s.half, "write density, Cd and moments as 16-bit floats: half the size, three digits"));
-        if (s.reads) {
+        if (CLI::Option* input = s.reads ? get_option_no_throw("input") : nullptr) {
             const Option keep = in(writing, add_option("--keep", s.keep,
                                                        "grids to copy from the input that this program does not use: "
                                                        "all, none, or names a,b,c"));
-            CLI::Option* input = get_option_no_throw("input");
-            if (input && !input->get_required()) keep.needs(Option(*this, input));
+            if (!input->get_required()) keep.needs(Option(*this, input));
         }
     }
     declare_common();
@@ -251,10 +256,9 @@ bool App::parse_line(int argc, char** argv)
         const std::string word = argv[k];
         if (word.size() > 3 && word.rfind("--", 0) == 0 && word.back() == '=' && word.find('=') == word.size() - 1)
             throw UsageError(word.substr(0, word.size() - 1) + ": expected a value after =");
-        // CLI11 reads -output as -o utput.
         const std::string name = word.substr(0, word.find('='));
         if (name.size() > 2 && name[0] == '-' && name[1] != '-' && get_option_no_throw("-" + name))
-            throw UsageError("unknown option '" + name + "'; did you mean '-" + name + "'?");
+            refuse_single_dash(name);
     }
     try {
         parse(argc, argv);

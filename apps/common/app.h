@@ -168,8 +168,9 @@ private:
 
     void declare_shared();
     void declare_common();
-    bool parse_line(int argc, char** argv);  // false: all that was asked for is printed
-    void begin();                            // looks at what was asked, before the work
+    bool parse_line(int argc, char** argv);                        // false: all that was asked for is printed
+    void begin();                                                  // looks at what was asked, before the work
+    void note(const std::string& phase, double wall, double cpu);  // into the report
     Outcome attempt(const std::function<void()>& work);
     bool on_command_line(const CLI::Option*) const;
     std::string place(const CLI::Option*) const;  // "FILE: line N: " if the --config file gave the option, else nothing

@@ -55,14 +55,22 @@ App::Phase::Phase(App& app, const std::string& name)
 {
 }
 
+void App::note(const std::string& phase, double wall, double cpu)
+{
+    report()["phases"].push_back({{"name", phase}, {"wall_seconds", wall}, {"cpu_seconds", cpu}});
+    if (!verbose()) return;
+    char text[120];
+    std::snprintf(text, sizeof text, "%s: %.3f s, %.3f s of processor", phase.substr(0, 60).c_str(), wall, cpu);
+    say(text);
+}
+
 App::Phase::~Phase()
 {
-    const double wall = wall_seconds() - wall_, cpu = cpu_seconds() - cpu_;
-    app_.report()["phases"].push_back({{"name", name_}, {"wall_seconds", wall}, {"cpu_seconds", cpu}});
-    if (!app_.verbose()) return;
-    char text[120];
-    std::snprintf(text, sizeof text, "%s: %.3f s, %.3f s of processor", name_.substr(0, 60).c_str(), wall, cpu);
-    app_.say(text);
+    try {
+        app_.note(name_, wall_seconds() - wall_, cpu_seconds() - cpu_);
+    } catch (const std::exception&) {  // for want of memory: a time that is not told ends no run
+        return;
+    }
 }
 
 std::unique_ptr<App::Phase> App::phase(const std::string& name) { return std::make_unique<Phase>(*this, name); }

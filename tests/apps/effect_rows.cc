@@ -61,6 +61,8 @@ const std::vector<ToolEffects>& tool_effects()
         {"cloudsim",
          "--cells 8 --minutes 0.5 --every 15s --unpruned -o out.vdb",
          {
+             {"--trust-input", S::Elsewhere, "Grids.*", ""},
+             {"--max-input 1", S::Elsewhere, "Grids.*", ""},
              {"--preset smoke", S::Values, "", "", true},
              {"--minutes 0.2", S::Values, "", "", true},
              {"--every 10s", S::Values, "", "", true},
