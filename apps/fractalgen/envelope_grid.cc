@@ -54,7 +54,7 @@ FloatGridPtr mask_of(App& app, const Options& o, MetaMap& metadata)
         surface = nullptr;
     }
     if (!surface) return density_of(file, o.mask_grid, app.warnings());
-    if (const auto grid = openvdb::gridPtrCast<FloatGrid>(surface)) return grid;
+    if (auto grid = openvdb::gridPtrCast<FloatGrid>(surface)) return grid;
     throw InputError(o.envelope_from + ": level set '" + surface->getName() + "' is not of floats");
 }
 

@@ -1,5 +1,5 @@
 // cloudsim as a user runs it: frames and what is in them, restarts after a kill, plans, refusals.
-#include "support/run.h"
+#include "cloudsim_run.h"
 
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/file/io.h"
@@ -18,26 +18,6 @@
 
 namespace vdbcloud::test {
 namespace {
-
-using Words = std::vector<std::string>;
-
-const Words small{"--cells", "16,12,20", "--minutes", "4", "--every", "1min"};
-
-RunResult cloudsim(Words words, const RunOptions& options = {})
-{
-    words.insert(words.begin(), small.begin(), small.end());
-    words.insert(words.begin(), program("cloudsim"));
-    return run(words, options);
-}
-
-/// A first bubble that is cloud from the start, so that four minutes suffice.
-const Words wet{"--bubble", "2000,2000,1200,900,700,1,5e-3"};
-
-Words with(Words a, const Words& b)
-{
-    a.insert(a.end(), b.begin(), b.end());
-    return a;
-}
 
 TEST(Cloudsim, FramesHoldCloudAboveBoltonSaturation)
 {
@@ -141,144 +121,6 @@ TEST(Cloudsim, RefusesDamagedAndOlderCheckpoints)
     std::string older = whole;
     older[20] = '3';
     EXPECT_NE(refusal(older).find("not a checkpoint of this version of cloudsim: expected"), std::string::npos);
-}
-
-TEST(Cloudsim, InitFromAFrameReproducesIt)
-{
-    const Scratch scratch;
-    ASSERT_EQ(cloudsim(with(wet, {"-o", scratch / "first.vdb", "--unpruned"})).status, 0);
-    const RunResult r = run({program("cloudsim"), "--cells", "16,12,20", "--minutes", "0", "--init",
-                             scratch / "first.vdb", "-o", scratch / "again.vdb", "--unpruned", "--no-forcing"});
-    ASSERT_EQ(r.status, 0) << r.err;
-    const GridFile a = read_grid_file(scratch / "first.vdb"), b = read_grid_file(scratch / "again.vdb");
-    for (const std::string name : {"density", "temperature", "qt"}) {
-        const auto x = openvdb::gridPtrCast<FloatGrid>(find_grid(a, name)),
-                   y = openvdb::gridPtrCast<FloatGrid>(find_grid(b, name));
-        double most = 0;
-        for (auto it = x->cbeginValueOn(); it; ++it)
-            most = std::max(most, std::abs(double(*it) - double(y->tree().getValue(it.getCoord()))));
-        EXPECT_LT(most, name == "temperature" ? 2e-4 : 1e-6) << name;
-    }
-}
-
-/// A float grid in metres with one value a voxel of size h, y up, floor at height 0, centred as cloudsim's files are.
-FloatGridPtr voxels(const std::string& name, int nx, int ny, int nz, double h,
-                    const std::function<float(int, int, int)>& value)
-{
-    auto grid = FloatGrid::create();
-    grid->setName(name);
-    grid->setTransform(openvdb::math::Transform::createLinearTransform(h));
-    grid->transform().postTranslate(Vec3d(0.5 * (1 - nx) * h, 0.5 * h, 0.5 * (1 - nz) * h));
-    auto accessor = grid->getAccessor();
-    for (int k = 0; k < nz; ++k)
-        for (int j = 0; j < ny; ++j)
-            for (int i = 0; i < nx; ++i) accessor.setValueOn({i, j, k}, value(i, j, k));
-    return grid;
-}
-
-TEST(Cloudsim, SupersaturatedInitKeepsItsTemperatureAndReportsItsHeat)
-{
-    const Scratch scratch;
-    const auto start = [&](const std::function<float(int, int, int)>& water) {
-        GridFile file;
-        file.metadata = std::make_shared<MetaMap>();
-        file.grids = {voxels("temperature", 8, 8, 8, 100, [](int, int, int) { return 285.f; }),
-                      voxels("qt", 8, 8, 8, 100, water)};
-        write_grid_file(scratch / "in.vdb", file);
-        return run({program("cloudsim"), "--cells", "8", "--spacing", "100", "--minutes", "0", "--no-forcing", "--init",
-                    scratch / "in.vdb", "-o", scratch / "out.vdb", "--unpruned", "--json", "-"});
-    };
-    RunResult r = start([](int, int j, int) { return j == 3 ? -1e-3f : 0.03f; });
-    ASSERT_EQ(r.status, 0) << r.err;
-    EXPECT_NE(r.err.find("64 cells with negative water were set to 0"), std::string::npos) << r.err;
-    const auto report = nlohmann::json::parse(r.out);
-    EXPECT_EQ(report["start"]["saturated_cells"], 7 * 64);
-    const GridFile out = read_grid_file(scratch / "out.vdb");
-    const auto density = openvdb::gridPtrCast<FloatGrid>(find_grid(out, schema::density));
-    const auto temperature = openvdb::gridPtrCast<FloatGrid>(find_grid(out, schema::temperature));
-    double heat = 0;
-    for (auto it = density->cbeginValueOn(); it; ++it) {
-        // What was given is what is there: no heat is added by the first condensation.
-        EXPECT_NEAR(temperature->tree().getValue(it.getCoord()), 285, 1e-3);
-        EXPECT_EQ(*it > 0, it.getCoord().y() != 3);
-        heat += 2.5e6 / 1004 * double(*it) / 512;
-    }
-    EXPECT_NEAR(double(report["start"]["latent_heat"]) / heat, 1, 0.05);  // of theta: over the Exner function, 0.92..1
-    r = start([](int i, int j, int k) { return i == 5 && j == 6 && k == 2 ? NAN : 0.03f; });
-    EXPECT_EQ(r.status, 1);
-    EXPECT_NE(r.err.find("[5, 2, 6]"), std::string::npos) << r.err;  // of the simulation, whose third axis is up
-}
-
-/// Temperatures of the lowest cells after half a minute over a floor that is heated by a map.
-std::vector<float> heated_by(const std::string& map, const Scratch& scratch)
-{
-    const RunResult r = run({program("cloudsim"),
-                             "--cells",
-                             "8,6,8",
-                             "--spacing",
-                             "100",
-                             "--minutes",
-                             "0.5",
-                             "--every",
-                             "30s",
-                             "--no-forcing",
-                             "--noise",
-                             "0",
-                             "--noise-water",
-                             "0",
-                             "--heat-flux",
-                             "1",
-                             "--floor-map",
-                             map,
-                             "--buoyancy",
-                             "off",
-                             "--momentum",
-                             "off",
-                             "--sounding",
-                             "paper",
-                             "--unpruned",
-                             "-o",
-                             scratch / "out.vdb"});
-    EXPECT_EQ(r.status, 0) << r.err;
-    const GridFile file = read_grid_file(scratch / "out.vdb");
-    const auto t = openvdb::gridPtrCast<FloatGrid>(find_grid(file, schema::temperature));
-    std::vector<float> floor;
-    for (int k = 0; k < 6; ++k)
-        for (int i = 0; i < 8; ++i) floor.push_back(t->tree().getValue({i, 0, k}));
-    return floor;
-}
-
-TEST(Cloudsim, FloorMapScalesTheHeatFlux)
-{
-    const Scratch scratch;
-    // 4 x 3 pixels, the first row at the far end: bright only in the near left corner and, half as much, in the far
-    // right one.
-    write_text(scratch / "map.pgm",
-               std::string("P5\n4 3\n255\n") + std::string({0, 0, 0, 127, 0, 0, 0, 0, '\xff', 0, 0, 0}));
-    const auto picture = heated_by(scratch / "map.pgm", scratch);
-    GridFile file;
-    file.metadata = std::make_shared<MetaMap>();
-    file.grids = {voxels("density", 8, 1, 6, 100, [](int i, int, int k) {
-        return k < 2 && i < 2 ? 1.f : k >= 4 && i >= 6 ? 127 / 255.f : 0.f;
-    })};
-    write_grid_file(scratch / "map.vdb", file);
-    const auto grid = heated_by(scratch / "map.vdb", scratch);
-    const float cold = picture[3];
-    for (int k = 0; k < 6; ++k)
-        for (int i = 0; i < 8; ++i) {
-            const size_t c = size_t(8 * k + i);
-            // 1 K m/s for 30 s into 100 m, times the map.
-            const double factor = k < 2 && i < 2 ? 1 : k >= 4 && i >= 6 ? 127 / 255. : 0;
-            EXPECT_NEAR(picture[c], double(cold) + 0.3 * factor, 2e-3) << i << ' ' << k;
-            EXPECT_NEAR(grid[c], picture[c], 1e-4) << i << ' ' << k;
-        }
-    // What cannot be a map is refused in a sentence.
-    write_text(scratch / "no.png", "no picture");
-    for (const std::string map : {"no.png", "none.png", "none.vdb"}) {
-        const RunResult r = cloudsim({"-o", scratch / "f%d.vdb", "--heat-flux", "1", "--floor-map", scratch / map});
-        EXPECT_EQ(r.status, 1) << map;
-        EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
-    }
 }
 
 TEST(Cloudsim, RefusesEveryOptionWithoutEffectByName)

@@ -144,7 +144,7 @@ std::vector<Integer> quantised(const Film& film, const ViewOptions& view)
     for (int j = w.y0; j < w.y1; ++j)
         for (int i = w.x0; i < w.x1; ++i) {
             const Vec3d shown = displayed(composited(film, i, j), view);
-            for (int c = 0; c < 3; ++c) out.push_back(Integer(shown[c] * most + 0.5));
+            for (int c = 0; c < 3; ++c) out.push_back(Integer(std::lround(shown[c] * most)));
         }
     return out;
 }
