@@ -127,6 +127,7 @@ void act(app::App& app, const Options& o)
 
 }  // namespace
 
+// NOLINTNEXTLINE(bugprone-exception-escape): only a wrong declaration throws outside run()
 int main(int argc, char** argv)
 {
     app::App app("echo_tool", "Does what it is told.");

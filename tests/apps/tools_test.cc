@@ -135,7 +135,7 @@ TEST_P(EveryTool, NoNumberMayBeAnythingElse)
     EXPECT_GE(options.size(), 2u);
     const Words bad{"nan", "1e400", "", "inf", "-inf", "1x"};
     for (size_t k = 0; k < options.size() * bad.size(); ++k) {
-        const std::string option = options[k / bad.size()], value = bad[k % bad.size()];
+        const std::string &option = options[k / bad.size()], &value = bad[k % bad.size()];
         if (!full_size() && k % bad.size() != k / bad.size() % bad.size()) continue;  // CI size: one value an option
         const RunResult r = expect_refused(tool(), {program(tool().name), option, value}, 2);
         EXPECT_NE(r.err.find(option + ": '" + value + "'"), std::string::npos) << r.err;

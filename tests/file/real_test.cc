@@ -56,7 +56,7 @@ TEST_P(RealFile, RoundTripsAndHasADensityOrIsRefused)
         }
     }
 
-    const std::string part = expected.at(GetParam());
+    const std::string& part = expected.at(GetParam());
     if (part.empty()) {
         EXPECT_NO_THROW(density_of(file));
         return;

@@ -21,7 +21,10 @@ TEST(SignedDistance, IsTheDistanceToTheNearestVoxelOfTheOtherKind)
         std::vector<uint8_t> set(size_t(n.product()));
         for (size_t v = 0; v < set.size(); ++v) set[v] = uniform(hash_bits(3, v)) < share;
         const auto d = signed_distance(n, h, set);
-        const auto at = [&](size_t v) { return Vec3d(double(v / 84), double(v / 12 % 7), double(v % 12)) * h; };
+        const auto at = [&](size_t v) {
+            const size_t row = v / 12, layer = row / 7;
+            return Vec3d(double(layer), double(row % 7), double(v % 12)) * h;
+        };
         for (size_t v = 0; v < set.size(); ++v) {
             double nearest = 1e15;
             for (size_t w = 0; w < set.size(); ++w)

@@ -43,11 +43,12 @@ protected:
         const test::McMedium medium{&bricks, sigma_t, densest * 1.0001, w0, g, sun.place()};
         std::vector<Mean> pixel(pixels * pixels);
         tbb::parallel_for(0, pixels * pixels, [&](int p) {
+            const int row = p / pixels, column = p % pixels;
             double square = 0;
             for (int k = 0; k < samples; ++k) {
                 const uint64_t path = uint64_t(p) * uint64_t(samples) + uint64_t(k);
-                const WorldRay ray = view.ray((p / pixels + uniform(hash_bits(7, path))) / pixels,
-                                              (p % pixels + uniform(hash_bits(8, path))) / pixels);
+                const WorldRay ray = view.ray((row + uniform(hash_bits(7, path))) / pixels,
+                                              (column + uniform(hash_bits(8, path))) / pixels);
                 const double radiance = test::radiance_sample(medium, ray, 2.5, seed, path);
                 pixel[size_t(p)].value += radiance / samples;
                 square += radiance * radiance / samples;

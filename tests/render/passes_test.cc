@@ -98,7 +98,7 @@ TEST(Passes, StandardErrorIsThatOfTheMeans)
 {
     // 200 runs of 16 samples: the variance of their means against the mean square of the error they tell. The variance
     // of so many pixels' 200 values has a relative standard error of about sqrt(2 / 199 / 20), pixels being unequal.
-    double told = 0, found = 0, mean_luminance = 0, noise = 0;
+    double told = 0, found = 0, noise = 0;
     std::vector<double> sum(n * n, 0.0), squares(n * n, 0.0);
     constexpr int runs = 200;
     for (int r = 0; r < runs; ++r) {
@@ -113,7 +113,6 @@ TEST(Passes, StandardErrorIsThatOfTheMeans)
             squares[size_t(p)] += double(pixel[0]) * pixel[0];
         }
         noise += one.cost.passes.noise / runs;
-        mean_luminance += one.film.pixel(3, 3)[0] / runs;
     }
     for (int p = 0; p < n * n; ++p) found += (squares[size_t(p)] - sum[size_t(p)] * sum[size_t(p)] / runs) / (runs - 1);
     EXPECT_NEAR(told / found, 1, 0.15);

@@ -123,7 +123,7 @@ bool compared(const openvdb::TreeBase& a, const openvdb::TreeBase& b, TreeDiffer
 {
     const auto *p = dynamic_cast<const TreeT*>(&a), *q = dynamic_cast<const TreeT*>(&b);
     if (!p || !q) return false;
-    Walk<TreeT>(*p, *q, result);
+    const Walk<TreeT> walk(*p, *q, result);
     return true;
 }
 

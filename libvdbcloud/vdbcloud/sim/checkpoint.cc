@@ -155,10 +155,14 @@ int read_checkpoint(const std::string& path, Simulation& sim, const Sounding& so
     std::string text(length, ' ');
     stream.read(text.data(), std::streamsize(length));
     std::istringstream theirs(text), ours(text_of(sim.parameters(), sounding));
-    for (std::string a, b; bool(std::getline(theirs, a)) | bool(std::getline(ours, b)); a.clear(), b.clear())
+    for (;;) {
+        std::string a, b;
+        const bool more_theirs = bool(std::getline(theirs, a)), more_ours = bool(std::getline(ours, b));
+        if (!more_theirs && !more_ours) break;
         if (a != b)
             throw UsageError(path + ": the checkpoint has '" + printable(a, 100) + "', this run has '" +
                              printable(b, 100) + "': expected equal parameters");
+    }
     int frame = 0;
     stream.read(reinterpret_cast<char*>(&frame), sizeof frame);
     try {

@@ -60,7 +60,8 @@ VoidBeam::VoidBeam(const Traversal& traversal, int region, int walls)
     std::vector<Enters> all;
     for (int ray = 0; ray < block_sweep::region_size(region); ++ray) {
         Vec3d from = corner;
-        if (runs[1] >= 0) from[runs[0]] += ray / 8;
+        const int row = ray / 8;
+        if (runs[1] >= 0) from[runs[0]] += row;
         if (runs[0] >= 0) from[runs[1] >= 0 ? runs[1] : runs[0]] += ray % 8;
         Walk walk(from, traversal.step);
         const int start = length(walk.block);
