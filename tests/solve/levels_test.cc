@@ -154,7 +154,7 @@ TEST(Multigrid, ReducesTheErrorToAThirdInOneCycle)
 {
     // z approximates A^-1 r: after one cycle the error u - z in the energy norm, for smooth and for rough u.
     const int n = 32;
-    const auto ball = masked(Vec3i(n), [n](const Vec3i& p) {
+    const auto ball = masked(Vec3i(n), [](const Vec3i& p) {
         return (Vec3d(p.x(), p.y(), p.z()) - Vec3d((n - 1) / 2.0)).length() < n / 2.0;
     });
     const Problem problem(ball, constant(16.0 / n), 0.5, constant(1e-4));
