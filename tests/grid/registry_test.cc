@@ -53,6 +53,7 @@ TEST(Registry, MapsEachNameToItsRole)
                                                              {"transmittance_sun", Role::Transmittance},
                                                              {"transmittance_2", Role::Transmittance},
                                                              {"phi", Role::Fluence},
+                                                             {"flux", Role::Flux},
                                                              {"flux_r", Role::Flux},
                                                              {"flux_b", Role::Flux},
                                                              {"sh_20", Role::Moment},
@@ -98,11 +99,11 @@ TEST(Registry, KeepsWhatLaterStagesReadAndStoresResultsInFull)
         if (kind.half) half.insert(kind.name);
         if (kind.result) result.insert(kind.name);
     }
-    EXPECT_EQ(kept, (std::set<std::string>{"density", "transmittance_", "phi", "flux_", "sh_", "series_phi_",
+    EXPECT_EQ(kept, (std::set<std::string>{"density", "transmittance_", "phi", "flux", "flux_", "sh_", "series_phi_",
                                            "series_flux_", "series_I_", "solid"}));
     EXPECT_EQ(half, (std::set<std::string>{"density", "Cd", "sh_"}));
-    EXPECT_EQ(result,
-              (std::set<std::string>{"transmittance_", "phi", "flux_", "series_phi_", "series_flux_", "series_I_"}));
+    EXPECT_EQ(result, (std::set<std::string>{"transmittance_", "phi", "flux", "flux_", "series_phi_", "series_flux_",
+                                             "series_I_"}));
     EXPECT_EQ(aliases("Cd"), (std::vector<std::string>{"Cd", "color", "colour", "albedo"}));
     EXPECT_EQ(aliases("phi"), std::vector<std::string>{"phi"});
 }

@@ -73,6 +73,8 @@ const std::vector<GridKind>& grid_kinds()
         {Role::Transmittance, transmittance_prefix, Rest::Light, "LIGHT", {},
          "float or vec3s", "1 (0 to 1)", "unknown", "1", "illuminate, p1solve", yes, no, yes},
         {Role::Fluence, phi, Rest::Nothing, "", {},
+         "float or vec3s", "radiance x sr", "unknown", "0", "p1solve", yes, no, yes},
+        {Role::Flux, flux, Rest::Nothing, "", {},
          "vec3s", "radiance x sr", "unknown", "0 0 0", "p1solve", yes, no, yes},
         {Role::Flux, flux_prefix, Rest::Channel, "C", {},
          "vec3s", "radiance x sr", "unknown", "0 0 0", "p1solve", yes, no, yes},
@@ -147,7 +149,10 @@ const std::vector<MetaKey>& meta_keys()
         {lit_sky_haze, "double", "phi"},
         {lit_sky_up, "vec3d", "phi"},
         {degree, "double", "phi"},
-        {channel_scale, "vec3d", "sh_LM"},
+        {channel_scale, "vec3d", "phi"},
+        {flux_limit, "double", "phi"},
+        {accuracy_prefix, "double", "transmittance_LIGHT, phi, series_phi_0"},
+        {left_out, "string", "transmittance_LIGHT, phi"},
         {series_albedo, "string", "series_phi_0"},
         {series_table, "string", "series_phi_0"},
         {series_map, "string", "series_phi_0"},
@@ -172,7 +177,9 @@ bool has_role(const std::string& grid_name, Role role)
 
 bool is_known_key(const std::string& key)
 {
-    const auto same = [&](const MetaKey& known) { return key == known.key; };
+    const auto same = [&](const MetaKey& known) {
+        return key == known.key || (known.key == accuracy_prefix && key.rfind(accuracy_prefix, 0) == 0);
+    };
     return std::any_of(meta_keys().begin(), meta_keys().end(), same);
 }
 

@@ -10,7 +10,7 @@
 namespace vdbcloud::schema {
 
 /// Version of docs/format.md. Increases when a reader of the previous version would misread a file.
-inline constexpr int format_version = 1;
+inline constexpr int format_version = 2;
 inline constexpr const char* format = "vdbcloud:format";  // double, file metadata: format version of this file
 
 // Grids that a single stage uses.

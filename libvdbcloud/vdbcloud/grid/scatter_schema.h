@@ -6,9 +6,10 @@
 // Moments of collided radiance of degree 2 and more are float grids "sh_LM_C": degree L, order M, channel C.
 // A negative order is written m1, m2, ..., a positive order p1, p2, ...:
 //   sh_2m2_r, sh_2m1_r, sh_20_r, sh_2p1_r, sh_2p2_r, ...
-// Where the three channels are multiples of one solution, one grid "sh_LM" serves all channels; its metadata
-// channel_scale has the factor of each channel. The basis: real, orthonormal spherical harmonics without the
-// Condon-Shortley sign, about the world axes. phi = sqrt(4 pi) x degree 0, flux = sqrt(4 pi / 3) x degree 1.
+// Where the three channels are multiples of one solution, phi is a float grid, and one grid "flux" and one grid "sh_LM"
+// serve all channels; their metadata channel_scale has the factor of each channel. The basis: real, orthonormal
+// spherical harmonics without the Condon-Shortley sign, about the world axes. phi = sqrt(4 pi) x degree 0, flux =
+// sqrt(4 pi / 3) x degree 1.
 #include <string>
 
 namespace vdbcloud::schema {
@@ -29,6 +30,8 @@ inline std::string moment_name(int l, int m, int channel)
 inline constexpr const char* degree = "vdbcloud:degree";
 // vec3d: factors of the grid for r, g, b
 inline constexpr const char* channel_scale = "vdbcloud:channel_scale";
+// double: pictures shorten the flux, where it is longer, to this times phi; absent: they do not
+inline constexpr const char* flux_limit = "vdbcloud:flux_limit";
 // double: share of scattered light treated as unscattered; 0: none
 inline constexpr const char* delta_f = "vdbcloud:delta_f";
 // string: "1 m_1' ... m_L'", Legendre moments of the scaled phase function, L the degree
@@ -37,6 +40,10 @@ inline constexpr const char* scaled_moments = "vdbcloud:scaled_moments";
 inline constexpr const char* colour_digest = "vdbcloud:colour_digest";
 inline constexpr const char* emission_digest = "vdbcloud:emission_digest";
 inline constexpr const char* no_grid = "none";
+// double: what bounds the error, followed by a name of accuracy_kinds() (accuracy.h)
+inline constexpr const char* accuracy_prefix = "vdbcloud:accuracy_";
+// string: parts of the light that the result does not have, separated by semicolons
+inline constexpr const char* left_out = "vdbcloud:left_out";
 // string: the lights of the solution (lights_text)
 inline constexpr const char* lit_by = "vdbcloud:lights";
 // vec3d: incident sky radiance from the zenith

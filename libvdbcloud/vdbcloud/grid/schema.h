@@ -9,8 +9,8 @@
 // | Cd                     | vec3s | albedo tint per colour channel, 0..1                       | 1          |
 // | emission               | vec3s | emitted radiance per length [radiance/world unit]          | 0          |
 // | transmittance_<light>  | float, or vec3s where extinction is coloured; exp(-tau) to the light | 1 |
-// | phi                    | vec3s | collided fluence, integral of L over the sphere, r g b     | 0          |
-// | flux_r, flux_g, flux_b | vec3s | collided flux, integral of s L, one spatial vector a colour | 0         |
+// | phi                    | vec3s, or float where channels share one; collided fluence, integral of L over the sphere | 0 |
+// | flux, flux_<rgb>       | vec3s | collided flux, integral of s L, one spatial vector a colour | 0         |
 // | sh_<lm>, sh_<lm>_<rgb> | float | moments of collided radiance, degree 2 and more (grid/scatter_schema.h) | 0 |
 // | solid                  | float | level set of an opaque body, signed distance [world unit]  | +band      |
 //
@@ -30,6 +30,7 @@ inline constexpr const char* colour = "Cd";
 inline constexpr const char* emission = "emission";
 inline constexpr const char* transmittance_prefix = "transmittance_";
 inline constexpr const char* phi = "phi";
+inline constexpr const char* flux = "flux";          // of all channels
 inline constexpr const char* flux_prefix = "flux_";  // followed by r, g or b
 inline constexpr const char* solid = "solid";
 
