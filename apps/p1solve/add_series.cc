@@ -1,10 +1,11 @@
 #include "add_series.h"
 
+#include "accuracy_line.h"
 #include "scaled_light.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/registry.h"
 #include "vdbcloud/scatter/series_grids.h"
 
 #include <algorithm>
@@ -30,21 +31,23 @@ struct Squares {
 };
 
 /// What the picture sees is phi + 3 m_1' s.F: the mean of its square over all directions s of the eye is
-/// phi^2 + 3 m_1'^2 F^2.
-Squares seen(const ScatterFields& a, const ScatterFields& b)
+/// phi^2 + 3 m_1'^2 F^2. The shortening of long fluxes is left out.
+Squares seen(const CollidedLight& a, const CollidedLight& b)
 {
     Squares squares;
-    squares.add(*a.phi, *b.phi);
+    squares.add(*fluence(a), *fluence(b));
     const double m1 = b.scaling.mean_cosine();
-    for (size_t c = 0; c < 3; ++c)
-        if (m1 != 0 && a.flux[c] && b.flux[c]) squares.add(*a.flux[c], *b.flux[c], 3 * m1 * m1);
+    for (int c = 0; c < 3 && m1 != 0; ++c) {
+        const auto of_a = flux_of(a, c), of_b = flux_of(b, c);
+        if (of_a && of_b) squares.add(*of_a, *of_b, 3 * m1 * m1);
+    }
     return squares;
 }
 
 }  // namespace
 
 void add_series(app::App& app, P1solveOptions& o, GridFile& file, const FloatGrid& density, const Vec3SGrid* emission,
-                const Medium& medium, const std::vector<Light>& lights, const ScatterFields& fields)
+                const Medium& medium, const std::vector<Light>& lights, const CollidedLight& fields)
 {
     const auto phase = app.phase("series");
     if (find_grid(file, schema::colour))
@@ -68,12 +71,16 @@ void add_series(app::App& app, P1solveOptions& o, GridFile& file, const FloatGri
     std::vector<GridBasePtr> transmittance;
     for (const Light& light : lights)
         transmittance.push_back(app::scaled_light_grid(app, density, nullptr, medium, fields.scaling, light));
-    const ScatterFields relit = relight(file, medium, lights, transmittance);
+    const CollidedLight relit = relight(file, medium, lights, transmittance);
     Squares phi;
-    phi.add(*relit.phi, *fields.phi);
+    phi.add(*fluence(relit), *fluence(fields));
     r["phi_error_against_direct_solve"] = phi.relative();
     const double error = seen(relit, fields).relative();
     r["error_against_direct_solve"] = error;
+    Accuracy accuracy;
+    accuracy.add("series_phi_error", phi.relative());
+    accuracy.add("series_error", error);
+    app::tell_accuracy(app, "series", accuracy, *find_grid(file, schema::series_phi_name(0)));
     if (error > 0.01)
         app.warnings()(
             "a picture made from the series at albedo " + app::shortest(least) + " errs by " + app::brief(100 * error) +

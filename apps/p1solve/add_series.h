@@ -12,6 +12,6 @@ namespace vdbcloud {
 /// series gives at the medium's albedo, against `fields`, the direct solution, which stays the file's. Throws
 /// ConvergenceError if the plain series diverges, InputError if a Cd grid gives each voxel its own albedo.
 void add_series(app::App&, P1solveOptions&, GridFile&, const FloatGrid& density, const Vec3SGrid* emission,
-                const Medium&, const std::vector<Light>&, const ScatterFields& fields);
+                const Medium&, const std::vector<Light>&, const CollidedLight& fields);
 
 }  // namespace vdbcloud

@@ -9,6 +9,7 @@
 //
 // Kajiya & Von Herzen 1984, section 4 (high albedo). Writes phi (fluence) and flux of the collided light beside all
 // that the input holds; the uncollided light is the transmittance grids', and render adds both.
+#include "accuracy_line.h"
 #include "add_series.h"
 #include "lights.h"
 #include "options.h"
@@ -26,12 +27,6 @@
 using namespace vdbcloud;
 
 namespace {
-
-/// Removes the moments of an earlier run, which belong to the phi that this run replaces.
-void drop_moments(GridFile& file)
-{
-    remove_grids(file, [](const std::string& name) { return schema::has_role(name, schema::Role::Moment); });
-}
 
 void solve(app::App& app, P1solveOptions& o)
 {
@@ -57,23 +52,17 @@ void solve(app::App& app, P1solveOptions& o)
     if (tint) app.uses(grid_of(file, schema::colour)->getName());
     if (emission) app.uses(emission->getName());
     ScatterReport report;
-    ScatterFields fields;
+    CollidedLight light;
     {
         const auto phase = app.phase("p1");
-        fields =
-            scatter_p1(*density, tint.get(), emission.get(), medium, lights, o.scatter, app.progress("p1"), report);
+        light = scatter_p1(*density, tint.get(), emission.get(), medium, lights, o.scatter, app.progress("p1"), report);
     }
     fill_report(app, report);
     check_solution(app, o, medium, report);
-    if (o.series.order > 0 && fields.phi) add_series(app, o, file, *density, emission.get(), medium, lights, fields);
-    if (!fields.phi) app.warnings()("no voxel above 0: nothing to scatter in");
-    if (fields.phi) {
-        drop_moments(file);
-        put_grid(file, fields.phi);
-        for (const auto& flux : fields.flux) put_grid(file, flux);
-        for (const auto& of_channel : fields.moments)
-            for (const auto& moment : of_channel) put_grid(file, moment);
-    }
+    if (!light.phi) app.warnings()("no voxel above 0: nothing to scatter in");
+    if (o.series.order > 0 && light.phi) add_series(app, o, file, *density, emission.get(), medium, lights, light);
+    if (light.phi) app::tell_accuracy(app, "multiple scattering", accuracy_of(report, lights), *light.phi);
+    put_collided_light(file, light);
     app.write(o.output, file);
 }
 

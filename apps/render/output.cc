@@ -41,15 +41,17 @@ ImageMetadata image_metadata(const app::App& app, const RenderOptions& o, const 
     for (size_t v = 0; v < loaded.scene.volumes.size(); ++v) {
         const Volume& volume = loaded.scene.volumes[v];
         const Medium& m = volume.medium;
-        if (volume.scaling.delta_f > 0)
+        if (volume.collided.scaling.delta_f > 0)
             out.texts.push_back({"vdbcloud:scaled_medium_" + std::to_string(v),
                                  "light, alpha and background in the delta-scaled medium (1 - f w0) sigma_t, f " +
-                                     app::shortest(volume.scaling.delta_f) + ", g' " +
-                                     app::shortest(volume.scaling.mean_cosine())});
+                                     app::shortest(volume.collided.scaling.delta_f) + ", g' " +
+                                     app::shortest(volume.collided.scaling.mean_cosine())});
         out.texts.push_back({"vdbcloud:medium_" + std::to_string(v),
                              "sigma_t per density " + app::shortest(m.sigma_t_per_density) + ", albedo " +
                                  app::shortest(m.albedo) + ", " + m.phase.text()});
     }
+    if (const std::string accuracy = accuracy_of_light(loaded.scene); !accuracy.empty())
+        out.texts.push_back({"vdbcloud:accuracy", accuracy});
     out.numbers = {{"vdbcloud:exposure", exposure}, {picture::samples, double(o.sampling.samples)}};
     return out;
 }

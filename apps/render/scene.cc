@@ -7,6 +7,7 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/accuracy.h"
 #include "vdbcloud/grid/density.h"
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/extent.h"
@@ -25,38 +26,6 @@ namespace {
 
 using openvdb::gridPtrCast;
 
-/// The float grid called `name`; null without a grid of that name and type.
-FloatGridPtr numbers(const GridFile& file, const std::string& name)
-{
-    const GridBasePtr grid = find_grid(file, name);
-    return grid ? gridPtrCast<FloatGrid>(grid) : nullptr;
-}
-
-/// Adds the moments of degree 2 and more to the volume, up to the first degree of which the file lacks a moment.
-void add_moments(app::App& app, const GridFile& file, Volume& volume)
-{
-    const int degree = volume.scaling.degree;
-    const bool shared = bool(numbers(file, schema::moment_name(2, 0, -1)));
-    for (int l = 2; l <= degree; ++l) {
-        std::array<std::vector<FloatGridPtr>, 3> of_degree;
-        size_t found = 0;
-        for (int c = 0; c < 3; ++c)
-            for (int m = -l; m <= l; ++m) {
-                const auto moment = numbers(file, schema::moment_name(l, m, shared ? -1 : c));
-                of_degree[size_t(c)].push_back(moment);
-                found += bool(moment);
-            }
-        if (found < size_t(3 * (2 * l + 1))) {
-            app.warnings()(file.path + ": collided light was scattered to degree " + std::to_string(degree) +
-                           " and is kept to degree " + std::to_string(l - 1) + ": the picture lacks higher degrees");
-            return;
-        }
-        if (shared) volume.moment_scale = get_vector(*of_degree[0][0], schema::channel_scale, Vec3d(1.0));
-        for (size_t c = 0; c < 3; ++c)
-            volume.moments[c].insert(volume.moments[c].end(), of_degree[c].begin(), of_degree[c].end());
-    }
-}
-
 Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
 {
     Volume volume;
@@ -65,19 +34,14 @@ Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
     volume.colour = app::vector_grid(app, file, grid_of(file, schema::colour));
     volume.emission = app::vector_grid(app, file, find_grid(file, schema::emission));
     if (traces_paths(o)) return volume;
-    volume.phi = app::vector_grid(app, file, find_grid(file, schema::phi));
+    volume.collided = read_collided_light(file, volume.medium.phase, app.warnings());
+    const GridBasePtr& phi = volume.collided.phi;
     if (const GridBasePtr series = find_grid(file, schema::series_phi_name(0));
-        series && (!volume.phi || read_medium(*volume.phi).albedo != volume.medium.albedo)) {
-        volume.phi = nullptr;  // relight_volume() makes phi from the series
-        volume.scaling = read_delta_scaling(*series, volume.medium.phase);
+        series && (!phi || read_medium(*phi).albedo != volume.medium.albedo)) {
+        volume.collided = {};  // relight_volume() makes it from the series
+        volume.collided.scaling = read_delta_scaling(*series, volume.medium.phase);
     }
-    if (volume.phi) {
-        app::require_same_medium(file.path + ": multiple scattering", *volume.phi, volume.medium);
-        for (size_t c = 0; c < 3; ++c)
-            volume.flux[c] = app::vector_grid(app, file, find_grid(file, schema::flux_name(int(c))));
-        volume.scaling = read_delta_scaling(*volume.phi, volume.medium.phase);
-        add_moments(app, file, volume);
-    }
+    if (phi) app::require_same_medium(file.path + ": multiple scattering", *phi, volume.medium);
     return volume;
 }
 
@@ -89,12 +53,12 @@ Sources sources_behind(const Volume& volume)
 /// Throws if phi is of another density, Cd or emission, or scattered other lights than the scene has.
 void require_same_light(const GridFile& file, const Volume& volume, const std::vector<Light>& lights)
 {
-    if (!volume.phi) return;
-    const std::string changed = changed_source(*volume.phi, sources_behind(volume));
+    if (!volume.collided.phi) return;
+    const std::string changed = changed_source(*volume.collided.phi, sources_behind(volume));
     if (!changed.empty())
         throw UsageError(file.path + ": multiple scattering was computed from another " + changed +
                          " than the file holds now: run p1solve again");
-    const std::string lit_by = get_text(*volume.phi, schema::lit_by, lights_text(lights));
+    const std::string lit_by = get_text(*volume.collided.phi, schema::lit_by, lights_text(lights));
     if (lit_by != lights_text(lights))
         throw UsageError(file.path + ": multiple scattering was computed for '" + printable(lit_by) + "', and '" +
                          lights_text(lights) + "' is asked for: run p1solve again");
@@ -122,7 +86,7 @@ bool brings_all(const std::vector<GridFile>& files, const Scene& scene)
         for (const Light& light : scene.lights) {
             const Volume& volume = scene.volumes[v];
             const GridBasePtr grid =
-                volume.scaling.delta_f > 0 ? nullptr : find_grid(files[v], transmittance_name(light));
+                volume.collided.scaling.delta_f > 0 ? nullptr : find_grid(files[v], transmittance_name(light));
             if (!grid || !misfit(*grid, light, volume).empty()) return false;
         }
     return true;
@@ -134,11 +98,11 @@ GridBasePtr light_grid(app::App& app, const GridFile& file, const Scene& scene, 
                        const RenderOptions& o)
 {
     const Volume& volume = scene.volumes[v];
-    if (volume.scaling.delta_f > 0) {
+    if (volume.collided.scaling.delta_f > 0) {
         if (app.dry_run()) return FloatGrid::create(1.0f);
         const auto phase = app.phase("scaled light");
-        return app::scaled_light_grid(app, *volume.density, volume.colour.get(), volume.medium, volume.scaling, light,
-                                      o.light);
+        return app::scaled_light_grid(app, *volume.density, volume.colour.get(), volume.medium, volume.collided.scaling,
+                                      light, o.light);
     }
     GridBasePtr own = find_grid(file, transmittance_name(light));
     if (own)
@@ -158,18 +122,16 @@ GridBasePtr light_grid(app::App& app, const GridFile& file, const Scene& scene, 
 void relight_volume(app::App& app, const GridFile& file, Volume& volume, const std::vector<Light>& lights,
                     const RenderOptions& o)
 {
-    if (volume.phi || !find_grid(file, schema::series_phi_name(0)) || app.dry_run()) return;
+    if (volume.collided.phi || !find_grid(file, schema::series_phi_name(0)) || app.dry_run()) return;
     if (!has_series(file, sources_behind(volume), volume.medium, lights))
         throw UsageError(file.path +
                          ": its series was computed for another density, emission, medium or light: run p1solve again");
     const auto phase = app.phase("series");
     std::vector<GridBasePtr> transmittance;
     for (const Light& light : lights)
-        transmittance.push_back(
-            app::scaled_light_grid(app, *volume.density, nullptr, volume.medium, volume.scaling, light, o.light));
-    const ScatterFields fields = relight(file, volume.medium, lights, transmittance);
-    volume.phi = fields.phi;
-    volume.flux = fields.flux;
+        transmittance.push_back(app::scaled_light_grid(app, *volume.density, nullptr, volume.medium,
+                                                       volume.collided.scaling, light, o.light));
+    volume.collided = relight(file, volume.medium, lights, transmittance);
 }
 
 /// Whether emission or a sky that was asked for lights the scene, as p1solve judges it.
@@ -245,6 +207,21 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
             out.scene.volumes[v].transmittance.push_back(std::move(grid));
         }
     return out;
+}
+
+std::string accuracy_of_light(const Scene& scene)
+{
+    std::vector<GridBasePtr> light;
+    for (const Volume& volume : scene.volumes) {
+        light.insert(light.end(), volume.transmittance.begin(), volume.transmittance.end());
+        light.push_back(volume.collided.phi);
+    }
+    std::string all;
+    for (const GridBasePtr& grid : light) {
+        const std::string text = grid ? text_of(read_accuracy(*grid)) : "";
+        if (!text.empty()) all += (all.empty() ? "" : "; ") + grid->getName() + ": " + text;
+    }
+    return all;
 }
 
 }  // namespace vdbcloud

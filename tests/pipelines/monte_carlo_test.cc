@@ -87,7 +87,7 @@ protected:
         options.closure.change = 1e-6;  // small, so that all iterations run
         options.reentry_rays = options.line_rays = 0;
         ScatterReport report;
-        const ScatterFields fields = scatter_p1(*grid, nullptr, nullptr, medium, {sun}, options, {}, report);
+        const CollidedLight fields = scatter_p1(*grid, nullptr, nullptr, medium, {sun}, options, {}, report);
         if (when_solved) when_solved();
         Scene scene;
         scene.lights = {sun};
@@ -95,11 +95,7 @@ protected:
         Volume& volume = scene.volumes[0];
         volume.density = grid;
         volume.medium = medium;
-        volume.phi = fields.phi;
-        volume.flux = fields.flux;
-        volume.moments = fields.moments;
-        volume.moment_scale = fields.moment_scale;
-        volume.scaling = fields.scaling;
+        volume.collided = fields;
         IntegratorOptions how;
         how.shadow_rays = true;
         const PreparedScene prepared(scene, how);

@@ -43,10 +43,10 @@ struct Gather {
         v.medium.sigma_t_per_density = Vec3d(0.8);
         v.medium.albedo = Vec3d(w0);
         v.medium.phase = phase;
-        v.scaling = delta_scaling(phase, degree);
-        v.phi = constant(Vec3f(0));
+        v.collided.scaling = delta_scaling(phase, degree);
+        v.collided.phi = constant(Vec3f(0));
     }
-    const DeltaScaling& scaling() const { return scene.volumes[0].scaling; }
+    const DeltaScaling& scaling() const { return scene.volumes[0].collided.scaling; }
     Volume& volume() { return scene.volumes[0]; }
 
     WorldRay ray() const
@@ -101,7 +101,7 @@ protected:
 TEST_P(EachIntegrator, GathersPhiInTheScaledMedium)
 {
     Gather gather(PhaseFunction::henyey_greenstein(0.8), 1);
-    gather.volume().phi = constant(Vec3f(1, 2, 3));
+    gather.volume().collided.phi = constant(Vec3f(1, 2, 3));
     ASSERT_GT(gather.scaling().delta_f, 0.6);
     expect_gathered(gather, Vec3d(1, 2, 3) / (4 * pi));
 }
@@ -113,12 +113,37 @@ TEST_P(EachIntegrator, GathersThreeTimesTheScaledMeanCosineTimesTheFluxTowardsTh
         const Vec3f flux[3] = {Vec3f(1, 0, 0), Vec3f(0.2f, 0.3f, -0.4f), Vec3f(0, 0, 2)};
         Vec3d source;
         for (int c = 0; c < 3; ++c) {
-            gather.volume().flux[size_t(c)] = constant(flux[c]);
+            gather.volume().collided.flux[size_t(c)] = constant(flux[c]);
             const double scaled_g = g > 0 ? g / (1 + g) : g;
             source[c] = 3 * scaled_g * gather.to_eye().dot(Vec3d(flux[c])) / (4 * pi);
         }
         expect_gathered(gather, source);
     }
+}
+
+TEST_P(EachIntegrator, GathersOneSolutionOfAllChannelsTimesTheScaleOfEach)
+{
+    Gather gather(PhaseFunction::henyey_greenstein(0.8), 1);
+    CollidedLight& light = gather.volume().collided;
+    const Vec3f flux(0.2f, 0.3f, -0.4f);
+    light.phi = constant(3.0f);
+    light.flux.fill(constant(flux));
+    light.channel_scale = Vec3d(1, 0.5, 2);
+    const double along = gather.to_eye().dot(Vec3d(flux));
+    expect_gathered(gather, (3 + 3 * (0.8 / 1.8) * along) / (4 * pi) * Vec3d(1, 0.5, 2));
+}
+
+TEST_P(EachIntegrator, ShortensAFluxThatIsLongerThanItsLimitTimesPhi)
+{
+    // Fluxes of length 1 along and against the ray, and one within the limit of each channel's phi.
+    Gather gather(PhaseFunction::henyey_greenstein(0.8), 1);
+    CollidedLight& light = gather.volume().collided;
+    light.flux_limit = 0.25;
+    light.phi = constant(Vec3f(2, 0, 8));
+    const Vec3d along = gather.to_eye();
+    light.flux = {constant(Vec3f(along)), constant(Vec3f(along)), constant(Vec3f(-along))};
+    const double m = 3 * 0.8 / 1.8;
+    expect_gathered(gather, Vec3d(2 + m * 0.25 * 2, 0, 8 - m) / (4 * pi));
 }
 
 TEST_P(EachIntegrator, GathersEachHigherMomentByItsScaledMomentAndScale)
@@ -128,10 +153,11 @@ TEST_P(EachIntegrator, GathersEachHigherMomentByItsScaledMomentAndScale)
     double y[16];
     for (int k = 0; k < count; k += 3) {
         Gather gather(phase, degree);
-        auto& [red, green, blue] = gather.volume().moments;
+        gather.volume().collided.phi = constant(0.0f);  // one solution for all channels
+        auto& [red, green, blue] = gather.volume().collided.moments;
         for (int n = 0; n < count; ++n) red.push_back(constant(n == k ? 1.5f : 0.0f));
-        green = blue = red;  // one solution for all channels
-        gather.volume().moment_scale = Vec3d(1, 0.5, 2);
+        green = blue = red;
+        gather.volume().collided.channel_scale = Vec3d(1, 0.5, 2);
         evaluate_harmonics(degree, gather.to_eye(), y);
         const int l = k + 4 < 9 ? 2 : 3;
         const double f = phase.moment(4), moment = (phase.moment(l) - f) / (1 - f);
@@ -145,7 +171,7 @@ TEST_P(EachIntegrator, GathersMomentsOfEachChannelFromItsOwnGrids)
     Gather gather(PhaseFunction("rayleigh"), 2);
     for (int c = 0; c < 3; ++c)
         for (int n = 0; n < 5; ++n)
-            gather.volume().moments[size_t(c)].push_back(constant(n == 2 ? float(c + 1) : 0.0f));
+            gather.volume().collided.moments[size_t(c)].push_back(constant(n == 2 ? float(c + 1) : 0.0f));
     double y[9];
     evaluate_harmonics(2, gather.to_eye(), y);
     expect_gathered(gather, 0.1 * y[harmonic(2, 0)] * Vec3d(1, 2, 3));
@@ -157,7 +183,7 @@ TEST_P(EachIntegrator, ScattersASunOnceByTheTruePhaseFunctionInTheScaledMedium)
     // ray: w0 p(1) E tau exp(-tau).
     const PhaseFunction phase("hg-draine", {8});
     Gather gather(phase, 1, 0.8);
-    gather.volume().phi = nullptr;
+    gather.volume().collided.phi = nullptr;
     gather.scene.lights = {make_sun(gather.ray().direction, Vec3d(1, 2, 3))};
     const RayResult result = gather.seen(GetParam());
     const double tau = result.true_tau[0], scaled = gather.scaling().extinction(0.8) * tau;
@@ -192,8 +218,8 @@ TEST(Gather, ScattersALampOnceByItsInverseSquare)
     // by midpoints.
     const PhaseFunction phase = PhaseFunction::henyey_greenstein(0.4);
     Gather gather(phase, 1);
-    gather.volume().phi = nullptr;
-    gather.volume().scaling = DeltaScaling();
+    gather.volume().collided.phi = nullptr;
+    gather.volume().collided.scaling = DeltaScaling();
     gather.volume().medium.sigma_t_per_density = Vec3d(1e-5);
     const Vec3d position = Vec3d(1.5, 0.3, 1.1);
     gather.scene.lights = {make_lamp(position, Vec3d(2))};
@@ -225,16 +251,12 @@ TEST(Gather, OfARayleighFurnaceIsTheSkyBehindIt)
     options.solve.tolerance = 1e-9;
     options.reentry_rays = 0;
     ScatterReport report;
-    const ScatterFields fields =
+    const CollidedLight fields =
         scatter_p1(*gather.volume().density, nullptr, nullptr, gather.volume().medium, {}, options, {}, report);
     ASSERT_EQ(fields.scaling.moments.size(), 3u);
     EXPECT_NEAR(fields.scaling.moments[2], 0.1, 1e-15);
     ASSERT_EQ(fields.moments[0].size(), 5u);
-    gather.volume().phi = fields.phi;
-    gather.volume().flux = fields.flux;
-    gather.volume().moments = fields.moments;
-    gather.volume().moment_scale = fields.moment_scale;
-    gather.volume().scaling = fields.scaling;
+    gather.volume().collided = fields;
     const RayResult result = gather.seen(Integrator::Cells);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(result.multiple[c] + L * std::exp(-result.tau[c]), L, 1e-4 * L);
 }
@@ -242,7 +264,7 @@ TEST(Gather, OfARayleighFurnaceIsTheSkyBehindIt)
 TEST(PreparedScene, RefusesMomentsBeyondTheDegreeOfTheScaling)
 {
     Gather gather(PhaseFunction("rayleigh"), 1);
-    for (auto& moments : gather.volume().moments)
+    for (auto& moments : gather.volume().collided.moments)
         for (int n = 0; n < 5; ++n) moments.push_back(constant(0.0f));
     EXPECT_THROW(gather.seen(Integrator::Cells), InputError);
 }

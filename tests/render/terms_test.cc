@@ -32,10 +32,10 @@ struct Gathered {
     Volume volume(const FloatGridPtr& density) const
     {
         Volume v = volume_of(density, medium(sigma_t, albedo, 0.6));
-        v.scaling.delta_f = forward;
-        v.scaling.moments = {1, mean_cosine};
-        v.phi = constant_like<Vec3SGrid>(*density, Vec3f(phi));
-        for (size_t c = 0; c < 3; ++c) v.flux[c] = constant_like<Vec3SGrid>(*density, Vec3f(flux[c]));
+        v.collided.scaling.delta_f = forward;
+        v.collided.scaling.moments = {1, mean_cosine};
+        v.collided.phi = constant_like<Vec3SGrid>(*density, Vec3f(phi));
+        for (size_t c = 0; c < 3; ++c) v.collided.flux[c] = constant_like<Vec3SGrid>(*density, Vec3f(flux[c]));
         return v;
     }
     /// sigma_t of the scaled medium at density 1.
@@ -152,7 +152,7 @@ TEST(Layers, DirectLightOfAScaledMediumIsAttenuatedBothWays)
                 fill = make_sun(Vec3d(0, 0, 1), Vec3d(7, 0, 1), 0, "fill");
     scene.lights = {key, fill};
     Volume volume = volume_of(density, medium(Vec3d(sigma_t), Vec3d(w0), g));
-    volume.scaling.delta_f = f;
+    volume.collided.scaling.delta_f = f;
     for (const Light& light : scene.lights)
         volume.transmittance.push_back(
             transmittance_grid(*density, scaled, light, TransmittanceOptions{Fidelity::Exact}));
@@ -291,7 +291,7 @@ TEST(Layers, DepthIsWhereTheMeanTransmittanceOfTheChannelsIsOneHalf)
     }
     Scene scene;
     scene.volumes.push_back(volume_of(density, medium(sigma_t, Vec3d(w0), 0.6)));
-    scene.volumes[0].scaling.delta_f = f;
+    scene.volumes[0].collided.scaling.delta_f = f;
     for (const Integrator kind : integrators) {
         const Picture picture(scene, one_pixel(Vec3d(7.6, 7.3, 7.9), Vec3d(0, 0, -1)), fine(kind));
         // From the camera's plane 100 above 7.9 to half a voxel above the last centre, then x. Between two points

@@ -17,7 +17,7 @@ FloatGridPtr ball()
     });
 }
 
-ScatterFields solved(const FloatGrid& grid, const PhaseFunction& phase, const Vec3d& irradiance, int iterations,
+CollidedLight solved(const FloatGrid& grid, const PhaseFunction& phase, const Vec3d& irradiance, int iterations,
                      int degree, bool delta = true)
 {
     Medium medium;
@@ -40,22 +40,27 @@ TEST(CollidedGrids, SharedSolutionsScaleWithTheIrradiance)
 {
     const auto grid = ball();
     const Vec3d irradiance(2, 1, 0.5);
-    const ScatterFields shared = solved(*grid, test::hg(0.6), irradiance, 4, 3);
+    const CollidedLight shared = solved(*grid, test::hg(0.6), irradiance, 4, 3);
     ASSERT_EQ(shared.moments[0].size(), 12u);
+    ASSERT_TRUE(shared.phi->isType<FloatGrid>());
+    EXPECT_EQ(shared.flux[1], shared.flux[0]);
+    EXPECT_EQ(shared.moments[2], shared.moments[0]);
     for (int c = 0; c < 3; ++c) {
-        const ScatterFields one = solved(*grid, test::hg(0.6), Vec3d(irradiance[c]), 4, 3);
+        const CollidedLight one = solved(*grid, test::hg(0.6), Vec3d(irradiance[c]), 4, 3);
+        EXPECT_EQ(one.channel_scale, Vec3d(1));
+        const auto phi_of_all = fluence(shared), flux_of_channel = flux_of(shared, c);
         double phi = 0, flux = 0, moment = 0, moment_error = 0;
-        for (auto v = one.phi->cbeginValueOn(); v; ++v) {
+        for (auto v = openvdb::gridPtrCast<FloatGrid>(one.phi)->cbeginValueOn(); v; ++v) {
             const auto at = v.getCoord();
-            phi = std::max(phi, std::abs(double(shared.phi->tree().getValue(at)[c]) / double((*v)[0]) - 1));
+            phi = std::max(phi, std::abs(double(phi_of_all->tree().getValue(at)[c]) / double(*v) - 1));
             const Vec3d f(one.flux[0]->tree().getValue(at));
-            flux = std::max(flux, (Vec3d(shared.flux[size_t(c)]->tree().getValue(at)) - f).length() / f.length());
+            flux = std::max(flux, (Vec3d(flux_of_channel->tree().getValue(at)) - f).length() / f.length());
             for (size_t k = 0; k < 12; ++k) {
-                const double m = one.moment_scale[0] * double(one.moments[0][k]->tree().getValue(at));
+                const double m = double(one.moments[0][k]->tree().getValue(at));
                 moment = std::max(moment, std::abs(m));
                 moment_error = std::max(
                     moment_error,
-                    std::abs(shared.moment_scale[c] * double(shared.moments[size_t(c)][k]->tree().getValue(at)) - m));
+                    std::abs(shared.channel_scale[c] * double(shared.moments[size_t(c)][k]->tree().getValue(at)) - m));
             }
         }
         EXPECT_LT(phi, 1e-4) << c;
@@ -71,7 +76,7 @@ TEST(CollidedGrids, MetadataHoldsTheDeltaScalingOfPhaseAndDegree)
     for (const PhaseFunction& phase : {test::hg(0.8), PhaseFunction("rayleigh"), PhaseFunction("hg-draine", {10})})
         for (const auto& [iterations, degree] : {std::pair(0, 1), {1, 3}})
             for (bool delta : {true, false}) {
-                const ScatterFields fields = solved(*grid, phase, Vec3d(1), iterations, degree, delta);
+                const CollidedLight fields = solved(*grid, phase, Vec3d(1), iterations, degree, delta);
                 const DeltaScaling made = delta ? delta_scaling(phase, degree) : no_scaling(phase, degree);
                 for (const GridBase* of : {static_cast<const GridBase*>(fields.phi.get()),
                                            static_cast<const GridBase*>(fields.flux[1].get())}) {
@@ -83,6 +88,43 @@ TEST(CollidedGrids, MetadataHoldsTheDeltaScalingOfPhaseAndDegree)
                 }
                 EXPECT_EQ(fields.scaling.moments, made.moments);
             }
+}
+
+/// The light of several lights is the sum of the lights of each, also where P1's flux is longer than phi / 3: to the
+/// tolerance of the solver, of each of three solves.
+TEST(CollidedGrids, P1OfTwoSunsIsTheSumOfBoth)
+{
+    const auto grid = ball();
+    Medium medium;
+    medium.sigma_t_per_density = Vec3d(3);
+    medium.phase = test::hg(0.85);
+    const Light low = make_sun(Vec3d(1, 0.2, 0)), high = make_sun(Vec3d(-0.3, 1, 0.2), Vec3d(2, 1, 0.5));
+    ScatterOptions options;
+    options.solve.tolerance = 1e-7;
+    options.reentry_rays = options.line_rays = 0;
+    ScatterReport report;
+    const auto of = [&](const std::vector<Light>& lights) {
+        return scatter_p1(*grid, nullptr, nullptr, medium, lights, options, {}, report);
+    };
+    const CollidedLight both = of({low, high});
+    EXPECT_GT(report.channel[0].flux_limited, 100) << "there are long fluxes";
+    EXPECT_EQ(both.flux_limit, 1.0 / 3);
+    EXPECT_FALSE(both.phi->isType<FloatGrid>()) << "the two suns differ in colour";
+    const CollidedLight a = of({low}), b = of({high});
+    for (int c = 0; c < 3; ++c) {
+        const auto sum = flux_of(both, c), flux_a = flux_of(a, c), flux_b = flux_of(b, c);
+        const auto phi = fluence(both), phi_a = fluence(a), phi_b = fluence(b);
+        double error = 0, size = 0;
+        for (auto v = sum->cbeginValueOn(); v; ++v) {
+            const auto at = v.getCoord();
+            error += (Vec3d(*v) - Vec3d(flux_a->tree().getValue(at)) - Vec3d(flux_b->tree().getValue(at))).lengthSqr();
+            error += std::pow(double(phi->tree().getValue(at)[c]) - double(phi_a->tree().getValue(at)[c]) -
+                                  double(phi_b->tree().getValue(at)[c]),
+                              2);
+            size += Vec3d(*v).lengthSqr();
+        }
+        EXPECT_LT(std::sqrt(error / size), 10 * options.solve.tolerance) << c;
+    }
 }
 
 }  // namespace

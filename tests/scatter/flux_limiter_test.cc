@@ -110,7 +110,7 @@ TEST(FluxLimiter, FluxStaysBelowFluenceInThinParts)
     options.limiter = true;
     options.reentry_rays = options.line_rays = 0;
     ScatterReport report;
-    const ScatterFields fields = scatter_p1(*grid, nullptr, nullptr, medium, {sun}, options, {}, report);
+    const CollidedLight fields = scatter_p1(*grid, nullptr, nullptr, medium, {sun}, options, {}, report);
     EXPECT_TRUE(report.converged);
     EXPECT_LT(report.channel[0].budget.defect, 1e-6);
     EXPECT_EQ(report.channel[1].solved_as, 0);

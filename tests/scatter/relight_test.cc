@@ -51,13 +51,13 @@ TEST_P(Relight, PhiAndFluxMatchTheDirectSolve)
     for (double albedo : {0.98, 0.8}) {
         medium.albedo = Vec3d(albedo);
         ScatterReport report;
-        const ScatterFields direct = scatter_p1(*grid, nullptr, nullptr, medium, {sun}, options, {}, report);
+        const CollidedLight direct = scatter_p1(*grid, nullptr, nullptr, medium, {sun}, options, {}, report);
         Medium scaled = medium;
         scaled.sigma_t_per_density *= direct.scaling.extinction(albedo);
-        const ScatterFields relit = relight(file, medium, {sun}, {transmittance_grid(*grid, scaled, sun, {})});
+        const CollidedLight relit = relight(file, medium, {sun}, {transmittance_grid(*grid, scaled, sun, {})});
         EXPECT_EQ(relit.scaling.delta_f, direct.scaling.delta_f);
         EXPECT_EQ(relit.scaling.moments, direct.scaling.moments);
-        EXPECT_LT(difference(*relit.phi, *direct.phi), 0.001) << albedo;
+        EXPECT_LT(difference(*fluence(relit), *fluence(direct)), 0.001) << albedo;
         // 0.3 mean free paths a voxel.
         if (direct.scaling.mean_cosine() == 0) continue;
         EXPECT_LT(difference(*relit.flux[0], *direct.flux[0]), 0.01) << albedo;

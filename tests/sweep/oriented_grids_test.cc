@@ -155,7 +155,9 @@ public:
     Seen at(const Vec3i& q, const std::array<Vec3d, 3>& directions) const
     {
         const openvdb::Coord c(q.x(), q.y(), q.z());
-        Seen seen{fields_.phi->tree().getValue(c)[0], Vec3d(fields_.flux[0]->tree().getValue(c)), {0, 0, 0}};
+        Seen seen{openvdb::gridPtrCast<FloatGrid>(fields_.phi)->tree().getValue(c),
+                  Vec3d(fields_.flux[0]->tree().getValue(c)),
+                  {0, 0, 0}};
         const auto& moments = fields_.moments[0];
         for (int d = 0; d < 3 && !moments.empty(); ++d) {
             double y[16];
@@ -170,7 +172,7 @@ public:
 
 private:
     std::function<Vec3i(const Vec3i&)> cell_;
-    ScatterFields fields_;
+    CollidedLight fields_;
 };
 
 /// Compares the light of `b`, turned back where it was turned, with that of `a` at the same places: root mean square
@@ -253,7 +255,7 @@ double sphere_error(const Axes& axes, double sigma_t, double albedo)
     options.reentry_rays = 0;
     ScatterReport report;
     const auto fields = scatter_p1(*density, nullptr, emission.get(), medium, {}, options, {}, report);
-    const double phi = fields.phi->tree().getValue(openvdb::Coord(n[0] / 2, n[1] / 2, n[2] / 2))[0];
+    const double phi = fluence(fields)->tree().getValue(openvdb::Coord(n[0] / 2, n[1] / 2, n[2] / 2))[0];
     const double r2 = ((axes[0] + axes[1] + axes[2]) * 0.5).lengthSqr();
     return phi / test::P1Sphere{1.0, 1 / (3 * sigma_t), sigma_t * (1 - albedo), 1.0, 0.0}.phi(std::sqrt(r2)) - 1;
 }

@@ -1,6 +1,7 @@
 #pragma once
 // Pass one: the light that reaches each voxel, as a transmittance grid for each light.
 #include "vdbcloud/core/progress.h"
+#include "vdbcloud/grid/accuracy.h"
 #include "vdbcloud/optics/medium.h"
 #include "vdbcloud/scene/light.h"
 
@@ -29,6 +30,9 @@ struct TransmittanceReport {
     double mean_error = 0;  ///< mean |T - T_exact| over them
     double max_error = 0;
 };
+
+/// What bounds the error of a light's grid. Nothing is known of a grid that was not compared.
+Accuracy accuracy_of(const TransmittanceReport&, const Light&);
 
 /// transmittance_<light>: T(x) = exp(-sigma_t_per_density * depth(x)), depth the density integrated from the voxel's
 /// centre to the light; averaged over the light's disc if it has one.

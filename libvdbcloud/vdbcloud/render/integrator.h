@@ -1,7 +1,7 @@
 #pragma once
 // Pass two of Kajiya & Von Herzen 1984: what a camera sees of media, given the light that reaches each point.
 #include "vdbcloud/core/progress.h"
-#include "vdbcloud/optics/delta_scaling.h"
+#include "vdbcloud/optics/collided_light.h"
 #include "vdbcloud/optics/medium.h"
 #include "vdbcloud/render/film.h"
 #include "vdbcloud/render/passes.h"
@@ -26,16 +26,9 @@ struct Volume {
     /// scene, float or vec3s, at the active voxels of THIS density and one voxel about them. Only light that this
     /// volume scatters is attenuated by these grids, so values elsewhere mean nothing.
     std::vector<GridBasePtr> transmittance;
-    Vec3SGridPtr phi;                  ///< collided fluence; may be null
-    std::array<Vec3SGridPtr, 3> flux;  ///< collided flux of r, g, b; null where phi is
-    /// Of collided radiance from degree 2 on, for r, g, b, by rising l and m from -l to l: the harmonics of
-    /// optics/spherical_harmonics.h about the world's axes; phi's transform. Channels may share grids, each times its
-    /// scale.
-    std::array<std::vector<FloatGridPtr>, 3> moments;
-    Vec3d moment_scale{1, 1, 1};
-    /// Of the medium that phi, flux and moments belong to. Where f is not 0 the image is formed in the medium of
-    /// extinction (1 - f albedo) sigma_t, and `transmittance` must belong to that medium.
-    DeltaScaling scaling;
+    /// What p1solve adds; without phi there is none. Where its scaling's f is not 0 the image is formed in the medium
+    /// of extinction (1 - f albedo) sigma_t, and `transmittance` must belong to that medium.
+    CollidedLight collided;
 };
 
 /// What is to be rendered.

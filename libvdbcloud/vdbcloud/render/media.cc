@@ -37,7 +37,8 @@ std::unique_ptr<BrickMap> map_of(const Vec3SGridPtr& grid, float outside = 0)
 
 /// Extends collided light, stored in active voxels, over the trilinear fringe: the medium extends up to one voxel
 /// beyond its active voxels.
-std::unique_ptr<BrickMap> fringe_map(const Vec3SGridPtr& grid)
+template<typename GridPtr>
+std::unique_ptr<BrickMap> fringe_map(const GridPtr& grid)
 {
     return grid ? std::make_unique<BrickMap>(*with_fringe(*grid)) : nullptr;
 }
@@ -56,22 +57,33 @@ BrickMap extent_of(const Vec3SGrid& grid)
     return BrickMap(*largest);
 }
 
-void add_moments(const Volume& volume, PreparedVolume& prepared)
+/// Throws InputError unless the moments are whole degrees, the same for each channel, that the scaling covers.
+int degree_of(const CollidedLight& light)
 {
-    const auto& [r, g, b] = volume.moments;
+    const auto& [r, g, b] = light.moments;
     const int count = int(r.size());
-    while (harmonic_count(prepared.degree) - harmonic_count(1) < count) ++prepared.degree;
-    if (prepared.degree > volume.scaling.degree)
-        throw InputError("moments of degree " + std::to_string(prepared.degree) + ": expected at most " +
-                         std::to_string(volume.scaling.degree) + ", that of the delta scaling");
-    if (harmonic_count(prepared.degree) - harmonic_count(1) != count || g.size() != r.size() || b.size() != r.size())
+    int degree = 1;
+    while (harmonic_count(degree) - harmonic_count(1) < count) ++degree;
+    if (degree > light.scaling.degree)
+        throw InputError("moments of degree " + std::to_string(degree) + ": expected at most " +
+                         std::to_string(light.scaling.degree) + ", that of the delta scaling");
+    if (harmonic_count(degree) - harmonic_count(1) != count || g.size() != r.size() || b.size() != r.size())
         throw InputError(std::to_string(count) +
                          " moments of degree 2 and more: expected whole degrees, the same for each channel");
-    const size_t channels = g == r && b == r ? 1 : 3;
-    for (size_t c = 0; c < channels; ++c)
-        for (const auto& moment : volume.moments[c])
-            prepared.moments[c].push_back(std::make_unique<BrickMap>(*with_fringe(*moment)));
-    prepared.moment_scale = volume.moment_scale;
+    return degree;
+}
+
+void add_collided(const CollidedLight& light, PreparedVolume& prepared)
+{
+    prepared.degree = degree_of(light);
+    prepared.channel_scale = light.channel_scale;
+    prepared.flux_limit = light.flux_limit;
+    const auto one = openvdb::gridPtrCast<openvdb::FloatGrid>(light.phi);
+    prepared.phi = one ? fringe_map(one) : fringe_map(openvdb::gridPtrCast<openvdb::Vec3SGrid>(light.phi));
+    for (size_t c = 0; c < (one ? 1u : 3u); ++c) {
+        if (light.scaling.mean_cosine() != 0) prepared.flux[c] = fringe_map(light.flux[c]);
+        for (const auto& moment : light.moments[c]) prepared.moments[c].push_back(fringe_map(moment));
+    }
 }
 
 bool same_channels(const Vec3d& v) { return v[0] == v[1] && v[1] == v[2]; }
@@ -80,7 +92,15 @@ bool same_channels(const Vec3d& v) { return v[0] == v[1] && v[1] == v[2]; }
 bool extinction_is_grey(const Volume& volume)
 {
     if (!volume.medium.grey()) return false;
-    return volume.scaling.delta_f == 0 || (same_channels(volume.medium.albedo) && !volume.colour);
+    return volume.collided.scaling.delta_f == 0 || (same_channels(volume.medium.albedo) && !volume.colour);
+}
+
+/// The factor that brings a flux down to flux_limit x phi; 1 for a shorter one.
+double shortening(const PreparedVolume& volume, double phi, const Vec3d& flux)
+{
+    if (volume.flux_limit == 0) return 1;
+    const double longest = volume.flux_limit * std::max(phi, 0.0), length = flux.length();
+    return length > longest ? longest / length : 1;
 }
 
 }  // namespace
@@ -94,14 +114,12 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
         prepared.sigma_t = volume.medium.sigma_t_per_density;
         prepared.albedo = volume.medium.albedo;
         prepared.phase = volume.medium.phase;
-        prepared.scaling = volume.scaling;
-        scaled = scaled || volume.scaling.delta_f != 0;
+        prepared.scaling = volume.collided.scaling;
+        scaled = scaled || volume.collided.scaling.delta_f != 0;
         prepared.colour = map_of(volume.colour, 1);
-        prepared.phi = fringe_map(volume.phi);
-        for (int c = 0; c < 3; ++c) prepared.flux[c] = fringe_map(volume.flux[size_t(c)]);
-        add_moments(volume, prepared);
-        if (volume.phi && volume.scaling.delta_f > 0)
-            prepared.peak = std::make_unique<ForwardPeak>(volume.medium.phase, volume.scaling);
+        if (volume.collided.phi) add_collided(volume.collided, prepared);
+        if (volume.collided.phi && volume.collided.scaling.delta_f > 0)
+            prepared.peak = std::make_unique<ForwardPeak>(volume.medium.phase, volume.collided.scaling);
         grey = grey && extinction_is_grey(volume);
         if (!shadow_rays) {
             if (volume.transmittance.size() != lights.size())
@@ -223,25 +241,24 @@ Vec3d RayMedia::collided(size_t volume, double t) const
 {
     const auto& v = scene_.volumes[volume];
     if (!v.phi) return Vec3d(0);
-    Vec3d sum = v.phi->sample3(ray_of(volume, 3).at(t));
-    for (int c = 0; c < 3; ++c)
-        if (v.flux[c] && v.scaling.mean_cosine() != 0)
-            sum[c] += 3 * v.scaling.mean_cosine() *
-                      (-ray_.direction).dot(v.flux[c]->sample3(ray_of(volume, size_t(4 + c)).at(t)));
-    sum /= 4 * pi;
+    const Vec3d p = ray_of(volume, 3).at(t), phi = v.phi->sample3(p);
     const auto& weights = weights_[volume];
-    if (weights.empty()) return sum;
-    const Vec3d p = ray_of(volume, 3).at(t);
-    Vec3d higher(0.0);
+    Vec3d sum;
     for (int c = 0; c < 3; ++c) {
-        if (c > 0 && v.moments[c].empty()) {  // all channels share moments
-            higher[c] = higher[0];
+        if (c > 0 && v.phi->channels() == 1) {
+            sum[c] = sum[0];
             continue;
         }
+        sum[c] = phi[c] / (4 * pi);
+        if (v.flux[c]) {
+            const Vec3d flux = v.flux[c]->sample3(ray_of(volume, size_t(4 + c)).at(t));
+            sum[c] +=
+                3 * v.scaling.mean_cosine() * shortening(v, phi[c], flux) * (-ray_.direction).dot(flux) / (4 * pi);
+        }
         for (size_t k = 0; k < weights.size(); ++k)
-            if (weights[k] != 0) higher[c] += weights[k] * v.moments[c][k]->sample(p);
+            if (weights[k] != 0) sum[c] += weights[k] * v.moments[c][k]->sample(p);
     }
-    return sum + v.moment_scale * higher;
+    return v.channel_scale * sum;
 }
 
 Vec3d RayMedia::extinction(size_t volume, const Vec3d& albedo) const

@@ -24,11 +24,14 @@ struct PreparedVolume {
     Vec3d albedo{1, 1, 1};
     PhaseFunction phase;
     DeltaScaling scaling;  ///< of the medium that phi, flux and moments belong to
-    std::unique_ptr<BrickMap> colour, emission, phi, flux[3];
-    /// Moments of degree 2 and higher for r, g, b, sampled as phi is; only r's where all channels share moments.
+    std::unique_ptr<BrickMap> colour, emission;
+    /// Collided light: phi, flux and moments of degree 2 and higher of r, g, b, each r, g, b times channel_scale. Where
+    /// channels share a solution phi has one channel and only r's flux and moments are there.
+    std::unique_ptr<BrickMap> phi, flux[3];
     std::vector<std::unique_ptr<BrickMap>> moments[3];
-    Vec3d moment_scale{1, 1, 1};
-    int degree = 1;  ///< highest degree of the moments
+    Vec3d channel_scale{1, 1, 1};
+    double flux_limit = 0;  ///< largest |flux| / phi that is gathered; 0: any
+    int degree = 1;         ///< highest degree of the moments
     /// Factor of single scattering, for a scaled medium with collided light.
     std::unique_ptr<ForwardPeak> peak;
     /// -log T towards each light through all volumes; known where density differs from 0.
@@ -66,9 +69,9 @@ public:
     Vec3d light_depth(size_t light, size_t volume, double t) const;
     Vec3d albedo(size_t volume, double t) const;
     Vec3d emission(size_t volume, double t) const;
-    /// Collided light scattered towards the eye, per scattering coefficient: (phi + 3 m_1' s.F) / (4 pi) and, where
-    /// there are higher moments, + sum over l >= 2 of m_l' Y_lm(s) M_lm; s towards the eye, m_l' the scaled moments of
-    /// the phase function.
+    /// Collided light scattered towards the eye, per scattering coefficient: (phi + 3 m_1' s.F) / (4 pi), F shortened
+    /// to flux_limit x phi, and, where there are higher moments, + sum over l >= 2 of m_l' Y_lm(s) M_lm; s towards the
+    /// eye, m_l' the scaled moments of the phase function.
     Vec3d collided(size_t volume, double t) const;
     /// Extinction per density of the medium (scaled where delta scaling applies) at the given albedo.
     Vec3d extinction(size_t volume, const Vec3d& albedo) const;

@@ -19,8 +19,9 @@ struct Share {
     double scale = 1;
 };
 
-/// Makes the grids of the three channels, moments from degree 2 to `degree`. `stamp` writes the shared metadata.
-ScatterFields collided_grids(const VoxelIndex&, const std::array<Solution, 3>&, const std::array<Share, 3>&, int degree,
-                             const std::function<void(GridBase&)>& stamp);
+/// Makes phi, flux and moments from degree 2 to `degree` of the three channels, named, with their metadata; scaling and
+/// flux_limit are given. `stamp` writes what else the grids have in common. `shares[0]` is {0, 1}.
+void collided_grids(const VoxelIndex&, const std::array<Solution, 3>&, const std::array<Share, 3>& shares, int degree,
+                    const std::function<void(GridBase&)>& stamp, CollidedLight&);
 
 }  // namespace vdbcloud

@@ -55,18 +55,20 @@ public:
         report.exposed = exposed_.size();
     }
 
-    ScatterFields run(const Progress& progress)
+    CollidedLight run(const Progress& progress)
     {
-        ScatterFields fields;
+        CollidedLight fields;
         if (index_.blocks().count() == 0) return fields;
         const auto all = groups();
         int done = 0, count = 0;
         for (const ChannelGroup& group : all) count += int(group.solves.size());
         for (const ChannelGroup& group : all) solve_group(group, done, count, progress);
 
-        fields = collided_grids(index_, solution_, share_, std::min(degree(), o_.keep_moments),
-                                [&](GridBase& grid) { stamp(grid); });
         fields.scaling = scaling();
+        if (o_.closure.iterations == 0 && fields.scaling.mean_cosine() != 0) fields.flux_limit = longest_flux;
+        collided_grids(
+            index_, solution_, share_, std::min(degree(), o_.keep_moments), [&](GridBase& grid) { stamp(grid); },
+            fields);
         return fields;
     }
 
@@ -226,8 +228,10 @@ private:
     {
         finish(p1, source, phi, report);
         auto flux = cell_flux(p1, source, phi);
-        if (p1.mean_cosine() != 0)
-            report.flux_limited = limit_flux(p1, phi, flux);  // at 0 the picture does not use the flux
+        if (p1.mean_cosine() != 0) {
+            auto shortened = flux;  // as pictures will
+            report.flux_limited = limit_flux(p1, phi, shortened);
+        }
         solution_[c].flux = flux_in_world(index_, std::move(flux));
     }
 
@@ -357,7 +361,6 @@ private:
     void stamp(GridBase& grid) const
     {
         write_medium(grid, medium_);
-        write_delta_scaling(grid, scaling());
         write_sources(grid, sources_);
         write_sky(grid, o_.sky);
         set_text(grid, schema::lit_by, lights_text(lights_));
@@ -381,7 +384,7 @@ private:
 
 }  // namespace
 
-ScatterFields scatter_p1(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission,
+CollidedLight scatter_p1(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission,
                          const Medium& medium, const std::vector<Light>& lights, const ScatterOptions& options,
                          const Progress& progress, ScatterReport& report)
 {

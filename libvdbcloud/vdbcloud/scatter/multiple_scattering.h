@@ -1,5 +1,7 @@
 #pragma once
 // Multiple scattering by P1: from a density and its lights to phi and flux, all three channels.
+#include "vdbcloud/grid/accuracy.h"
+#include "vdbcloud/optics/collided_light.h"
 #include "vdbcloud/optics/medium.h"
 #include "vdbcloud/scatter/flux_limiter.h"
 #include "vdbcloud/scatter/p1_problem.h"
@@ -47,7 +49,7 @@ struct ChannelReport {
     double beam_in = 0, beam_out = 0, emitted = 0;
     /// Diffuse power out of the sides that see the first sun, and out of the other sides.
     double reflected = 0, transmitted = 0;
-    int64_t flux_limited = 0;  ///< voxels whose flux was shortened for the picture (limit_flux)
+    int64_t flux_limited = 0;  ///< voxels whose flux pictures shorten (CollidedLight::flux_limit)
     /// Share of the diffuse outflow that would hit the medium again and that P1 loses; -1: not measured.
     double reentry = -1;
 };
@@ -62,15 +64,8 @@ struct ScatterReport {
     bool emission_outside = false;  ///< emission where density is 0 was ignored
 };
 
-struct ScatterFields {
-    Vec3SGridPtr phi;                  ///< null if no voxel has density above 0
-    std::array<Vec3SGridPtr, 3> flux;  ///< of r, g, b; world components
-    /// Moments of degree 2 and higher (schema::moment_name) of each channel, by rising l and m. Harmonics are about the
-    /// world's axes. Channels that are multiples of one solution share the grids of the first of them.
-    std::array<std::vector<FloatGridPtr>, 3> moments;
-    Vec3d moment_scale{1, 1, 1};  ///< factor of r, g, b to the moment grids; 1 unless grids are shared
-    DeltaScaling scaling;         ///< of the medium that phi, flux and moments belong to
-};
+/// What bounds the error of the solution, the worst of the channels; and what it leaves out.
+Accuracy accuracy_of(const ScatterReport&, const std::vector<Light>&);
 
 /// Solves the P1 equations (p1_problem.h) for each channel of a medium lit by `lights`, a sky and emission.
 ///
@@ -85,14 +80,15 @@ struct ScatterFields {
 ///     single scattering    w0 sigma_t p(cos) E T', times what the forward peak scatters again (render/forward_peak.h)
 ///     multiple scattering  w0' sigma_t' / (4 pi) (phi + 3 m_1' s.F),   w0' sigma_t' = w0 (1 - f) sigma_t
 ///
-/// P1's flux is shortened to |F| <= phi / 3 where it is longer and the mean cosine is not 0 (limit_flux).
+/// The light is linear in all sources. Pictures of P1 alone shorten the flux to longest_flux x phi where the mean
+/// cosine is not 0: CollidedLight::flux_limit.
 ///
 /// With closure.iterations > 0 transport sweeps refine P1 to the transport equation (second_moment.h). Scaling and
 /// moments are then of closure.degree, and multiple scattering is the sum over l <= degree of m_l' Y_lm(s) M_lm.
 ///
 /// Errors: InputError for shear, coefficients out of range, or a light that a periodic medium does not allow. A solver
 /// that misses its tolerance sets ScatterReport::converged to false. Throws Cancelled.
-ScatterFields scatter_p1(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission,
+CollidedLight scatter_p1(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission,
                          const Medium& medium, const std::vector<Light>& lights, const ScatterOptions& options,
                          const Progress& progress, ScatterReport& report);
 

@@ -138,7 +138,7 @@ bool has_series(const GridFile& file, const Sources& sources, const Medium& medi
            get_text(*first, schema::lit_by, "") == lights_text(lights);
 }
 
-ScatterFields relight(const GridFile& file, const Medium& medium, const std::vector<Light>& lights,
+CollidedLight relight(const GridFile& file, const Medium& medium, const std::vector<Light>& lights,
                       const std::vector<GridBasePtr>& transmittance)
 {
     std::vector<FloatGridPtr> basis;
@@ -166,13 +166,19 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
     for (int channel = 0; channel < 3; ++channel)
         c[channel] = series_coefficients(albedo, table, medium.albedo[channel]);
 
-    ScatterFields fields;
-    fields.scaling = scaling;
+    CollidedLight light;
+    light.scaling = scaling;
+    const auto like_basis = [&] {
+        auto grid = Vec3SGrid::create(Vec3f(0.0f));
+        grid->setTree(std::make_shared<openvdb::Vec3STree>(basis[0]->tree(), Vec3f(0.0f), openvdb::TopologyCopy()));
+        grid->setTransform(basis[0]->transform().copy());
+        return grid;
+    };
     std::vector<FloatGrid::ConstAccessor> at;
     for (const auto& grid : basis) at.push_back(grid->getConstAccessor());
-    fields.phi = Vec3SGrid::create(Vec3f(0.0f));
-    fields.phi->setTree(std::make_shared<openvdb::Vec3STree>(basis[0]->tree(), Vec3f(0.0f), openvdb::TopologyCopy()));
-    for (auto v = fields.phi->beginValueOn(); v; ++v) {
+    const auto phi = like_basis();
+    light.phi = phi;
+    for (auto v = phi->beginValueOn(); v; ++v) {
         Vec3d sum(0, 0, 0);
         for (size_t k = 0; k < basis.size(); ++k) {
             const double value = at[k].getValue(v.getCoord());
@@ -180,24 +186,23 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
         }
         v.setValue(Vec3f(sum * scale));
     }
-    const auto stamp = [&](GridBase& grid, const std::string& name) {
-        grid.setName(name);
-        grid.setTransform(basis[0]->transform().copy());
+    const auto stamp = [&](GridBase& grid) {
         for (auto m = first.beginMeta(); m != first.endMeta(); ++m)
             if (m->first.rfind("vdbcloud:", 0) == 0 && m->first.rfind("vdbcloud:series", 0) != 0)
                 grid.insertMeta(m->first, *m->second);
         write_medium(grid, medium);
     };
-    stamp(*fields.phi, schema::phi);
-    if (scaling.mean_cosine() == 0 || gradients.size() != basis.size()) return fields;
+    if (scaling.mean_cosine() == 0 || gradients.size() != basis.size()) {
+        name_collided_light(light, stamp);
+        return light;
+    }
 
-    const auto fluence = fields.phi->getConstAccessor();
+    light.flux_limit = longest_flux;
     std::vector<Vec3SGrid::ConstAccessor> slopes;
     for (const auto& grid : gradients) slopes.push_back(grid->getConstAccessor());
     for (int channel = 0; channel < 3; ++channel) {
         const double w0 = medium.albedo[channel], ratio = (1 - g) / (1 - w0 * g), q = w0 * (g - f) / (1 - w0 * g);
-        auto& flux = fields.flux[channel] = Vec3SGrid::create(Vec3f(0.0f));
-        flux->setTree(std::make_shared<openvdb::Vec3STree>(basis[0]->tree(), Vec3f(0.0f), openvdb::TopologyCopy()));
+        const auto flux = light.flux[size_t(channel)] = like_basis();
         for (auto v = flux->beginValueOn(); v; ++v) {
             Vec3d sum(0, 0, 0);
             for (size_t k = 0; k < slopes.size(); ++k)
@@ -214,13 +219,11 @@ ScatterFields relight(const GridFile& file, const Medium& medium, const std::vec
                 const double irradiance = lights[l].strength()[channel] * lights[l]->irradiance(x);
                 sum -= (q * irradiance * t) * sight.direction;
             }
-            const double longest = longest_flux * std::max(double(fluence.getValue(v.getCoord())[channel]), 0.0),
-                         length = sum.length();
-            v.setValue(Vec3f(length > longest ? sum * (longest / length) : sum));
+            v.setValue(Vec3f(sum));
         }
-        stamp(*flux, schema::flux_name(channel));
     }
-    return fields;
+    name_collided_light(light, stamp);
+    return light;
 }
 
 }  // namespace vdbcloud

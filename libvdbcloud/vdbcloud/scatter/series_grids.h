@@ -31,9 +31,9 @@ bool has_series(const GridFile&, const Sources&, const Medium&, const std::vecto
 
 /// phi and flux at medium.albedo from a file's series. `transmittance` holds exp(-tau') towards each light, float or
 /// vec3s, in the scaled medium OF THAT ALBEDO. It gives the beams' part of the flux
-/// F = -D grad phi + w0' g' / (1 - w0' g') E T' s, which is shortened as by limit_flux(). Throws InputError if the
-/// albedo is outside the table.
-ScatterFields relight(const GridFile&, const Medium& medium, const std::vector<Light>&,
+/// F = -D grad phi + w0' g' / (1 - w0' g') E T' s, which pictures shorten as P1's. Throws InputError if the albedo is
+/// outside the table.
+CollidedLight relight(const GridFile&, const Medium& medium, const std::vector<Light>&,
                       const std::vector<GridBasePtr>& transmittance);
 
 }  // namespace vdbcloud
