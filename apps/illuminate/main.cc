@@ -6,6 +6,7 @@
 //
 // First pass of Kajiya & Von Herzen 1984, section 3.1 (low albedo): one transmittance grid for each light, which render
 // multiplies by the phase function along each ray of the camera.
+#include "accuracy_line.h"
 #include "inputs.h"
 #include "options.h"
 
@@ -88,8 +89,10 @@ void illuminate(app::App& app, const IlluminateOptions& o)
         if (task.done) continue;
         const auto phase = app.phase(transmittance_name(task.light));
         TransmittanceReport found;
-        put_grid(in.file, transmittance_grid(*in.density, in.medium, task.light, o.accuracy,
-                                             app.progress(task.light.name), &found));
+        const GridBasePtr grid =
+            transmittance_grid(*in.density, in.medium, task.light, o.accuracy, app.progress(task.light.name), &found);
+        put_grid(in.file, grid);
+        app::tell_accuracy(app, grid->getName(), accuracy_of(found, task.light), *grid);
         auto& report = app.report();
         report["counts"][task.light.name + "_voxels"] = found.voxels;
         if (found.compared > 0)

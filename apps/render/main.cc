@@ -59,6 +59,8 @@ void render(app::App& app, RenderOptions& o)
             "the picture shows the sky asked for, and another sky lit the medium: for one sky run p1solve with it");
     const CameraView view(chosen_camera(o, loaded, size), size);
     report_picture(app, o, loaded, view);
+    if (const std::string accuracy = accuracy_of_light(loaded.scene); !accuracy.empty())
+        app.say("accuracy of the light: " + accuracy);
 
     Film film(size, render_layers(loaded.scene, wanted_layers(o), o.integrator.kind));
     if (app.dry_run()) return report_estimate(app, o, loaded, film);

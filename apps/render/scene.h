@@ -25,4 +25,7 @@ struct LoadedScene {
 /// if multiple scattering was computed with other coefficients, another density or other lights.
 LoadedScene load_scene(app::App&, const RenderOptions&);
 
+/// What bounds the error of the light that the scene's files bring, in one line; empty if they say nothing.
+std::string accuracy_of_light(const Scene&);
+
 }  // namespace vdbcloud

@@ -5,6 +5,7 @@
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/up_axis.h"
+#include "vdbcloud/optics/collided_light.h"
 
 namespace vdbcloud::test {
 namespace {
@@ -99,7 +100,7 @@ TEST_F(Choices, ASkyStandsOverTheAxisThatTheFileSays)
     const std::string y = stage("p1solve", silent, "y.vdb", with(sky, {"--up", "y"}));
     const auto phi = [](const std::string& path, const openvdb::Coord& at) {
         const GridFile file = read_grid_file(path);
-        return openvdb::gridPtrCast<Vec3SGrid>(find_grid(file, "phi"))->tree().getValue(at)[0];
+        return fluence(read_collided_light(file, PhaseFunction(), {}))->tree().getValue(at)[0];
     };
     const float top = phi(z, {0, 0, 4}), base = phi(z, {0, 0, -4});
     EXPECT_GT(top, 1.2f * base);

@@ -8,6 +8,7 @@
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/light/transmittance_grid.h"
+#include "vdbcloud/optics/collided_light.h"
 #include "vdbcloud/scatter/series_grids.h"
 
 #include <gtest/gtest.h>
@@ -55,7 +56,7 @@ protected:
     double mean_phi(const std::string& path, const std::function<bool(const openvdb::Coord&)>& where)
     {
         const GridFile file = read_grid_file(path);
-        const auto phi = openvdb::gridPtrCast<Vec3SGrid>(find_grid(file, schema::phi));
+        const auto phi = fluence(read_collided_light(file, PhaseFunction(), {}));
         const auto rho = openvdb::gridPtrCast<openvdb::FloatGrid>(find_grid(file, "density"));
         if (!phi || !rho) return std::nan("");
         double sum = 0;
@@ -156,15 +157,15 @@ TEST_F(P1Solve, SeriesInTheFileRelightsADeepSlab)
         solve(input, with);
         const GridFile series = read_grid_file(scratch / "out.vdb");
         solve(input, direct);
-        const auto exact = openvdb::gridPtrCast<Vec3SGrid>(find_grid(read_grid_file(scratch / "out.vdb"), schema::phi));
         Medium at;
         at.sigma_t_per_density = Vec3d(64);
         at.albedo = Vec3d(0.99);
         at.phase = PhaseFunction::henyey_greenstein(std::atof(g));
-        const ScatterFields relit = relight(series, at, {}, {});
+        const auto exact = fluence(read_collided_light(read_grid_file(scratch / "out.vdb"), at.phase, {}));
+        const auto relit = fluence(relight(series, at, {}, {}));
         double error = 0, norm = 0;
         for (auto v = exact->cbeginValueOn(); v; ++v) {
-            error += double((relit.phi->tree().getValue(v.getCoord()) - *v).lengthSqr());
+            error += double((relit->tree().getValue(v.getCoord()) - *v).lengthSqr());
             norm += double(v->lengthSqr());
         }
         EXPECT_GT(norm, 0);
@@ -185,13 +186,12 @@ TEST_F(P1Solve, TheErrorOfASeriesIsThatOfThePicture)
     const GridFile series = read_grid_file(scratch / "out.vdb");
     solve(blob, medium);
     const GridFile direct = read_grid_file(scratch / "out.vdb");
-    const auto vectors = [](const GridFile& file, const std::string& name) {
-        return openvdb::gridPtrCast<Vec3SGrid>(find_grid(file, name));
+    const auto numbers = [](const GridFile& file) {
+        return openvdb::gridPtrCast<FloatGrid>(find_grid(file, schema::phi));
     };
-    for (const char* name : {"phi", "flux_r"})
-        for (auto v = vectors(direct, name)->cbeginValueOn(); v; ++v)
-            ASSERT_EQ(vectors(series, name)->tree().getValue(v.getCoord()), *v)
-                << "the direct solution stays in the file";
+    for (auto v = numbers(direct)->cbeginValueOn(); v; ++v)
+        ASSERT_EQ(numbers(series)->tree().getValue(v.getCoord()), *v) << "the direct solution stays in the file";
+    const CollidedLight exact_light = read_collided_light(direct, PhaseFunction(), {});
 
     Medium at;
     at.sigma_t_per_density = Vec3d(8);
@@ -201,18 +201,19 @@ TEST_F(P1Solve, TheErrorOfASeriesIsThatOfThePicture)
     Medium scaled = at;  // delta-Eddington: f = g^2
     scaled.sigma_t_per_density *= 1 - 0.85 * 0.85 * 0.99;
     const auto grid = openvdb::gridPtrCast<FloatGrid>(find_grid(series, "density"));
-    const ScatterFields relit = relight(series, at, {sun}, {transmittance_grid(*grid, scaled, sun, {})});
+    const CollidedLight relit = relight(series, at, {sun}, {transmittance_grid(*grid, scaled, sun, {})});
     const double m1 = 0.85 / (1 + 0.85);
-    const auto towards = [&](const Vec3SGrid& phi, const Vec3SGrid& flux, const openvdb::Coord& p, const Vec3d& s) {
-        return double(phi.tree().getValue(p)[0]) + 3 * m1 * s.dot(Vec3d(flux.tree().getValue(p)));
+    const auto phi = fluence(exact_light), of_series = fluence(relit);
+    const auto towards = [&](const Vec3SGrid& fluence, const Vec3SGrid& flux, const openvdb::Coord& p, const Vec3d& s) {
+        return double(fluence.tree().getValue(p)[0]) + 3 * m1 * s.dot(Vec3d(flux.tree().getValue(p)));
     };
     double error = 0, norm = 0;
     for (int k = 0; k < 64; ++k) {  // a spiral over the sphere
         const double z = 1 - (2 * k + 1) / 64.0, r = std::sqrt(1 - z * z);
         const Vec3d s(r * std::cos(2.4 * k), r * std::sin(2.4 * k), z);
-        for (auto v = vectors(direct, "phi")->cbeginValueOn(); v; ++v) {
-            const double exact = towards(*vectors(direct, "phi"), *vectors(direct, "flux_r"), v.getCoord(), s);
-            error += std::pow(towards(*relit.phi, *relit.flux[0], v.getCoord(), s) - exact, 2);
+        for (auto v = phi->cbeginValueOn(); v; ++v) {
+            const double exact = towards(*phi, *exact_light.flux[0], v.getCoord(), s);
+            error += std::pow(towards(*of_series, *relit.flux[0], v.getCoord(), s) - exact, 2);
             norm += exact * exact;
         }
     }

@@ -7,6 +7,7 @@
 #include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/optics/collided_light.h"
 #include "vdbcloud/optics/medium.h"
 #include "vdbcloud/scene/light.h"
 
@@ -186,7 +187,8 @@ TEST_F(SeveralInputs, P1OfABodyInTheShadowIsDimmerByTheTransmittance)
     done("p1solve", "-q low.vdb --sun 0,1,0 --tolerance 1e-8 -o alone.vdb");
     done("p1solve", "-q low.vdb slab.vdb --sun 0,1,0 --tolerance 1e-8 -o both.vdb");
     const GridFile alone = read_grid_file(path("alone.vdb")), both = read_grid_file(path("both.vdb"));
-    const auto phi = vectors(alone, schema::phi), joined = vectors(both, schema::phi);
+    const auto phi = fluence(read_collided_light(alone, PhaseFunction(), {})),
+               joined = fluence(read_collided_light(both, PhaseFunction(), {}));
     ASSERT_TRUE(phi && joined);
     for (auto v = low->cbeginValueOn(); v; ++v) {
         const double of_alone = phi->tree().getValue(v.getCoord())[0];
@@ -291,7 +293,7 @@ TEST_F(SeveralInputs, AChosenDensityIsTheJoinedOne)
     ASSERT_TRUE(density);
     EXPECT_FALSE(find_grid(both, "smoke"));
     for (auto v = density->cbeginValueOn(); v; ++v) EXPECT_EQ(*v, 2 * veil->tree().getValue(v.getCoord()));
-    EXPECT_EQ(done("render", "both.vdb --resolution 8 -o a.exr"), "");
+    EXPECT_EQ(done("render", "-q both.vdb --resolution 8 -o a.exr"), "");
 }
 
 TEST_F(SeveralInputs, ResultsOfOneInputAreDroppedWithALine)

@@ -3,6 +3,7 @@
 
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
+#include "vdbcloud/optics/collided_light.h"
 
 namespace vdbcloud::test {
 namespace {
@@ -107,8 +108,8 @@ TEST_F(Results, DoNotDependOnTheVoxelsOfAUniformColour)
     coarse->transform().postTranslate(Vec3d(0.3, -0.2, 0.1));
     const GridFile own = read_grid_file(lit({filled("Cd", Vec3f(0.9f, 0.5f, 0.2f))})),
                    other = read_grid_file(lit({coarse}));
-    const auto a = openvdb::gridPtrCast<Vec3SGrid>(find_grid(own, "phi")),
-               b = openvdb::gridPtrCast<Vec3SGrid>(find_grid(other, "phi"));
+    const auto a = fluence(read_collided_light(own, PhaseFunction(), {})),
+               b = fluence(read_collided_light(other, PhaseFunction(), {}));
     ASSERT_TRUE(a && b);
     double difference = 0, size = 0;
     for (auto v = a->cbeginValueOn(); v; ++v) {

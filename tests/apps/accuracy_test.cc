@@ -1,0 +1,78 @@
+// The figures that bound the error of a result, along the chain: in files, on the terminal, in the picture.
+#include "stages.h"
+
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/accuracy.h"
+#include "vdbcloud/grid/grid_file.h"
+
+namespace vdbcloud::test {
+namespace {
+
+class AccuracyOfResults : public Stages {
+protected:
+    /// What a program says on standard error.
+    std::string said(const Words& words)
+    {
+        const RunResult result = run(words);
+        EXPECT_EQ(result.status, 0) << result.err;
+        return result.err;
+    }
+    /// The figures in the metadata of a grid, as a text.
+    std::string stored(const std::string& file, const std::string& grid)
+    {
+        const auto found = find_grid(read_grid_file(scratch / file), grid);
+        return found ? text_of(read_accuracy(*found)) : "no grid " + grid;
+    }
+};
+
+TEST_F(AccuracyOfResults, TravelFromTheStageThatMadeThemIntoThePicture)
+{
+    const std::string input = write_ball("in.vdb", "density", openvdb::GRID_FOG_VOLUME);
+    const std::string lit =
+        said({program("illuminate"), input, "--extinction", "3", "--sun", "0.3,1,0.2", "-o", scratch / "lit.vdb"});
+    const std::string of_light = stored("lit.vdb", "transmittance_sun");
+    EXPECT_EQ(of_light.rfind("mean transmittance error ", 0), 0u) << of_light;
+    EXPECT_NE(lit.find("accuracy of transmittance_sun: " + of_light + "\n"), std::string::npos) << lit;
+
+    const std::string solved = said({program("p1solve"), scratch / "lit.vdb", "--g", "0.5", "-o", scratch / "p.vdb"});
+    const std::string of_phi = stored("p.vdb", "phi");
+    EXPECT_EQ(of_phi.rfind("residual ", 0), 0u) << of_phi;
+    EXPECT_NE(of_phi.find(", defect "), std::string::npos) << of_phi;
+    EXPECT_EQ(stored("p.vdb", "flux"), "") << "phi speaks for all of the solution";
+    EXPECT_NE(solved.find("accuracy of multiple scattering: " + of_phi + "\n"), std::string::npos) << solved;
+    EXPECT_EQ(stored("p.vdb", "transmittance_sun"), of_light) << "passed on";
+
+    const std::string drawn =
+        said({program("render"), scratch / "p.vdb", "--resolution", "8", "-o", scratch / "p.exr"});
+    EXPECT_NE(drawn.find("accuracy of the light: phi: " + of_phi + "\n"), std::string::npos) << drawn;
+    const auto picture = OIIO::ImageInput::open(scratch / "p.exr");
+    ASSERT_TRUE(picture);
+    EXPECT_EQ(picture->spec().get_string_attribute("vdbcloud:accuracy"), "phi: " + of_phi);
+}
+
+TEST_F(AccuracyOfResults, ALampIsSaidToHaveNoCusp)
+{
+    const std::string input = write_ball("in.vdb", "density", openvdb::GRID_FOG_VOLUME);
+    const std::string said_first =
+        said({program("illuminate"), input, "--extinction", "3", "--lamp", "0.1,0.2,0.3", "-o", scratch / "lit.vdb"});
+    EXPECT_NE(said_first.find("left out: " + std::string(lamp_cusp)), std::string::npos) << said_first;
+    EXPECT_EQ(stored("lit.vdb", "transmittance_lamp"), "left out: " + std::string(lamp_cusp));
+    const std::string drawn =
+        said({program("render"), scratch / "lit.vdb", "--resolution", "8", "-o", scratch / "p.exr"});
+    EXPECT_NE(drawn.find("transmittance_lamp: left out: " + std::string(lamp_cusp)), std::string::npos) << drawn;
+    EXPECT_EQ(said({program("render"), "-q", scratch / "lit.vdb", "--resolution", "8", "-o", scratch / "p.exr"}), "");
+}
+
+TEST_F(AccuracyOfResults, OfASeriesIsToldWhereThePictureUsesIt)
+{
+    const std::string input = write_ball("in.vdb", "density", openvdb::GRID_FOG_VOLUME);
+    stage("p1solve", input, "p.vdb", with(medium, {"--series", "3", "--galerkin"}));
+    const std::string of_series = stored("p.vdb", "series_phi_0");
+    EXPECT_EQ(of_series.rfind("series phi error ", 0), 0u) << of_series;
+    const std::string drawn =
+        said({program("render"), scratch / "p.vdb", "--albedo", "0.8", "--resolution", "8", "-o", scratch / "p.exr"});
+    EXPECT_NE(drawn.find("accuracy of the light: phi: " + of_series), std::string::npos) << drawn;
+}
+
+}  // namespace
+}  // namespace vdbcloud::test
