@@ -92,7 +92,7 @@ void illuminate(app::App& app, const IlluminateOptions& o)
         const GridBasePtr grid =
             transmittance_grid(*in.density, in.medium, task.light, o.accuracy, app.progress(task.light.name), &found);
         put_grid(in.file, grid);
-        app::tell_accuracy(app, grid->getName(), accuracy_of(found, task.light), *grid);
+        app::tell_accuracy(app, grid->getName(), accuracy_of(found), *grid);
         auto& report = app.report();
         report["counts"][task.light.name + "_voxels"] = found.voxels;
         if (found.compared > 0)

@@ -17,7 +17,7 @@ struct AccuracyKind {
 /// All kinds, in the order in which they are told.
 const std::vector<AccuracyKind>& accuracy_kinds();
 
-/// In Accuracy::left_out: what interpolation between voxels loses about a lamp.
+/// In Accuracy::left_out: what a value for a whole voxel loses about a lamp.
 inline constexpr const char* lamp_cusp = "the cusp of a lamp's light within its voxel";
 
 /// Figures of one result. All are relative to the result, 0 is exact.

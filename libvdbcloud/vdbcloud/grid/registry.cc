@@ -152,7 +152,7 @@ const std::vector<MetaKey>& meta_keys()
         {channel_scale, "vec3d", "phi"},
         {flux_limit, "double", "phi"},
         {accuracy_prefix, "double", "transmittance_LIGHT, phi, series_phi_0"},
-        {left_out, "string", "transmittance_LIGHT, phi"},
+        {left_out, "string", "phi"},
         {series_albedo, "string", "series_phi_0"},
         {series_table, "string", "series_phi_0"},
         {series_map, "string", "series_phi_0"},

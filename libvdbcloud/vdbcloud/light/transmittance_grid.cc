@@ -259,14 +259,13 @@ std::optional<Vec3d> shift_between(const FloatGrid& at, const FloatGrid& other)
 
 }  // namespace
 
-Accuracy accuracy_of(const TransmittanceReport& report, const Light& light)
+Accuracy accuracy_of(const TransmittanceReport& report)
 {
     Accuracy accuracy;
     if (report.compared > 0) {
         accuracy.add("mean_transmittance_error", report.mean_error);
         accuracy.add("max_transmittance_error", report.max_error);
     }
-    if (light->source()) accuracy.left_out.push_back(lamp_cusp);
     return accuracy;
 }
 

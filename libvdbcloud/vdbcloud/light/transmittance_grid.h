@@ -32,7 +32,7 @@ struct TransmittanceReport {
 };
 
 /// What bounds the error of a light's grid. Nothing is known of a grid that was not compared.
-Accuracy accuracy_of(const TransmittanceReport&, const Light&);
+Accuracy accuracy_of(const TransmittanceReport&);
 
 /// transmittance_<light>: T(x) = exp(-sigma_t_per_density * depth(x)), depth the density integrated from the voxel's
 /// centre to the light; averaged over the light's disc if it has one.

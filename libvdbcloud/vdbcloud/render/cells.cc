@@ -38,6 +38,7 @@ public:
             node->beam.resize(scene.lights.size() * scene.volumes.size());
             node->volume.resize(scene.volumes.size());
         }
+        for (const auto& lamp : scene.lamp) has_lamps_ = has_lamps_ || lamp;
         for (const auto& v : scene.volumes) has_other_sources_ = has_other_sources_ || v.emission || v.phi;
     }
 
@@ -125,6 +126,18 @@ private:
     void add(double t0, double t1, RayResult& result)
     {
         ++result.cells;
+        if (has_lamps_) media_.cuts_by_lamps(t0, t1, longest, cuts_);
+        double from = t0;
+        for (const double cut : cuts_) {
+            if (!(cut > from && cut < t1)) continue;
+            in_parts(from, cut, result);
+            from = cut;
+        }
+        in_parts(from, t1, result);
+    }
+
+    void in_parts(double t0, double t1, RayResult& result)
+    {
         for (int n = 0; n < parts_; ++n)
             step(n == 0 ? t0 : t0 + (t1 - t0) * n / parts_, n + 1 == parts_ ? t1 : t0 + (t1 - t0) * (n + 1) / parts_,
                  result);
@@ -281,7 +294,11 @@ private:
 
     const PreparedScene& scene_;
     RayMedia media_;
+    static constexpr double longest = 0.5;  // step, over its distance from a lamp
+
     int parts_, channels_;
+    bool has_lamps_ = false;
+    std::vector<double> cuts_;                // of a stretch, near lamps
     bool has_other_sources_ = false;          // emission or light scattered more than once
     std::vector<std::vector<Piece>> pieces_;  // several volumes
     std::vector<std::pair<size_t, const Piece*>> active_;

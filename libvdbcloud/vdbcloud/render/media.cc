@@ -7,6 +7,7 @@
 #include "vdbcloud/optics/spherical_harmonics.h"
 #include "vdbcloud/voxels/extend.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -95,6 +96,21 @@ bool extinction_is_grey(const Volume& volume)
     return volume.collided.scaling.delta_f == 0 || (same_channels(volume.medium.albedo) && !volume.colour);
 }
 
+/// The distance from a lamp within which depth comes from rays: 8 voxels of the coarsest medium. 0 where the extinction
+/// differs from place to place by more than density, which rays do not know.
+double near_of(const Scene& scene)
+{
+    double edge = 0;
+    for (const Volume& volume : scene.volumes) {
+        if (volume.colour && volume.collided.scaling.delta_f > 0) return 0;
+        for (int a = 0; a < 3; ++a) {
+            const Affine world = world_from_index(volume.density->transform(), volume.density->getName());
+            edge = std::max(edge, world.vector(Vec3d(a == 0, a == 1, a == 2)).length());
+        }
+    }
+    return 8 * edge;
+}
+
 /// The factor that brings a flux down to flux_limit x phi; 1 for a shorter one.
 double shortening(const PreparedVolume& volume, double phi, const Vec3d& flux)
 {
@@ -108,7 +124,12 @@ double shortening(const PreparedVolume& volume, double phi, const Vec3d& flux)
 PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& options)
     : lights(scene.lights), shadow_rays(options.shadow_rays)
 {
-    for (const Light& light : lights) points.push_back(light.points(disc_directions));
+    for (const Light& light : lights) {
+        points.push_back(light.points(disc_directions));
+        const auto source = light->source();
+        lamp.push_back(source ? std::optional(source->position) : std::nullopt);
+    }
+    near = near_of(scene);
     for (const auto& volume : scene.volumes) {
         auto& prepared = volumes.emplace_back(BrickMap(*volume.density));
         prepared.sigma_t = volume.medium.sigma_t_per_density;
@@ -201,9 +222,27 @@ double RayMedia::density(size_t volume, double t) const
 Vec3d RayMedia::light_depth(size_t light, size_t volume, double t) const
 {
     if (scene_.shadow_rays) return shadow_depth(light, t);
+    if (const auto& lamp = scene_.lamp[light]; lamp && (ray_.at(t) - *lamp).lengthSqr() < scene_.near * scene_.near)
+        return shadow_depth(light, t);
     const auto& map = *scene_.volumes[volume].light_depth[light];
     const Vec3d p = ray_of(volume, maps_before_lights + light).at(t);
     return map.channels() == 1 ? Vec3d(map.sample(p)) : map.sample3(p);
+}
+
+void RayMedia::cuts_by_lamps(double t0, double t1, double longest, std::vector<double>& cuts) const
+{
+    cuts.clear();
+    for (const auto& lamp : scene_.lamp) {
+        if (!lamp) continue;
+        // With s the nearest point of the ray, b its distance from the lamp and t = s + b sinh(u), du = dt / r.
+        const Vec3d to_lamp = *lamp - ray_.origin;
+        const double speed = ray_.direction.length(), s = to_lamp.dot(ray_.direction) / (speed * speed);
+        const double b = std::max((to_lamp - s * ray_.direction).length() / speed, 1e-3 * (t1 - t0));
+        const double first = std::asinh((t0 - s) / b), last = std::asinh((t1 - s) / b);
+        const int parts = int(std::ceil((last - first) / longest));
+        for (int k = 1; k < parts; ++k) cuts.push_back(s + b * std::sinh(first + (last - first) * k / parts));
+    }
+    if (scene_.lamp.size() > 1) std::sort(cuts.begin(), cuts.end());
 }
 
 Vec3d RayMedia::shadow_depth(size_t light, double t) const

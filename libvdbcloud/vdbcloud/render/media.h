@@ -8,6 +8,7 @@
 
 #include <deque>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace vdbcloud {
@@ -47,9 +48,14 @@ struct PreparedScene {
     std::deque<PreparedVolume> volumes;
     std::vector<Light> lights;
     std::vector<std::vector<Light>> points;  ///< of each light: lights without extent whose sum is the light
-    bool grey = true;                        ///< all channels share one extinction: one exponential suffices
-    bool scaled = false;                     ///< at least one volume is rendered delta-scaled
-    bool shadow_rays = false;                ///< depth towards lights by shadow rays, not from grids
+    /// Of each light: where it is if it is a lamp. Within `near` of it depth comes from rays, not from grids: depth has
+    /// a cusp at the lamp, and its interpolant exceeds it by h^2 / (6 r) in the mean, 2 % of a voxel at the distance
+    /// near.
+    std::vector<std::optional<Vec3d>> lamp;
+    double near = 0;           ///< [world]; 0 where rays do not know the extinction along their way
+    bool grey = true;          ///< all channels share one extinction: one exponential suffices
+    bool scaled = false;       ///< at least one volume is rendered delta-scaled
+    bool shadow_rays = false;  ///< depth towards lights by shadow rays, not from grids
 };
 
 /// The scene along one ray. Holds an index-space ray per grid: keep one object per thread and call set() for each ray.
@@ -67,6 +73,9 @@ public:
     /// Optical depth from the ray's point at t to a light, through all volumes, for light that `volume` scatters.
     /// Without shadow rays the point must lie where the density of `volume` differs from 0.
     Vec3d light_depth(size_t light, size_t volume, double t) const;
+    /// Where to cut the stretch [t0, t1] of the ray, ascending, so that no part is longer than `longest` times its
+    /// distance from any lamp: irradiance, direction and depth of a lamp change little within a part. Empty far away.
+    void cuts_by_lamps(double t0, double t1, double longest, std::vector<double>& cuts) const;
     Vec3d albedo(size_t volume, double t) const;
     Vec3d emission(size_t volume, double t) const;
     /// Collided light scattered towards the eye, per scattering coefficient: (phi + 3 m_1' s.F) / (4 pi), F shortened
