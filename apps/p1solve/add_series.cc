@@ -1,7 +1,6 @@
 #include "add_series.h"
 
 #include "accuracy_line.h"
-#include "scaled_light.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
@@ -68,10 +67,8 @@ void add_series(app::App& app, P1solveOptions& o, GridFile& file, const FloatGri
         throw ConvergenceError("the series does not converge at albedo " + app::shortest(least) + ": each order is " +
                                app::brief(worst) + " times the one before; it needs an albedo above " +
                                app::brief(report.least_albedo) + ", or --galerkin");
-    std::vector<GridBasePtr> transmittance;
-    for (const Light& light : lights)
-        transmittance.push_back(app::scaled_light_grid(app, density, nullptr, medium, fields.scaling, light));
-    const CollidedLight relit = relight(file, medium, lights, transmittance);
+    ScatterReport at_this_albedo;
+    const CollidedLight relit = relight(file, density, emission, medium, lights, o.scatter, at_this_albedo);
     Squares phi;
     phi.add(*fluence(relit), *fluence(fields));
     r["phi_error_against_direct_solve"] = phi.relative();

@@ -118,20 +118,22 @@ GridBasePtr light_grid(app::App& app, const GridFile& file, const Scene& scene, 
     return transmittance_grid(*volume.density, volume.medium, light, o.light, app.progress("light"));
 }
 
-/// Sets phi and flux of a volume without phi from the input's series in albedo, if the input has one.
-void relight_volume(app::App& app, const GridFile& file, Volume& volume, const std::vector<Light>& lights,
-                    const RenderOptions& o)
+/// Sets the collided light of a volume without phi from the input's series in albedo, if the input has one.
+void relight_volume(app::App& app, const GridFile& file, Volume& volume, const std::vector<Light>& lights)
 {
     if (volume.collided.phi || !find_grid(file, schema::series_phi_name(0)) || app.dry_run()) return;
     if (!has_series(file, sources_behind(volume), volume.medium, lights))
         throw UsageError(file.path +
                          ": its series was computed for another density, emission, medium or light: run p1solve again");
     const auto phase = app.phase("series");
-    std::vector<GridBasePtr> transmittance;
-    for (const Light& light : lights)
-        transmittance.push_back(app::scaled_light_grid(app, *volume.density, nullptr, volume.medium,
-                                                       volume.collided.scaling, light, o.light));
-    volume.collided = relight(file, volume.medium, lights, transmittance);
+    ScatterReport report;
+    volume.collided = relight(file, *volume.density, volume.emission.get(), volume.medium, lights, {}, report);
+    double error = 0;
+    for (const ChannelReport& channel : report.channel) error = std::max(error, channel.solve.error);
+    if (error > 0.01)
+        app.warnings()(file.path + ": the series errs by " + app::brief(100 * error) + " % at albedo " +
+                       app::shortest(volume.medium.albedo) +
+                       ": run p1solve at this albedo, or a series of higher order");
 }
 
 /// Whether emission or a sky that was asked for lights the scene, as p1solve judges it.
@@ -197,7 +199,7 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
     }
     for (size_t v = 0; v < files.size(); ++v) require_same_light(files[v], out.scene.volumes[v], out.scene.lights);
     for (size_t v = 0; v < files.size() && !traces_paths(o); ++v)
-        relight_volume(app, files[v], out.scene.volumes[v], out.scene.lights, o);
+        relight_volume(app, files[v], out.scene.volumes[v], out.scene.lights);
     if (o.integrator.shadow_rays || traces_paths(o)) return out;
     if (o.option.fidelity.given())
         o.option.fidelity.check_effect(!brings_all(files, out.scene), "a light that the input does not bring");

@@ -162,7 +162,10 @@ TEST_F(P1Solve, SeriesInTheFileRelightsADeepSlab)
         at.albedo = Vec3d(0.99);
         at.phase = PhaseFunction::henyey_greenstein(std::atof(g));
         const auto exact = fluence(read_collided_light(read_grid_file(scratch / "out.vdb"), at.phase, {}));
-        const auto relit = fluence(relight(series, at, {}, {}));
+        const auto density = openvdb::gridPtrCast<FloatGrid>(find_grid(series, "density"));
+        ScatterReport at_this_albedo;
+        const auto relit =
+            fluence(relight(series, *density, nullptr, at, {make_sun(Vec3d(0, 1, 0))}, {}, at_this_albedo));
         double error = 0, norm = 0;
         for (auto v = exact->cbeginValueOn(); v; ++v) {
             error += double((relit->tree().getValue(v.getCoord()) - *v).lengthSqr());
@@ -178,9 +181,9 @@ TEST_F(P1Solve, TheErrorOfASeriesIsThatOfThePicture)
 {
     const auto blob = density("blob.vdb", Vec3i(16, 16, 16), 1.0 / 16,
                               [](const Vec3i& p) { return (Vec3d(p.x(), p.y(), p.z()) - Vec3d(7.5)).length() < 7; });
-    const Words medium{"--extinction", "8", "--g", "0.85", "--albedo", "0.99", "--sun", "0.3,1,0.2"};
+    const Words medium{"--extinction", "8", "--g", "0.85", "--albedo", "0.96", "--sun", "0.3,1,0.2"};
     Words with = medium;
-    with.insert(with.end(), {"--series", "4", "--galerkin"});
+    with.insert(with.end(), {"--series", "1"});  // a plain sum, cut early
     const auto told = solve(blob, with)["series"];
     const std::string warning = result.err;
     const GridFile series = read_grid_file(scratch / "out.vdb");
@@ -195,13 +198,12 @@ TEST_F(P1Solve, TheErrorOfASeriesIsThatOfThePicture)
 
     Medium at;
     at.sigma_t_per_density = Vec3d(8);
-    at.albedo = Vec3d(0.99);
+    at.albedo = Vec3d(0.96);
     at.phase = PhaseFunction::henyey_greenstein(0.85);
     const Light sun = make_sun(Vec3d(0.3, 1, 0.2));
-    Medium scaled = at;  // delta-Eddington: f = g^2
-    scaled.sigma_t_per_density *= 1 - 0.85 * 0.85 * 0.99;
     const auto grid = openvdb::gridPtrCast<FloatGrid>(find_grid(series, "density"));
-    const CollidedLight relit = relight(series, at, {sun}, {transmittance_grid(*grid, scaled, sun, {})});
+    ScatterReport at_this_albedo;
+    const CollidedLight relit = relight(series, *grid, nullptr, at, {sun}, {}, at_this_albedo);
     const double m1 = 0.85 / (1 + 0.85);
     const auto phi = fluence(exact_light), of_series = fluence(relit);
     const auto towards = [&](const Vec3SGrid& fluence, const Vec3SGrid& flux, const openvdb::Coord& p, const Vec3d& s) {
@@ -218,8 +220,8 @@ TEST_F(P1Solve, TheErrorOfASeriesIsThatOfThePicture)
         }
     }
     EXPECT_NEAR(std::sqrt(error / norm) / double(told["error_against_direct_solve"]), 1, 0.01) << "64 views";
-    EXPECT_GT(double(told["error_against_direct_solve"]), 2 * double(told["phi_error_against_direct_solve"]));
-    EXPECT_NE(warning.find("made from the series at albedo 0.99 errs by"), std::string::npos) << warning;
+    EXPECT_GT(double(told["error_against_direct_solve"]), 0.01);
+    EXPECT_NE(warning.find("made from the series at albedo 0.96 errs by"), std::string::npos) << warning;
 }
 
 TEST_F(P1Solve, PartialSumsOutsideTheRadiusAreStatusThree)

@@ -61,7 +61,6 @@ TEST(Registry, MapsEachNameToItsRole)
                                                              {"sh_3p3_g", Role::Moment},
                                                              {"sh_20_b", Role::Moment},
                                                              {"series_phi_0", Role::SeriesFluence},
-                                                             {"series_flux_12", Role::SeriesFlux},
                                                              {"series_I_3", Role::SeriesOrder},
                                                              {"solid", Role::Solid},
                                                              {"qt", Role::Water},
@@ -86,7 +85,6 @@ TEST(Registry, ContainsEveryBuiltName)
                 EXPECT_TRUE(has_role(moment_name(l, m, c), Role::Moment)) << moment_name(l, m, c);
     for (const size_t k : {0, 9, 10}) {
         EXPECT_TRUE(has_role(series_phi_name(k), Role::SeriesFluence));
-        EXPECT_TRUE(has_role(series_flux_name(k), Role::SeriesFlux));
         EXPECT_TRUE(has_role(series_raw_name(k), Role::SeriesOrder));
     }
 }
@@ -100,10 +98,9 @@ TEST(Registry, KeepsWhatLaterStagesReadAndStoresResultsInFull)
         if (kind.result) result.insert(kind.name);
     }
     EXPECT_EQ(kept, (std::set<std::string>{"density", "transmittance_", "phi", "flux", "flux_", "sh_", "series_phi_",
-                                           "series_flux_", "series_I_", "solid"}));
+                                           "series_I_", "solid"}));
     EXPECT_EQ(half, (std::set<std::string>{"density", "Cd", "sh_"}));
-    EXPECT_EQ(result, (std::set<std::string>{"transmittance_", "phi", "flux", "flux_", "series_phi_", "series_flux_",
-                                             "series_I_"}));
+    EXPECT_EQ(result, (std::set<std::string>{"transmittance_", "phi", "flux", "flux_", "series_phi_", "series_I_"}));
     EXPECT_EQ(aliases("Cd"), (std::vector<std::string>{"Cd", "color", "colour", "albedo"}));
     EXPECT_EQ(aliases("phi"), std::vector<std::string>{"phi"});
 }

@@ -17,9 +17,8 @@ inline constexpr const char* format = "vdbcloud:format";  // double, file metada
 inline constexpr const char* water = "qt";
 inline constexpr const char* rain = "rain";
 inline constexpr const char* dye = "dye";
-inline constexpr const char* series_phi_prefix = "series_phi_";    // followed by the order
-inline constexpr const char* series_flux_prefix = "series_flux_";  // followed by the order
-inline constexpr const char* series_raw_prefix = "series_I_";      // followed by the order
+inline constexpr const char* series_phi_prefix = "series_phi_";  // followed by the order
+inline constexpr const char* series_raw_prefix = "series_I_";    // followed by the order
 
 // Metadata of series_phi_0. The first three are numbers as text, separated by blanks.
 inline constexpr const char* series_albedo = "vdbcloud:series_albedo";  // albedo of each table row, ascending
@@ -48,7 +47,6 @@ inline constexpr const char* sim_cloud_max = "cloudsim:cloud_max";            //
 /// `channel` 0, 1, 2: flux_r, flux_g, flux_b.
 inline std::string flux_name(int channel) { return std::string(flux_prefix) + "rgb"[channel]; }
 inline std::string series_phi_name(size_t order) { return series_phi_prefix + std::to_string(order); }
-inline std::string series_flux_name(size_t order) { return series_flux_prefix + std::to_string(order); }
 inline std::string series_raw_name(size_t order) { return series_raw_prefix + std::to_string(order); }
 
 enum class Role {
@@ -63,7 +61,6 @@ enum class Role {
     Flux,
     Moment,
     SeriesFluence,
-    SeriesFlux,
     SeriesOrder,
     Solid,
     Water,

@@ -44,6 +44,8 @@ inline constexpr const char* no_grid = "none";
 inline constexpr const char* accuracy_prefix = "vdbcloud:accuracy_";
 // string: parts of the light that the result does not have, separated by semicolons
 inline constexpr const char* left_out = "vdbcloud:left_out";
+// string: index axes along which the medium repeats, of "xyz"; absent: none
+inline constexpr const char* periodic = "vdbcloud:periodic";
 // string: the lights of the solution (lights_text)
 inline constexpr const char* lit_by = "vdbcloud:lights";
 // vec3d: incident sky radiance from the zenith

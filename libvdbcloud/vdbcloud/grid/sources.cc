@@ -41,4 +41,21 @@ std::string changed_source(const MetaMap& result, const Sources& now)
     return {};
 }
 
+void write_periodic(MetaMap& to, const std::array<bool, 3>& periodic)
+{
+    std::string axes;
+    for (size_t a = 0; a < 3; ++a)
+        if (periodic[a]) axes += "xyz"[a];
+    to.removeMeta(schema::periodic);
+    if (!axes.empty()) set_text(to, schema::periodic, axes);
+}
+
+std::array<bool, 3> read_periodic(const MetaMap& from)
+{
+    const std::string axes = get_text(from, schema::periodic, "");
+    std::array<bool, 3> periodic{};
+    for (size_t a = 0; a < 3; ++a) periodic[a] = axes.find("xyz"[a]) != std::string::npos;
+    return periodic;
+}
+
 }  // namespace vdbcloud

@@ -2,6 +2,7 @@
 // What a result was computed from: fingerprints of the grids that a stage read, as metadata of the grids it writes.
 #include "vdbcloud/core/fwd.h"
 
+#include <array>
 #include <string>
 
 namespace vdbcloud {
@@ -21,5 +22,9 @@ void write_sources(MetaMap&, const Sources&);
 /// The name of the first grid that is not the one which `result` was computed from: density, Cd or emission. Empty if
 /// there is none. A fingerprint that the metadata lack is not compared: files of other programs have none.
 std::string changed_source(const MetaMap& result, const Sources& now);
+
+/// Stores along which index axes the medium of a result repeats (schema::periodic), and reads it.
+void write_periodic(MetaMap&, const std::array<bool, 3>&);
+std::array<bool, 3> read_periodic(const MetaMap&);
 
 }  // namespace vdbcloud

@@ -33,6 +33,15 @@ double relative_change(const std::vector<double>& a, const std::vector<double>& 
     return size > 0 ? std::sqrt(difference / size) : 0.0;
 }
 
+/// What a solve that ends where it starts says of `phi`.
+SolveResult solve_of(const P1Operator& p1, Multigrid& multigrid, const P1Source& source, std::vector<double> phi)
+{
+    SolveOptions none;
+    none.max_iterations = 0;
+    std::vector<double> rhs = source.rhs;
+    return conjugate_gradient(p1.stencil(), multigrid, rhs, phi, none);
+}
+
 class Scattering {
 public:
     Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission, const Medium& medium,
@@ -71,6 +80,8 @@ public:
             fields);
         return fields;
     }
+
+    const FluenceOf* given = nullptr;  ///< P1's fluence, where it is known without a solve
 
 private:
     const std::vector<float>* tint(int channel) const
@@ -201,8 +212,13 @@ private:
             std::vector<double> phi;
             const int c = group.solves[k].channel;
             ChannelReport& report = report_.channel[c];
-            report.solve = multigrid ? solve_p1(p1, *multigrid, sources[k], phi, solve)
-                                     : relax_p1(p1, o_.relaxation, sources[k], phi, solve);
+            if (given) {
+                phi = (*given)(index_, c);
+                report.solve = solve_of(p1, *multigrid, sources[k], phi);
+            } else {
+                report.solve = multigrid ? solve_p1(p1, *multigrid, sources[k], phi, solve)
+                                         : relax_p1(p1, o_.relaxation, sources[k], phi, solve);
+            }
             if (o_.closure.iterations > 0) {
                 close(p1, sources[k], c, phi, report);
             } else if (o_.limiter) {
@@ -364,6 +380,7 @@ private:
         write_sources(grid, sources_);
         write_sky(grid, o_.sky);
         set_text(grid, schema::lit_by, lights_text(lights_));
+        write_periodic(grid, o_.periodic);
     }
 
     const FloatGrid& grid_;
@@ -391,6 +408,20 @@ CollidedLight scatter_p1(const FloatGrid& density, const Vec3SGrid* tint, const 
     report.emission_outside = emission && emits_outside(*emission, density);
     Scattering scattering(density, tint, emission, medium, lights, options, report);
     return scattering.run(progress);
+}
+
+CollidedLight p1_light(const FloatGrid& density, const Vec3SGrid* emission, const Medium& medium,
+                       const std::vector<Light>& lights, const ScatterOptions& options, const FluenceOf& fluence,
+                       ScatterReport& report)
+{
+    ScatterOptions p1 = options;
+    p1.solver = P1Solver::Multigrid;
+    p1.closure.iterations = 0;
+    p1.limiter = false;
+    p1.reentry_rays = p1.line_rays = 0;
+    Scattering scattering(density, nullptr, emission, medium, lights, p1, report);
+    scattering.given = &fluence;
+    return scattering.run({});
 }
 
 }  // namespace vdbcloud

@@ -10,6 +10,7 @@
 #include "vdbcloud/scene/light.h"
 
 #include <array>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -95,5 +96,15 @@ CollidedLight scatter_p1(const FloatGrid& density, const Vec3SGrid* tint, const 
 /// Share of the outflow through exposed faces that would hit an active voxel again, estimated by `rays` rays,
 /// cosine-distributed about the surface normal. Deterministic.
 double reentry_share(const P1Operator&, const P1Source&, const std::vector<double>& phi, int rays);
+
+/// Fluence of one channel at the slots of an index.
+using FluenceOf = std::function<std::vector<double>(const VoxelIndex&, int channel)>;
+
+/// P1's light of fluence that is known, for example from a series: flux, budget and grids as scatter_p1() makes them
+/// after a solve, at the cost of its beams. ChannelReport::solve has the residual and the error estimate of that
+/// fluence.
+CollidedLight p1_light(const FloatGrid& density, const Vec3SGrid* emission, const Medium& medium,
+                       const std::vector<Light>& lights, const ScatterOptions& options, const FluenceOf&,
+                       ScatterReport& report);
 
 }  // namespace vdbcloud

@@ -229,11 +229,7 @@ AlbedoSeries albedo_series(const VoxelIndex& index, const std::vector<float>& de
     const size_t n = basis.size();
     series.map.assign(n * n, 0.0);
     for (size_t k = 0; k < n; ++k) std::copy(rows[k].begin(), rows[k].end(), series.map.begin() + ptrdiff_t(k * n));
-    for (const auto& v : basis) {
-        series.basis.emplace_back(v.begin(), v.end());
-        if (base.delta().mean_cosine() == 0) continue;
-        series.flux.push_back(cell_flux(base, P1Source(base), v));
-    }
+    for (const auto& v : basis) series.basis.emplace_back(v.begin(), v.end());
 
     double widest = 1 - options.least_albedo;
     if (!options.galerkin && series.ratio() > 0) widest = std::min(widest, 0.9 / series.ratio());

@@ -30,13 +30,11 @@ struct SeriesOptions {
 /// extinction per density and one albedo for all voxels.
 struct AlbedoSeries {
     std::vector<std::vector<float>> basis;  ///< orthonormal in L2 over the voxels (sum of squares 1), per slot
-    /// -D0 grad of each basis function, cell means along the index axes; empty for g' = 0.
-    std::vector<std::array<std::vector<float>, 3>> flux;
-    std::vector<double> map;     ///< I_k = sum_{j <= k} map[k * size + j] basis_j
-    std::vector<double> norm;    ///< ||I_k||
-    std::vector<double> albedo;  ///< nodes of the table, rising
-    std::vector<double> table;   ///< coefficients of the basis, one row per node
-    int iterations = 0;          ///< total over all solves
+    std::vector<double> map;                ///< I_k = sum_{j <= k} map[k * size + j] basis_j
+    std::vector<double> norm;               ///< ||I_k||
+    std::vector<double> albedo;             ///< nodes of the table, rising
+    std::vector<double> table;              ///< coefficients of the basis, one row per node
+    int iterations = 0;                     ///< total over all solves
     bool converged = true;
 
     size_t size() const { return basis.size(); }

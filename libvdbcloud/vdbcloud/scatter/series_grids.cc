@@ -103,10 +103,6 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
     };
     for (size_t k = 0; k < series.size(); ++k) {
         add(index.to_grid(series.basis[k].data(), schema::series_phi_name(k)));
-        if (k < series.flux.size()) {
-            const auto flux = flux_in_world(index, series.flux[k]);
-            add(index.to_grid({flux[0].data(), flux[1].data(), flux[2].data()}, schema::series_flux_name(k)));
-        }
         if (!raw) continue;
         std::vector<float> order(series.basis[k].size(), 0.0f);
         for (size_t slot = 0; slot < order.size(); ++slot) {
@@ -120,6 +116,7 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
     write_delta_scaling(first, scatter.delta ? delta_scaling(medium.phase, 1) : no_scaling(medium.phase, 1));
     set_text(first, schema::lit_by, lights_text(lights));
     write_sky(first, scatter.sky);
+    write_periodic(first, scatter.periodic);
     set_text(first, schema::series_albedo, text_of(series.albedo));
     set_text(first, schema::series_table, text_of(series.table));
     set_text(first, schema::series_map, text_of(series.map));
@@ -138,18 +135,15 @@ bool has_series(const GridFile& file, const Sources& sources, const Medium& medi
            get_text(*first, schema::lit_by, "") == lights_text(lights);
 }
 
-CollidedLight relight(const GridFile& file, const Medium& medium, const std::vector<Light>& lights,
-                      const std::vector<GridBasePtr>& transmittance)
+CollidedLight relight(const GridFile& file, const FloatGrid& density, const Vec3SGrid* emission, const Medium& medium,
+                      const std::vector<Light>& lights, ScatterOptions options, ScatterReport& report)
 {
     std::vector<FloatGridPtr> basis;
-    std::vector<Vec3SGridPtr> gradients;
     for (size_t k = 0;; ++k) {
         const auto grid = find_grid(file, schema::series_phi_name(k));
         const auto phi = grid ? openvdb::gridPtrCast<FloatGrid>(grid) : nullptr;
         if (!phi) break;
         basis.push_back(phi);
-        const auto flux = find_grid(file, schema::series_flux_name(k));
-        if (const auto found = flux ? openvdb::gridPtrCast<Vec3SGrid>(flux) : nullptr) gradients.push_back(found);
     }
     if (basis.empty())
         throw InputError(file.path + ": no grid 'series_phi_0': expected the output of p1solve --series");
@@ -160,69 +154,22 @@ CollidedLight relight(const GridFile& file, const Medium& medium, const std::vec
         throw InputError(file.path + ": the series' table of " + std::to_string(table.size()) +
                          " numbers does not fit its " + std::to_string(basis.size()) + " grids");
     const Vec3d scale = get_vector(first, schema::series_scale, Vec3d(1.0));
-    const DeltaScaling scaling = read_delta_scaling(first, medium.phase);
-    const double g = medium.phase.mean_cosine(), f = scaling.delta_f;
-    std::vector<double> c[3];
-    for (int channel = 0; channel < 3; ++channel)
-        c[channel] = series_coefficients(albedo, table, medium.albedo[channel]);
-
-    CollidedLight light;
-    light.scaling = scaling;
-    const auto like_basis = [&] {
-        auto grid = Vec3SGrid::create(Vec3f(0.0f));
-        grid->setTree(std::make_shared<openvdb::Vec3STree>(basis[0]->tree(), Vec3f(0.0f), openvdb::TopologyCopy()));
-        grid->setTransform(basis[0]->transform().copy());
-        return grid;
-    };
-    std::vector<FloatGrid::ConstAccessor> at;
-    for (const auto& grid : basis) at.push_back(grid->getConstAccessor());
-    const auto phi = like_basis();
-    light.phi = phi;
-    for (auto v = phi->beginValueOn(); v; ++v) {
-        Vec3d sum(0, 0, 0);
+    options.delta = read_delta_scaling(first, medium.phase).delta_f > 0;
+    options.sky = read_sky(first).value_or(Sky::constant(Vec3d(0.0)));
+    options.periodic = read_periodic(first);
+    const auto fluence = [&](const VoxelIndex& index, int channel) {
+        const auto c = series_coefficients(albedo, table, medium.albedo[channel]);
+        std::vector<double> sum;
         for (size_t k = 0; k < basis.size(); ++k) {
-            const double value = at[k].getValue(v.getCoord());
-            for (int channel = 0; channel < 3; ++channel) sum[channel] += c[channel][k] * value;
+            const auto values = index.gather(*basis[k]);
+            sum.resize(values.size(), 0.0);
+            for (size_t slot = 0; slot < values.size(); ++slot)
+                sum[slot] += scale[channel] * c[k] * double(values[slot]);
         }
-        v.setValue(Vec3f(sum * scale));
-    }
-    const auto stamp = [&](GridBase& grid) {
-        for (auto m = first.beginMeta(); m != first.endMeta(); ++m)
-            if (m->first.rfind("vdbcloud:", 0) == 0 && m->first.rfind("vdbcloud:series", 0) != 0)
-                grid.insertMeta(m->first, *m->second);
-        write_medium(grid, medium);
+        return sum;
     };
-    if (scaling.mean_cosine() == 0 || gradients.size() != basis.size()) {
-        name_collided_light(light, stamp);
-        return light;
-    }
-
-    light.flux_limit = longest_flux;
-    std::vector<Vec3SGrid::ConstAccessor> slopes;
-    for (const auto& grid : gradients) slopes.push_back(grid->getConstAccessor());
-    for (int channel = 0; channel < 3; ++channel) {
-        const double w0 = medium.albedo[channel], ratio = (1 - g) / (1 - w0 * g), q = w0 * (g - f) / (1 - w0 * g);
-        const auto flux = light.flux[size_t(channel)] = like_basis();
-        for (auto v = flux->beginValueOn(); v; ++v) {
-            Vec3d sum(0, 0, 0);
-            for (size_t k = 0; k < slopes.size(); ++k)
-                sum += (c[channel][k] * ratio * scale[channel]) * Vec3d(slopes[k].getValue(v.getCoord()));
-            for (size_t l = 0; l < lights.size() && l < transmittance.size(); ++l) {
-                double t = 1;
-                if (const auto grey = openvdb::gridPtrCast<FloatGrid>(transmittance[l]))
-                    t = grey->tree().getValue(v.getCoord());
-                else if (const auto rgb = openvdb::gridPtrCast<Vec3SGrid>(transmittance[l]))
-                    t = rgb->tree().getValue(v.getCoord())[channel];
-                const Vec3d x = basis[0]->transform().indexToWorld(v.getCoord());
-                const Sight sight = lights[l]->towards(x);
-                if (!(sight.distance > 0)) continue;  // the light is at the voxel: no direction
-                const double irradiance = lights[l].strength()[channel] * lights[l]->irradiance(x);
-                sum -= (q * irradiance * t) * sight.direction;
-            }
-            v.setValue(Vec3f(sum));
-        }
-    }
-    name_collided_light(light, stamp);
+    CollidedLight light = p1_light(density, emission, medium, lights, options, fluence, report);
+    if (light.phi) write_accuracy(*light.phi, accuracy_of(report, lights));
     return light;
 }
 

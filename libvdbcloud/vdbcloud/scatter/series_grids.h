@@ -16,9 +16,9 @@ struct SeriesReport {
     bool converged = true;  ///< all solves
 };
 
-/// Makes grids series_phi_0.. (float, orthonormal basis) and, unless g' = 0, series_flux_0.. (vec3s, -D0 grad of each
-/// basis function). With `raw` also series_I_0.., the I_k themselves. Metadata of series_phi_0: the triangular map from
-/// basis to I_k, the table of coefficients over albedo, and the density, medium and lights of the series.
+/// Makes grids series_phi_0.. (float, orthonormal basis). With `raw` also series_I_0.., the I_k themselves. Metadata of
+/// series_phi_0: the triangular map from basis to I_k, the table of coefficients over albedo, and the density, medium
+/// and lights of the series.
 ///
 /// One series serves all three channels. Throws InputError if the channels differ in extinction, in the proportions of
 /// their lights, or in emission.
@@ -29,11 +29,11 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
 /// True if a file holds a series made from these grids, for this extinction and g, lit by these lights.
 bool has_series(const GridFile&, const Sources&, const Medium&, const std::vector<Light>&);
 
-/// phi and flux at medium.albedo from a file's series. `transmittance` holds exp(-tau') towards each light, float or
-/// vec3s, in the scaled medium OF THAT ALBEDO. It gives the beams' part of the flux
-/// F = -D grad phi + w0' g' / (1 - w0' g') E T' s, which pictures shorten as P1's. Throws InputError if the albedo is
-/// outside the table.
-CollidedLight relight(const GridFile&, const Medium& medium, const std::vector<Light>&,
-                      const std::vector<GridBasePtr>& transmittance);
+/// The light at medium.albedo from a file's series of these grids: phi is the sum, and flux follows from it
+/// (p1_light()). Sky, delta scaling and periods are the file's; of `options` rays_per_voxel and disc_samples count. The
+/// report's residual and error estimate are those at this albedo, truncation included. Throws InputError if the albedo
+/// is outside the table.
+CollidedLight relight(const GridFile&, const FloatGrid& density, const Vec3SGrid* emission, const Medium& medium,
+                      const std::vector<Light>&, ScatterOptions options, ScatterReport&);
 
 }  // namespace vdbcloud
