@@ -123,12 +123,13 @@ TEST(Reading, RefusesANewerFormatVersion)
 TEST(Reading, RefusesANewerNumberOfOurOwnFormat)
 {
     const Scratch folder;
-    EXPECT_EQ(read_grid_file(saved_as_format(folder, 1.0)).grids.size(), 1u);
-    EXPECT_EQ(
-        refusal(saved_as_format(folder, 2.0)),
-        "metadata 'vdbcloud:format' = 2: expected 1: a newer vdbcloud wrote this file, update vdbcloud to read it");
-    EXPECT_NE(refusal(saved_as_format(folder, int32_t(7))).find("= 7: expected 1: a newer"), std::string::npos);
-    EXPECT_EQ(refusal(saved_as_format(folder, 0.0)), "metadata 'vdbcloud:format' = 0: expected 1");
+    for (const double former : {1.0, 2.0})
+        EXPECT_EQ(read_grid_file(saved_as_format(folder, former)).grids.size(), 1u) << former;
+    EXPECT_EQ(refusal(saved_as_format(folder, 3.0)),
+              "metadata 'vdbcloud:format' = 3: expected 1 to 2: a newer vdbcloud wrote this file, update vdbcloud to "
+              "read it");
+    EXPECT_NE(refusal(saved_as_format(folder, int32_t(7))).find("= 7: expected 1 to 2: a newer"), std::string::npos);
+    EXPECT_EQ(refusal(saved_as_format(folder, 0.0)), "metadata 'vdbcloud:format' = 0: expected 1 to 2");
     EXPECT_EQ(refusal(saved_as_format(folder, std::string("two"))),
               "metadata 'vdbcloud:format' = two: expected a finite number");
 }
