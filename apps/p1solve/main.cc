@@ -36,7 +36,7 @@ void solve(app::App& app, P1solveOptions& o)
     const FloatGridPtr density = in.density;
     const Medium& medium = in.medium;
     app.uses(density->getName());
-    check_delta(o, medium.phase);
+    check_phase(o, medium.phase);
     const auto lights = lights_for(app, o, in);
     o.rays_per_voxel.check_effect(!lights.empty(), "--sun or --lamp");
     o.disc_samples.check_effect(

@@ -32,9 +32,10 @@ void declare_closure(app::App& app, P1solveOptions& o)
                              "stop when the relative change of collided light between two sweeps falls below this "
                              "value"))
         ->check(app::positive);
-    of_sweeps(app.add_option("--keep-moments", o.scatter.keep_moments,
-                             "degree up to which moments are written; 1: phi and flux alone. Less makes smaller files "
-                             "and blunter pictures"))
+    o.keep_moments = app.add_option("--keep-moments", o.scatter.keep_moments,
+                                    "degree up to which moments are written; 1: phi and flux alone. Less makes smaller "
+                                    "files and blunter pictures");
+    of_sweeps(o.keep_moments)
         ->check(app::within(1, 7))
         ->only_with([&o] { return o.scatter.closure.degree > 1; }, "--degree above 1");
 }
@@ -200,10 +201,12 @@ Sky chosen_sky(const P1solveOptions& o, const std::vector<Light>& lights, const 
     return sky;
 }
 
-void check_delta(const P1solveOptions& o, const PhaseFunction& phase)
+void check_phase(const P1solveOptions& o, const PhaseFunction& phase)
 {
-    const bool peak = delta_scaling(phase, o.scatter.closure.degree).delta_f > 0;
-    o.delta.check_effect(peak, "a phase function with a forward peak (--g above 0)");
+    const DeltaScaling scaled = delta_scaling(phase, o.scatter.closure.degree);
+    o.delta.check_effect(scaled.delta_f > 0, "a phase function with a forward peak (--g above 0)");
+    const DeltaScaling used = o.scatter.delta ? scaled : no_scaling(phase, o.scatter.closure.degree);
+    o.keep_moments.check_effect(used.last_degree() > 1, "a phase function with moments of degree 2 and more");
 }
 
 void finish(app::App& app, P1solveOptions& o)

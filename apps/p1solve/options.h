@@ -19,7 +19,7 @@ struct P1solveOptions : app::StageOptions {
     std::string sky;  ///< "day", a colour, or empty: no sky unless an option of sky_shape is given
     app::SkyOptions sky_shape;
     ScatterOptions scatter;
-    app::Option rays_per_voxel, delta, disc_samples;
+    app::Option rays_per_voxel, delta, disc_samples, keep_moments;
     bool allow_unconverged = false, series_raw = false;
     SeriesOptions series;
 
@@ -36,8 +36,9 @@ bool sky_wanted(const P1solveOptions&);
 Sky chosen_sky(const P1solveOptions&, const std::vector<Light>& lights, const Vec3d& up);
 
 /// Throws UsageError for --delta with a phase function whose delta fraction is 0 at the degree of the solve, as
-/// isotropic and Rayleigh scattering have: on and off are then the same.
-void check_delta(const P1solveOptions&, const PhaseFunction&);
+/// isotropic and Rayleigh scattering have: on and off are then the same. For --keep-moments with one that weighs no moment
+/// of degree 2 or more.
+void check_phase(const P1solveOptions&, const PhaseFunction&);
 
 /// Reads the letters of --periodic and checks --limiter, --series and --iterations against the other options. Says how
 /// many directions are taken if their number was rounded up. Throws UsageError.

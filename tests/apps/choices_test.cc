@@ -84,7 +84,7 @@ TEST_F(Choices, AFileThatDoesNotSayWhatIsUpGetsOneLine)
     const RunResult needless = tool({"illuminate", silent, "-o", scratch / "d.vdb"}, {"--sun", "0,1,0"});
     EXPECT_EQ(needless.err.find(note), std::string::npos) << "nothing here depends on it: " << needless.err;
     EXPECT_EQ(up_in(scratch / "d.vdb"), "");
-    const RunResult asked = tool({"illuminate", silent, "-o", scratch / "e.vdb"}, {"--up", "z"});
+    const RunResult asked = tool({"illuminate", silent, "-o", scratch / "e.vdb"}, {"--up", "z", "--sun", "0,1,0"});
     EXPECT_EQ(asked.err.find(note), std::string::npos) << asked.err;
     EXPECT_EQ(up_in(scratch / "e.vdb"), "Z");
 }
