@@ -81,6 +81,8 @@ protected:
     static void SetUpTestSuite()
     {
         inputs_ = new Scratch();
+        write_text(*inputs_ / "table.txt", "0 1 2\n3 4 2\n");
+        write_text(*inputs_ / "thickness.txt", "0.1 120 40\n60 50 130\n");
         write_text(*inputs_ / "map.pgm", std::string("P5\n2 2\n255\n") + std::string({0, 127, '\xff', 60}));
         const RunResult r =
             shell(in_folder("fractalgen -q --size 16 -o c.vdb && fractalgen -q c.vdb --mountain --size 16 -o in.vdb && "
@@ -113,7 +115,7 @@ protected:
     Outcome run_in(const std::string& folder, const Words& words)
     {
         std::string line = "rm -rf " + folder + " && mkdir " + folder + " && cd " + folder +
-                           " && for f in ../*.vdb ../*.pgm; do ln -s $f; done; " + GetParam().tool;
+                           " && for f in ../*.vdb ../*.pgm ../*.txt; do ln -s $f; done; " + GetParam().tool;
         for (const std::string& word : words) line += " '" + word + "'";
         if (GetParam().tool != "vdbdiff") line += " --json report.json";
         Outcome outcome{shell(in_folder(line)), *inputs_ / folder, ""};

@@ -35,6 +35,7 @@ std::vector<Tool> tools()
     const std::vector<Tool> all = {
         {"fractalgen", {"--size", "12"}, ".vdb", false},
         {"cloudsim", {"--preset", "smoke", "--cells", "8", "--minutes", "0.2"}, ".vdb", false},
+        {"vdbimport", {VDBCLOUD_SOURCE "/data/tables/step_cloud.txt", "--cell", "15.625,15.625,250"}, ".vdb", false},
         {"illuminate", {}, ".vdb", true, false, true},
         {"p1solve", {}, ".vdb", true, false, true},
         {"render", {"--resolution", "16"}, ".exr", true, false, true},

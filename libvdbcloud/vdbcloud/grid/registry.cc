@@ -59,7 +59,7 @@ const std::vector<GridKind>& grid_kinds()
     static const std::vector<GridKind> table = {
         // role, name, rest, aliases, type, unit, class, background, stages, result, half, kept
         {Role::Density, density, Rest::Nothing, "", {"smoke", "soot", "voxel_fog_density"},
-         "float", "any; sigma_t = vdbcloud:sigma_t_per_density x density", "fog volume", "0", "fractalgen, cloudsim", no, yes, yes},
+         "float", "any; sigma_t = vdbcloud:sigma_t_per_density x density", "fog volume", "0", "fractalgen, cloudsim, vdbimport", no, yes, yes},
         {Role::Temperature, temperature, Rest::Nothing, "", {"heat"},
          "float", "K", "fog volume", "0", "cloudsim", no, no, no},
         {Role::Flame, flame, Rest::Nothing, "", {"flames", "fire"},

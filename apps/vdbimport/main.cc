@@ -1,0 +1,155 @@
+// vdbimport: a cloud from a table of optical depths, as models and retrievals write them, as a density grid.
+//
+//   vdbimport radar.txt --cell 50,50,45 -o radar.vdb
+//   vdbimport depth.txt --thickness thickness.txt --thickness-unit 1000 --cell 30,30,30 --base 200 -o scene.vdb
+//
+// Both layouts are those of phase I of the I3RC (Cahalan et al. 2005). The grid holds extinction: sigma_t is density
+// times 1, unless --extinction says otherwise.
+#include "medium_options.h"
+#include "stage_options.h"
+
+#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/file/table.h"
+#include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/metadata.h"
+#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/voxels/cloud_table.h"
+
+using namespace vdbcloud;
+
+namespace {
+
+enum class Values { OpticalDepth, Extinction };
+
+struct Options {
+    std::string input, output, thickness;
+    Vec3d cell{0, 0, 0};
+    double base = 0, thickness_unit = 1;
+    int across = 1;
+    Values values = Values::OpticalDepth;
+    UpAxis up = UpAxis::Y;
+    app::MediumOptions medium;
+};
+
+void declare(app::App& app, Options& o)
+{
+    app.writes_grids();
+    app.add_option(
+           "input", o.input,
+           "a table of numbers, a row a line, or - for standard input: a vertical section whose rows are layers, "
+           "the top one first; with --thickness a map of columns")
+        ->required()
+        ->type_name("FILE");
+    app.add_option("-o,--output", o.output, "the cloud to write: a .vdb, or - for standard output")
+        ->required()
+        ->type_name("FILE");
+    app.add_option(
+           "--cell", o.cell,
+           "DX,DY,DZ: size of a cell along a row, across, and vertically [world unit]; tables of the I3RC are in "
+           "metres")
+        ->required()
+        ->check(app::positive);
+    app.add_choice<Values>(
+        "--values", o.values, {{"optical-depth", Values::OpticalDepth}, {"extinction", Values::Extinction}},
+        "what a number of the table is: optical depth of a cell from top to base, or of a whole column "
+        "with --thickness; or extinction [1/world unit]");
+    const app::Option thickness =
+        app.add_option("--thickness", o.thickness, "a table of the same shape: geometric thickness of each column")
+            ->type_name("FILE");
+    app.add_option("--thickness-unit", o.thickness_unit, "world units in a unit of --thickness: 1000 for km and m")
+        ->check(app::positive)
+        ->needs(thickness);
+    app.add_option("--across", o.across, "cells across a section, which are all alike")
+        ->check(app::within(1, 4096))
+        ->not_with([&o] { return !o.thickness.empty(); }, "--thickness");
+    app.add_option("--base", o.base, "height of the cloud's base [world unit]");
+    app.add_choice<UpAxis>("--up", o.up, app::up_axis_choices(), "axis that points up");
+    app::declare_medium(app, o.medium, app::MediumSource::None);
+    app.examples(
+        {{"a section of two columns and three layers, rendered",
+          "printf '0 1\\n2 4\\n2 2\\n' > section.txt && vdbimport section.txt --cell 50,50,45 --across 4 -o "
+          "section.vdb && "
+          "render section.vdb --resolution 64 -o section.png"},
+         {"a map of two columns of optical depth, 0.2 and 0.3 km thick",
+          "printf '5 8\\n' > depth.txt && printf '0.2 0.3\\n' > km.txt && vdbimport depth.txt --thickness km.txt "
+          "--thickness-unit 1000 --cell 30,30,30 -o columns.vdb"},
+         {"from standard input, with the mean optical depth as JSON",
+          "printf '0 1\\n2 4\\n' | vdbimport - --cell 50,50,45 -o depths.vdb --json -"}});
+}
+
+/// The table of a section as a grid.
+FloatGridPtr section(const Options& o, const CloudCells& cells, const Table& table)
+{
+    const double per_length = o.values == Values::OpticalDepth ? 1 / o.cell[2] : 1;
+    return section_cloud(table.columns, table.rows, o.across, cells, [&](size_t column, size_t layer) {
+        return per_length * table.at(table.rows - 1 - layer, column);
+    });
+}
+
+FloatGridPtr columns(const Options& o, const CloudCells& cells, const Table& table)
+{
+    const Table thickness = read_table(o.thickness);
+    if (thickness.rows != table.rows || thickness.columns != table.columns)
+        throw InputError(o.thickness + ": " + std::to_string(thickness.rows) + " rows of " +
+                         std::to_string(thickness.columns) + " numbers: expected " + std::to_string(table.rows) +
+                         " of " + std::to_string(table.columns) + ", as the input has");
+    const auto thick = [&](size_t x, size_t y) { return o.thickness_unit * thickness.at(y, x); };
+    return column_cloud(
+        table.columns, table.rows, cells,
+        [&](size_t x, size_t y) { return table.at(y, x) * (o.values == Values::OpticalDepth ? 1 : thick(x, y)); },
+        thick);
+}
+
+/// Mean over the columns of the optical depth from top to base, at extinction 1 a density.
+double mean_depth(const FloatGrid& grid, const Options& o, const Table& table)
+{
+    double sum = 0;
+    for (auto v = grid.cbeginValueOn(); v; ++v) sum += double(*v);
+    const double count = double(table.columns) * double(o.thickness.empty() ? size_t(o.across) : table.rows);
+    return sum * o.cell[2] / count;
+}
+
+/// A cell takes 16 bytes in a leaf that is half full, and a tenth of a microsecond.
+void estimate(app::App& app, const Options& o, const Table& table)
+{
+    const double cells = double(table.values.size()) * (o.thickness.empty() ? o.across : 32);
+    app.report()["estimate"] = {{"memory_bytes", 16 * cells}, {"seconds", 1e-7 * cells}};
+    app.say(std::to_string(table.rows) + " rows of " + std::to_string(table.columns) + " numbers: up to about " +
+            app::brief(cells) + " voxels");
+}
+
+void import(app::App& app, const Options& o)
+{
+    const CloudCells cells{o.cell, o.base, index_of(o.up)};
+    const Table table = read_table(o.input);
+    app.report()["table"] = {{"rows", table.rows}, {"columns", table.columns}};
+    if (app.dry_run()) return estimate(app, o, table);
+    const FloatGridPtr grid = o.thickness.empty() ? section(o, cells, table) : columns(o, cells, table);
+    grid->setName(schema::density);
+    set_vector(*grid, schema::sigma_t_per_density, Vec3d(1.0));
+    set_text(*grid, schema::sigma_t_origin, "given");
+    app::write_given_medium(o.medium, *grid);
+    const double depth = mean_depth(*grid, o, table);
+    app.report()["counts"]["voxels"] = grid->activeVoxelCount();
+    app.report()["table"]["mean_optical_depth"] = depth;
+    app.say(std::to_string(table.rows) + " rows of " + std::to_string(table.columns) + ": " +
+            std::to_string(grid->activeVoxelCount()) + " voxels with cloud, mean optical depth of the columns " +
+            app::brief(depth));
+    if (grid->empty()) app.warnings()(o.input + ": no cell is above 0: the density is empty");
+    GridFile file;
+    file.metadata = std::make_shared<MetaMap>();
+    file.grids = {grid};
+    write_up_axis(*file.metadata, o.up);
+    app.write(o.output, file);
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    app::App app("vdbimport", "A cloud from a table of optical depths or extinctions, as a density grid.");
+    Options o;
+    declare(app, o);
+    return app.run(argc, argv, [&] { import(app, o); });
+}

@@ -1,0 +1,65 @@
+#include "vdbcloud/file/table.h"
+
+#include "vdbcloud/core/error.h"
+
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+
+namespace vdbcloud {
+
+namespace {
+
+constexpr const char* separators = " \t\r,;";
+
+/// Appends the numbers of a line; `where` names it in messages.
+void add_numbers(const std::string& line, const std::string& where, std::vector<double>& to)
+{
+    for (size_t begin = line.find_first_not_of(separators); begin != std::string::npos;) {
+        size_t end = line.find_first_of(separators, begin);
+        if (end == std::string::npos) end = line.size();
+        const char* first = line.data() + begin + (line[begin] == '+');
+        double value = 0;
+        const auto read = std::from_chars(first, line.data() + end, value);
+        if (read.ec != std::errc() || read.ptr != line.data() + end || !std::isfinite(value))
+            throw InputError(where + "'" + printable(line.substr(begin, end - begin), 40) +
+                             "': expected a finite number");
+        to.push_back(value);
+        begin = line.find_first_not_of(separators, end);
+    }
+}
+
+}  // namespace
+
+Table read_table(const std::string& path, uint64_t max_bytes)
+{
+    const std::string name = path == "-" ? "standard input" : printable(path, 4096);
+    std::ifstream file;
+    if (path != "-") file.open(path, std::ios::binary);
+    std::istream& in = path == "-" ? std::cin : file;
+    if (!in) throw IoError(name + ": cannot read it: " + std::strerror(errno));
+    Table table;
+    uint64_t bytes = 0, number = 0;
+    for (std::string line; std::getline(in, line);) {
+        ++number;
+        bytes += line.size() + 1;
+        if (bytes > max_bytes) throw IoError(name + ": has more than " + std::to_string(max_bytes) + " bytes");
+        const size_t begin = line.find_first_not_of(separators);
+        if (begin == std::string::npos || line[begin] == '#' || line[begin] == '!') continue;
+        const std::string where = name + ": line " + std::to_string(number) + ": ";
+        const size_t before = table.values.size();
+        add_numbers(line, where, table.values);
+        const size_t count = table.values.size() - before;
+        if (table.rows++ == 0) table.columns = count;
+        if (count != table.columns)
+            throw InputError(where + std::to_string(count) + " numbers: expected " + std::to_string(table.columns) +
+                             ", as in the first row");
+    }
+    if (in.bad()) throw IoError(name + ": cannot read it: " + std::strerror(errno));
+    if (table.rows == 0) throw InputError(name + ": holds no numbers: expected rows of numbers");
+    return table;
+}
+
+}  // namespace vdbcloud
