@@ -36,8 +36,8 @@ bool sky_wanted(const P1solveOptions&);
 Sky chosen_sky(const P1solveOptions&, const std::vector<Light>& lights, const Vec3d& up);
 
 /// Throws UsageError for --delta with a phase function whose delta fraction is 0 at the degree of the solve, as
-/// isotropic and Rayleigh scattering have: on and off are then the same. For --keep-moments with one that weighs no moment
-/// of degree 2 or more.
+/// isotropic and Rayleigh scattering have: on and off are then the same. And for --keep-moments with one that weighs no
+/// moment of degree 2 or more.
 void check_phase(const P1solveOptions&, const PhaseFunction&);
 
 /// Reads the letters of --periodic and checks --limiter, --series and --iterations against the other options. Says how
