@@ -149,6 +149,9 @@ TEST_F(Stages, EverythingTheProgramsWriteIsInTheFormatsPage)
     stage("render", lit, "lit.exr", with({"--resolution", "8", "--dry-run"}, report()));
     const std::string air = stage("cloudsim", "", "air.vdb", with({"--cells", "16,12,20", "--minutes", "1"}, report()));
     run(with({program("vdbdiff"), cloud, light}, report()));
+    write_text(scratch / "table.txt", "1 2\n");
+    const std::string imported =
+        stage("vdbimport", scratch / "table.txt", "imported.vdb", with({"--cell", "1,1,1"}, report()));
 
     const auto documented = documented_keys();
     EXPECT_GT(documented.size(), 80u);
@@ -170,7 +173,7 @@ TEST_F(Stages, EverythingTheProgramsWriteIsInTheFormatsPage)
     // Where the page has more: what only failures, a plan of cloudsim and lists with entries report.
     EXPECT_GE(std::count(used.begin(), used.end(), true), long(documented.size()) - 6);
 
-    for (const std::string& path : {cloud, light, lit, series, air}) {
+    for (const std::string& path : {cloud, light, lit, series, air, imported}) {
         const GridFile file = read_grid_file(path);
         EXPECT_EQ(get_number(*file.metadata, schema::format, 0), schema::format_version) << path;
         const auto check = [&](const MetaMap& map, const std::string& of) {
