@@ -24,8 +24,6 @@ namespace vdbcloud {
 
 namespace {
 
-using openvdb::gridPtrCast;
-
 Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
 {
     Volume volume;

@@ -41,11 +41,12 @@ void write_accuracy(MetaMap& to, const Accuracy& accuracy)
 {
     for (const AccuracyKind& kind : accuracy_kinds()) to.removeMeta(key_of(kind.name));
     to.removeMeta(schema::left_out);
-    for (const auto& [name, value] : accuracy.figures) {
-        const auto is_it = [&](const AccuracyKind& kind) { return name == kind.name; };
+    for (const auto& figure : accuracy.figures) {
+        const auto is_it = [&](const AccuracyKind& kind) { return figure.first == kind.name; };
         const auto& kinds = accuracy_kinds();
-        if (std::none_of(kinds.begin(), kinds.end(), is_it)) throw std::logic_error("no figure of accuracy: " + name);
-        if (std::isfinite(value)) set_number(to, key_of(name), value);
+        if (std::none_of(kinds.begin(), kinds.end(), is_it))
+            throw std::logic_error("no figure of accuracy: " + figure.first);
+        if (std::isfinite(figure.second)) set_number(to, key_of(figure.first), figure.second);
     }
     std::string list;
     for (const std::string& part : accuracy.left_out) list += (list.empty() ? "" : "; ") + part;
