@@ -215,19 +215,20 @@ TEST(TransportSweep, CountsRaysThroughEdgesOfBlocksOnce)
         }
 }
 
-/// A tenth of the blocks of a box of n^3, and one block far away.
-Blocks scattered_blocks(int n, int far, const Vec3i& period)
+/// A tenth of the blocks of a box of n^3 that begins at `near` along x, and one block that is `reach` blocks away along
+/// x; 0: none.
+Blocks scattered_blocks(int n, int reach, const Vec3i& period, int near = 0)
 {
     std::vector<Block> blocks;
     for (int x = 0; x < n; ++x)
         for (int y = 0; y < n; ++y)
             for (int z = 0; z < n; ++z)
                 if (uniform(hash_bits(8, uint64_t(x), uint64_t(y), uint64_t(z))) < 0.1) {
-                    blocks.push_back({Vec3i(x, y, z), {}});
+                    blocks.push_back({Vec3i(near + x, y, z), {}});
                     blocks.back().mask.fill(~uint64_t(0));
                 }
-    if (far > 0) {
-        blocks.push_back({Vec3i(far, 3, 2), {}});
+    if (reach != 0) {
+        blocks.push_back({Vec3i(near + reach, 3, 2), {}});
         blocks.back().mask.fill(~uint64_t(0));
     }
     return Blocks(std::move(blocks), period);
@@ -259,7 +260,7 @@ int nearest_block(const Blocks& blocks, const Vec3d& point, const Vec3d& step, d
     return found;
 }
 
-void check_void_rays(const Blocks& blocks, int n, int far, int fewest_hits)
+void check_void_rays(const Blocks& blocks, int n, int reach, int fewest_hits, int near = 0)
 {
     const VoidRays rays(blocks);
     int hits = 0, skies = 0;
@@ -268,8 +269,9 @@ void check_void_rays(const Blocks& blocks, int n, int far, int fewest_hits)
         for (int a = 0; a < 3; ++a) {
             // Points also where no tile of the table is; a third of them aim along the line of the far block.
             point[a] = 8 * n * (1.5 * uniform(hash_bits(k, uint64_t(a), 5)) - 0.25);
-            step[a] *= a == 0 && k % 3 == 0 && far ? far : 1 + a;
+            step[a] *= a == 0 && k % 3 == 0 && reach ? reach : 1 + a;
         }
+        point[0] += 8 * near;
         const Vec3i at(int(std::floor((point[0] + 0.5) / 8)), int(std::floor((point[1] + 0.5) / 8)),
                        int(std::floor((point[2] + 0.5) / 8)));
         if (rays.find(at) >= 0) continue;
@@ -304,6 +306,19 @@ TEST(VoidRays, FindTheNearestBlockUpstreamAndWhereItIsEntered)
 {
     check_void_rays(scattered_blocks(20, 0, Vec3i(0)), 20, 0, 150);
     check_void_rays(scattered_blocks(12, 3000, Vec3i(0)), 12, 3000, 100);
+}
+
+/// Rays cross cells of 256^3 blocks in one step where they are empty: the cell 256..511 on the way from 520 to 0, no
+/// more.
+TEST(VoidRays, FindABlockBehindAnEmptyCellOfTheTable)
+{
+    const Blocks blocks = scattered_blocks(12, -520, Vec3i(0), 520);
+    check_void_rays(blocks, 12, -520, 100, 520);
+    // Straight at the block, from the near end of the others.
+    const VoidRays rays(blocks);
+    const VoidRays::Hit hit = rays.trace(Vec3d(8 * 515 + 3, 8 * 3 + 3.2, 8 * 2 + 4.1), Vec3d(1, 1e-6, 1e-6));
+    ASSERT_GE(hit.block, 0);
+    EXPECT_EQ(blocks.at(size_t(hit.block)), Vec3i(0, 3, 2));
 }
 
 TEST(VoidRays, WrapAlongPeriodicAxes)
