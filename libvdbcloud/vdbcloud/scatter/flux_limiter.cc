@@ -34,4 +34,14 @@ double FluxLimiter::least() const
     return least;
 }
 
+double relative_change(const std::vector<double>& a, const std::vector<double>& b)
+{
+    double difference = 0, size = 0;
+    for (size_t n = 0; n < a.size(); ++n) {
+        difference += (a[n] - b[n]) * (a[n] - b[n]);
+        size += a[n] * a[n];
+    }
+    return size > 0 ? std::sqrt(difference / size) : 0.0;
+}
+
 }  // namespace vdbcloud

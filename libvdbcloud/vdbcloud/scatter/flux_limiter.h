@@ -17,6 +17,9 @@ struct LimiterReport {
     double least = 1;  ///< smallest factor of all voxels
 };
 
+/// ||a - b|| / ||a||, sums in a fixed order; 0 where a is 0.
+double relative_change(const std::vector<double>& a, const std::vector<double>& b);
+
 /// Factors f of the diffusion coefficient D, made consistent with the solution by Picard iteration. F is the flux of
 /// the solve with factors f; unlimited P1 with the same phi has the flux F / f. Hence R = 3 |F| / (f phi), for a flux
 /// driven by the gradient as well as by Q1.

@@ -22,26 +22,6 @@ namespace vdbcloud {
 
 namespace {
 
-/// ||a - b|| / ||a||, sums in a fixed order.
-double relative_change(const std::vector<double>& a, const std::vector<double>& b)
-{
-    double difference = 0, size = 0;
-    for (size_t n = 0; n < a.size(); ++n) {
-        difference += (a[n] - b[n]) * (a[n] - b[n]);
-        size += a[n] * a[n];
-    }
-    return size > 0 ? std::sqrt(difference / size) : 0.0;
-}
-
-/// What a solve that ends where it starts says of `phi`.
-SolveResult solve_of(const P1Operator& p1, Multigrid& multigrid, const P1Source& source, std::vector<double> phi)
-{
-    SolveOptions none;
-    none.max_iterations = 0;
-    std::vector<double> rhs = source.rhs;
-    return conjugate_gradient(p1.stencil(), multigrid, rhs, phi, none);
-}
-
 class Scattering {
 public:
     Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission, const Medium& medium,
@@ -214,7 +194,7 @@ private:
             ChannelReport& report = report_.channel[c];
             if (given) {
                 phi = (*given)(index_, c);
-                report.solve = solve_of(p1, *multigrid, sources[k], phi);
+                report.solve = judge_p1(p1, *multigrid, sources[k], phi);
             } else {
                 report.solve = multigrid ? solve_p1(p1, *multigrid, sources[k], phi, solve)
                                          : relax_p1(p1, o_.relaxation, sources[k], phi, solve);
@@ -304,7 +284,7 @@ private:
         P1Medium medium = p1.medium();
         medium.degree = o_.closure.degree;
         const P1Operator fine(index_, density_, exposed, medium);
-        SecondMoment closure(fine, o_.closure, frame());
+        SecondMoment closure(fine, o_.closure, frame_of(index_, o_.periodic, o_.up));
         if (!o_.sky.dark()) closure.set_sky(sky_along(index_, o_.sky, c, closure.set().direction));
         // Shortening the flux so that the first radiance is nonnegative saves three iterations: at g = 0.85 errors of
         // P1's flux where light enters decay slowly.
@@ -339,18 +319,6 @@ private:
         const int kept = std::min(o_.closure.degree, std::max(o_.keep_moments, 1));
         solution_[c].moments = moments_in_world(index_, closure.moments(), kept);
         solution_[c].flux = flux_of(solution_[c].moments);
-    }
-
-    /// The polar axis is the index axis nearest to `up`; in a layer (two periodic axes) it is the axis across the
-    /// layer.
-    OrdinateFrame frame() const
-    {
-        const auto& periodic = o_.periodic;
-        if (periodic[0] + periodic[1] + periodic[2] == 2) return {!periodic[0] ? 0 : !periodic[1] ? 1 : 2, true};
-        int nearest = 0;
-        for (int a = 1; a < 3; ++a)
-            if (std::abs(index_.axis(a).dot(o_.up)) > std::abs(index_.axis(nearest).dot(o_.up))) nearest = a;
-        return {nearest, false};
     }
 
     int degree() const { return o_.closure.iterations > 0 ? o_.closure.degree : 1; }

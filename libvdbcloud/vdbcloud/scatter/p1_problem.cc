@@ -153,6 +153,14 @@ SolveResult relax_p1(const P1Operator& p1, double factor, P1Source& source, std:
     return result;
 }
 
+SolveResult judge_p1(const P1Operator& p1, Multigrid& multigrid, const P1Source& source, std::vector<double> phi)
+{
+    SolveOptions none;
+    none.max_iterations = 0;
+    std::vector<double> rhs = source.rhs;
+    return conjugate_gradient(p1.stencil(), multigrid, rhs, phi, none);
+}
+
 P1Budget budget(const P1Operator& p1, const P1Source& source, const std::vector<double>& phi)
 {
     const Blocks& blocks = p1.blocks();

@@ -127,6 +127,9 @@ SolveResult solve_p1(const P1Operator&, Multigrid&, P1Source& source, std::vecto
 /// As solve_p1(), by successive over-relaxation (solve/relaxation.h) with relaxation factor `factor`.
 SolveResult relax_p1(const P1Operator&, double factor, P1Source& source, std::vector<double>& phi, const SolveOptions&);
 
+/// The residual and the error estimate of `phi` as a solution, as solve_p1() tells them, without a change of phi.
+SolveResult judge_p1(const P1Operator&, Multigrid&, const P1Source&, std::vector<double> phi);
+
 P1Budget budget(const P1Operator&, const P1Source&, const std::vector<double>& phi);
 
 /// F at cell centres, components along the index axes: the mean of the two faces of each axis.

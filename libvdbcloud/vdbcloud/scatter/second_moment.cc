@@ -49,6 +49,15 @@ std::vector<ExposedVoxel> closure_exposed(const P1Operator& p1)
     return exposed;
 }
 
+OrdinateFrame frame_of(const VoxelIndex& index, const std::array<bool, 3>& periodic, const Vec3d& up)
+{
+    if (periodic[0] + periodic[1] + periodic[2] == 2) return {!periodic[0] ? 0 : !periodic[1] ? 1 : 2, true};
+    int nearest = 0;
+    for (int a = 1; a < 3; ++a)
+        if (std::abs(index.axis(a).dot(up)) > std::abs(index.axis(nearest).dot(up))) nearest = a;
+    return {nearest, false};
+}
+
 SecondMoment::SecondMoment(const P1Operator& p1, const ClosureOptions& options, const OrdinateFrame& frame)
     : p1_(p1), o_(options)
 {

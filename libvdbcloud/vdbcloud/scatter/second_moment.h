@@ -20,6 +20,9 @@ struct OrdinateFrame {
     bool layered = false;  ///< the medium is a layer across that axis, periodic along the other axes
 };
 
+/// The polar axis is the index axis nearest to `up` [world]; in a layer (two periodic axes) it is the axis across it.
+OrdinateFrame frame_of(const VoxelIndex&, const std::array<bool, 3>& periodic, const Vec3d& up);
+
 /// Convergence history of the sweeps.
 struct ClosureReport {
     size_t directions = 0;  ///< number in the set used
