@@ -67,6 +67,7 @@ TEST(CloudTable, RefusesWhatIsNoCloud)
     const auto high = [](size_t, size_t) { return 1e12; };
     EXPECT_THROW(column_cloud(1, 1, cells_z, one, nothing), InputError);
     EXPECT_THROW(column_cloud(1, 1, cells_z, one, high), InputError);
+    EXPECT_THROW(section_cloud(1 << 15, 1 << 15, 1 << 4, cells_z, one), InputError);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <fstream>
 #include <iostream>
+#include <sstream>
 
 namespace vdbcloud {
 
@@ -31,21 +32,33 @@ void add_numbers(const std::string& line, const std::string& where, std::vector<
     }
 }
 
+/// All bytes of a file, or of standard input. Never holds more than max_bytes and a block.
+std::string whole_text(const std::string& path, const std::string& name, uint64_t max_bytes)
+{
+    std::ifstream file;
+    if (path != "-") file.open(path, std::ios::binary);
+    std::istream& in = path == "-" ? std::cin : file;
+    if (!in) throw IoError(name + ": cannot read it: " + std::strerror(errno));
+    std::string text, block(1 << 16, ' ');
+    while (in.read(block.data(), std::streamsize(block.size())) || in.gcount() > 0) {
+        text.append(block, 0, size_t(in.gcount()));
+        if (text.size() > max_bytes)
+            throw IoError(name + ": has more than " + std::to_string(max_bytes) + " bytes: expected a smaller table");
+    }
+    if (in.bad()) throw IoError(name + ": cannot read it: " + std::strerror(errno));
+    return text;
+}
+
 }  // namespace
 
 Table read_table(const std::string& path, uint64_t max_bytes)
 {
     const std::string name = path == "-" ? "standard input" : printable(path, 4096);
-    std::ifstream file;
-    if (path != "-") file.open(path, std::ios::binary);
-    std::istream& in = path == "-" ? std::cin : file;
-    if (!in) throw IoError(name + ": cannot read it: " + std::strerror(errno));
+    std::istringstream lines(whole_text(path, name, max_bytes));
     Table table;
-    uint64_t bytes = 0, number = 0;
-    for (std::string line; std::getline(in, line);) {
+    uint64_t number = 0;
+    for (std::string line; std::getline(lines, line);) {
         ++number;
-        bytes += line.size() + 1;
-        if (bytes > max_bytes) throw IoError(name + ": has more than " + std::to_string(max_bytes) + " bytes");
         const size_t begin = line.find_first_not_of(separators);
         if (begin == std::string::npos || line[begin] == '#' || line[begin] == '!') continue;
         const std::string where = name + ": line " + std::to_string(number) + ": ";
@@ -57,7 +70,6 @@ Table read_table(const std::string& path, uint64_t max_bytes)
             throw InputError(where + std::to_string(count) + " numbers: expected " + std::to_string(table.columns) +
                              ", as in the first row");
     }
-    if (in.bad()) throw IoError(name + ": cannot read it: " + std::strerror(errno));
     if (table.rows == 0) throw InputError(name + ": holds no numbers: expected rows of numbers");
     return table;
 }

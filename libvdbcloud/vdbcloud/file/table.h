@@ -18,6 +18,6 @@ struct Table {
 /// Reads numbers between blanks or commas, a row a line. Empty lines and lines that begin with # or ! do not count. The
 /// path "-" is standard input. Throws IoError if the file cannot be read or has more than `max_bytes`; InputError, with
 /// the line, for a word that is no finite number, for a row of another length than the first, and for an empty table.
-Table read_table(const std::string& path, uint64_t max_bytes = uint64_t(1) << 32);
+Table read_table(const std::string& path, uint64_t max_bytes = uint64_t(1) << 26);
 
 }  // namespace vdbcloud

@@ -37,6 +37,15 @@ openvdb::Coord voxel_at(const CloudCells& cells, size_t x, size_t side, size_t l
     return at;
 }
 
+constexpr double most_voxels = 1 << 28;
+
+void require_room(double voxels)
+{
+    if (voxels > most_voxels)
+        throw InputError("the cloud would have " + std::to_string(std::llround(voxels)) + " voxels: expected at most " +
+                         std::to_string(std::llround(most_voxels)));
+}
+
 void require_amount(double value, const char* what, size_t x, size_t y)
 {
     if (!(value >= 0) || !std::isfinite(value))
@@ -49,6 +58,7 @@ void require_amount(double value, const char* what, size_t x, size_t y)
 FloatGridPtr section_cloud(size_t columns, size_t layers, int across, const CloudCells& cells,
                            const std::function<double(size_t, size_t)>& extinction)
 {
+    require_room(double(columns) * double(layers) * across);
     auto grid = empty_cloud(cells);
     auto set = grid->getAccessor();
     for (size_t x = 0; x < columns; ++x)
@@ -68,6 +78,7 @@ FloatGridPtr column_cloud(size_t nx, size_t ny, const CloudCells& cells,
     auto grid = empty_cloud(cells);
     auto set = grid->getAccessor();
     const double height = cells.size[2];
+    double voxels = 0;
     for (size_t x = 0; x < nx; ++x)
         for (size_t y = 0; y < ny; ++y) {
             const double tau = depth(x, y), top = thickness(x, y);
@@ -77,9 +88,7 @@ FloatGridPtr column_cloud(size_t nx, size_t ny, const CloudCells& cells,
             if (top == 0)
                 throw InputError("thickness 0 in column " + std::to_string(x) + ", " + std::to_string(y) +
                                  " of optical depth " + std::to_string(tau) + ": expected a thickness above 0");
-            if (top / height > 1e5)
-                throw InputError("thickness " + std::to_string(top) + " in column " + std::to_string(x) + ", " +
-                                 std::to_string(y) + ": expected at most 100000 cells");
+            require_room(voxels += std::ceil(top / height));
             for (size_t layer = 0; double(layer) * height < top; ++layer) {
                 const double share = std::min(1.0, top / height - double(layer));
                 if (share > 0) set.setValueOn(voxel_at(cells, x, y, layer), float(tau / top * share));

@@ -16,7 +16,8 @@ struct CloudCells {
 };
 
 /// A vertical section: extinction(column, layer), layer 0 the lowest, the same in `across` cells side by side. Voxels
-/// are the cells; active are those above 0. Extinctions must be finite and not below 0 (InputError, with the cell).
+/// are the cells; active are those above 0. Extinctions must be finite and not below 0 (InputError, with the
+/// cell), and the cells at most 2^28.
 FloatGridPtr section_cloud(size_t columns, size_t layers, int across, const CloudCells&,
                            const std::function<double(size_t column, size_t layer)>& extinction);
 
