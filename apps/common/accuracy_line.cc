@@ -8,11 +8,4 @@ void tell_accuracy(App& app, const std::string& what, const Accuracy& accuracy, 
     if (!accuracy.empty()) app.say("accuracy of " + what + ": " + text_of(accuracy));
 }
 
-std::string repeat_accuracy(App& app, const std::string& what, const MetaMap& read)
-{
-    const std::string text = text_of(read_accuracy(read));
-    if (!text.empty()) app.say("accuracy of " + what + ": " + text);
-    return text;
-}
-
 }  // namespace vdbcloud::app

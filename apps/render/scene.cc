@@ -16,6 +16,7 @@
 #include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/select.h"
 #include "vdbcloud/grid/sources.h"
+#include "vdbcloud/optics/collided_light.h"
 #include "vdbcloud/scatter/series_grids.h"
 
 #include <algorithm>
@@ -176,7 +177,7 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
     }
     out.up = up_of(app, o, files);
     for (const GridFile& file : files)
-        if (const auto phi = find_grid(file, schema::phi)) {
+        if (const auto phi = fluence_grid(file)) {
             const auto lit_by = read_sky(*phi);
             if (!traces_paths(o)) require_same_up(file, lit_by, out.up);
             if (!out.sky) out.sky = lit_by;
@@ -187,7 +188,7 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
     if (out.scene.lights.empty()) out.scene.lights = app::inherited_lights(app::lights_found(files));
     // A medium with phi is visible without a sun.
     const bool glows =
-        std::any_of(files.begin(), files.end(), [](const GridFile& f) { return bool(find_grid(f, schema::phi)); }) ||
+        std::any_of(files.begin(), files.end(), [](const GridFile& f) { return bool(fluence_grid(f)); }) ||
         (traces_paths(o) && glows_by_itself(out.scene, o));
     if (out.scene.lights.empty() && !glows) {
         out.scene.lights.push_back(app::automatic_sun(vector_of(out.up)));

@@ -4,6 +4,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/emission.h"
 #include "vdbcloud/grid/registry.h"
+#include "vdbcloud/optics/collided_light.h"
 #include "vdbcloud/optics/joined_medium.h"
 
 #include <algorithm>
@@ -13,10 +14,7 @@ namespace vdbcloud {
 
 namespace {
 
-bool brings_solution(const GridFile& file)
-{
-    return find_grid(file, schema::phi) || find_grid(file, schema::series_phi_name(0));
-}
+bool brings_solution(const GridFile& file) { return fluence_grid(file) || find_grid(file, schema::series_phi_name(0)); }
 
 /// Points of `light_grid` a voxel of `density`, along each axis.
 int points_a_voxel(const GridBase& light_grid, const FloatGrid& density)

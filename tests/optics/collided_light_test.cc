@@ -166,6 +166,17 @@ TEST(CollidedLight, IsReadFromFilesOfFormatOne)
     EXPECT_EQ(first(fluence(back)), Vec3f(7, 8, 9));
 }
 
+/// A signed distance, for example, as solvers of fluids write it.
+TEST(CollidedLight, IsNotAGridOfAnotherProgramThatIsCalledPhi)
+{
+    GridFile file = empty_file();
+    const auto distance = number(1);
+    distance->setName("phi");
+    put_grid(file, distance);
+    EXPECT_FALSE(fluence_grid(file));
+    EXPECT_FALSE(read_collided_light(file, PhaseFunction(), {}).phi);
+}
+
 TEST(CollidedLight, RefusesGridsOfAnotherType)
 {
     GridFile file = empty_file();

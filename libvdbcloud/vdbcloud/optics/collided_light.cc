@@ -121,13 +121,20 @@ void put_collided_light(GridFile& file, const CollidedLight& light)
     }
 }
 
+GridBasePtr fluence_grid(const GridFile& file)
+{
+    const GridBasePtr phi = find_grid(file, schema::phi);
+    if (!phi || phi->empty()) return nullptr;
+    const bool ours = phi->isType<Vec3SGrid>() || (phi->isType<FloatGrid>() && has_meta(*phi, schema::channel_scale));
+    return ours ? phi : nullptr;
+}
+
 CollidedLight read_collided_light(const GridFile& file, const PhaseFunction& phase, const Warn& listener)
 {
     CollidedLight light;
-    light.phi = find_grid(file, schema::phi);
-    if (!light.phi || light.phi->empty()) return {};
-    const bool one = light.phi->isType<FloatGrid>();
-    if (!one) light.phi = typed<Vec3SGrid>(file, schema::phi);
+    light.phi = fluence_grid(file);
+    if (!light.phi) return {};
+    const bool one = shared(light);
     if (one) light.channel_scale = get_vector(*light.phi, schema::channel_scale, Vec3d(1.0));
     light.flux_limit = get_number(*light.phi, schema::flux_limit, 0);
     light.scaling = read_delta_scaling(*light.phi, phase);

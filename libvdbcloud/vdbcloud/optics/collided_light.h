@@ -41,6 +41,10 @@ void name_collided_light(const CollidedLight&, const std::function<void(GridBase
 /// moments up to the last degree whose m_l' is not 0.
 void put_collided_light(GridFile&, const CollidedLight&);
 
+/// The fluence among a file's grids: a grid `phi` of vec3s, or of floats with channel_scale. Null without one; other
+/// programs call other things phi, a signed distance for example.
+GridBasePtr fluence_grid(const GridFile&);
+
 /// The collided light of a file; phi is null without one. Moments end before the first degree of which one is missing,
 /// with a warning if that degree has m_l' other than 0. `phase` serves files without moments of the scaled medium.
 /// Throws InputError for a grid of another type than docs/format.md has.
