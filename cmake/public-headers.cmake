@@ -3,9 +3,9 @@
 # tests/layering.cmake checks both.
 set(public_headers
     core/atomic_file.h core/constants.h core/error.h core/progress.h core/vdb.h
-    grid/compare.h grid/density.h grid/digest.h grid/emission.h grid/extent.h grid/grid_file.h grid/metadata.h
+    grid/compare.h grid/density.h grid/digest.h grid/emission.h grid/extent.h grid/grid_file.h grid/metadata.h grid/probe.h
     grid/registry.h grid/schema.h grid/select.h grid/sources.h grid/statistics.h grid/up_axis.h
-    voxels/cloud_table.h voxels/voxel_mean.h
+    voxels/box_medium.h voxels/cloud_table.h voxels/voxel_mean.h
     file/io.h file/table.h
     optics/automatic_extinction.h optics/joined_medium.h optics/medium.h optics/optical_depth.h optics/phase_function.h
     scene/camera.h scene/light.h scene/sky.h

@@ -23,7 +23,7 @@ namespace {
 
 constexpr const char *reading = "Reading", *writing = "Writing";
 
-void print(const std::string& text)
+void to_standard_output(const std::string& text)
 {
     const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
     if (std::fflush(stdout) != 0 || !written) throw IoError("standard output: cannot write to it");
@@ -213,6 +213,11 @@ Warn App::warnings()
     };
 }
 
+void App::print(const std::string& text)
+{
+    if (shared_->json != "-") to_standard_output(text);
+}
+
 void App::check_output(const std::string& path) const
 {
     if (path == "-" && ::isatty(STDOUT_FILENO) && !shared_->force)
@@ -263,17 +268,17 @@ bool App::parse_line(int argc, char** argv)
     try {
         parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
-        return print(help()), false;
+        return to_standard_output(help()), false;
     } catch (const CLI::CallForAllHelp&) {
-        return print(help("", CLI::AppFormatMode::All)), false;
+        return to_standard_output(help("", CLI::AppFormatMode::All)), false;
     } catch (const CLI::CallForVersion& versions) {
-        return print(versions.what()), false;
+        return to_standard_output(versions.what()), false;
     } catch (const CLI::RequiredError&) {
         if (remaining_size() > 0) throw CLI::ExtrasError(remaining());
         if (!s.print_config && s.completion.empty()) throw;
     }
-    if (!s.completion.empty()) return print(completion_script(*this, s.completion)), false;
-    if (s.print_config) return print(config_to_str(true, true)), false;
+    if (!s.completion.empty()) return to_standard_output(completion_script(*this, s.completion)), false;
+    if (s.print_config) return to_standard_output(config_to_str(true, true)), false;
     return true;
 }
 

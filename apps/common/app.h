@@ -113,6 +113,10 @@ public:
     /// A line for a person on stderr, not with --quiet.
     void say(const std::string& line);
 
+    /// The result of a tool whose result is text, on standard output; nothing if the report goes there (--json -).
+    /// Throws IoError if it cannot be written.
+    void print(const std::string& text);
+
     /// Times from here to the end of its life (wall and CPU seconds of the process) into the report's phases.
     class Phase {
     public:

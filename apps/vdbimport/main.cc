@@ -1,10 +1,12 @@
-// vdbimport: a cloud from a table of optical depths, as models and retrievals write them, as a density grid.
+// vdbimport: a cloud from a table of optical depths, as models and retrievals write them, as a density grid; or a
+// medium of boxes, as benchmarks of transport describe them.
 //
 //   vdbimport radar.txt --cell 50,50,45 -o radar.vdb
 //   vdbimport depth.txt --thickness thickness.txt --thickness-unit 1000 --cell 30,30,30 --base 200 -o scene.vdb
+//   vdbimport duct.txt --boxes --cell 2,2,2 -o duct.vdb
 //
-// Both layouts are those of phase I of the I3RC (Cahalan et al. 2005). The grid holds extinction: sigma_t is density
-// times 1, unless --extinction says otherwise.
+// The first two layouts are those of phase I of the I3RC (Cahalan et al. 2005). The grid holds extinction: sigma_t is
+// density times 1, unless --extinction says otherwise.
 #include "medium_options.h"
 #include "stage_options.h"
 
@@ -14,6 +16,7 @@
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/voxels/box_medium.h"
 #include "vdbcloud/voxels/cloud_table.h"
 
 using namespace vdbcloud;
@@ -27,6 +30,7 @@ struct Options {
     Vec3d cell{0, 0, 0};
     double base = 0, thickness_unit = 1;
     int across = 1;
+    bool boxes = false;
     Values values = Values::OpticalDepth;
     UpAxis up = UpAxis::Y;
     app::MediumOptions medium;
@@ -38,7 +42,7 @@ void declare(app::App& app, Options& o)
     app.add_option(
            "input", o.input,
            "a table of numbers, a row a line, or - for standard input: a vertical section whose rows are layers, "
-           "the top one first; with --thickness a map of columns")
+           "the top one first; with --thickness a map of columns; with --boxes a list of boxes")
         ->required()
         ->type_name("FILE");
     app.add_option("-o,--output", o.output, "the cloud to write: a .vdb, or - for standard output")
@@ -46,24 +50,32 @@ void declare(app::App& app, Options& o)
         ->type_name("FILE");
     app.add_option(
            "--cell", o.cell,
-           "DX,DY,DZ: size of a cell along a row, across, and vertically [world unit]; tables of the I3RC are in "
+           "DX,DY,DZ: size of a cell along a row (x), across, and vertically [world unit]; tables of the I3RC are in "
            "metres")
         ->required()
         ->check(app::positive);
+    const auto boxes = [&o] { return o.boxes; };
+    app.add_flag("--boxes", o.boxes,
+                 "a row of the table is a box: x0 y0 z0 x1 y1 z1 [world unit], extinction [1/world unit], and emission "
+                 "[radiance/world unit] where there is an eighth number. A voxel has the values of the last box that "
+                 "holds its centre");
     app.add_choice<Values>(
-        "--values", o.values, {{"optical-depth", Values::OpticalDepth}, {"extinction", Values::Extinction}},
-        "what a number of the table is: optical depth of a cell from top to base, or of a whole column "
-        "with --thickness; or extinction [1/world unit]");
+           "--values", o.values, {{"optical-depth", Values::OpticalDepth}, {"extinction", Values::Extinction}},
+           "what a number of the table is: optical depth of a cell from top to base, or of a whole column "
+           "with --thickness; or extinction [1/world unit]")
+        .not_with(boxes, "--boxes");
     const app::Option thickness =
         app.add_option("--thickness", o.thickness, "a table of the same shape: geometric thickness of each column")
-            ->type_name("FILE");
+            .not_with(boxes, "--boxes");
+    thickness->type_name("FILE");
     app.add_option("--thickness-unit", o.thickness_unit, "world units in a unit of --thickness: 1000 for km and m")
         ->check(app::positive)
         ->needs(thickness);
     app.add_option("--across", o.across, "cells across a section, which are all alike")
         ->check(app::within(1, 4096))
-        ->not_with([&o] { return !o.thickness.empty(); }, "--thickness");
-    app.add_option("--base", o.base, "height of the cloud's base [world unit]");
+        ->not_with([&o] { return !o.thickness.empty(); }, "--thickness")
+        ->not_with(boxes, "--boxes");
+    app.add_option("--base", o.base, "height of the cloud's base [world unit]").not_with(boxes, "--boxes");
     app.add_choice<UpAxis>("--up", o.up, app::up_axis_choices(), "axis that points up");
     app::declare_medium(app, o.medium, app::MediumSource::None);
     app.examples(
@@ -110,36 +122,82 @@ double mean_depth(const FloatGrid& grid, const Options& o, const Table& table)
     return sum * o.cell[2] / count;
 }
 
+/// The rows of a table as boxes. Throws InputError for rows of another length.
+std::vector<MediumBox> boxes_of(const Options& o, const Table& table)
+{
+    if (table.columns != 7 && table.columns != 8)
+        throw InputError(printable(o.input) + ": rows of " + std::to_string(table.columns) +
+                         " numbers: expected x0 y0 z0 x1 y1 z1 extinction, and emission if there is any");
+    std::vector<MediumBox> boxes;
+    for (size_t row = 0; row < table.rows; ++row) {
+        const auto corner = [&](size_t first) {
+            return Vec3d(table.at(row, first), table.at(row, first + 1), table.at(row, first + 2));
+        };
+        boxes.push_back({corner(0), corner(3), table.at(row, 6), table.columns == 8 ? table.at(row, 7) : 0});
+    }
+    return boxes;
+}
+
+/// Volume of the boxes in cells, as if none held another.
+double cells_of(const Options& o, const Table& table)
+{
+    if (!o.boxes) return double(table.values.size()) * (o.thickness.empty() ? o.across : 32);
+    double volume = 0;
+    for (const MediumBox& box : boxes_of(o, table)) {
+        const Vec3d size = box.high - box.low;
+        volume += size[0] * size[1] * size[2];
+    }
+    return volume / (o.cell[0] * o.cell[1] * o.cell[2]);
+}
+
 /// A cell takes 16 bytes in a leaf that is half full, and a tenth of a microsecond.
 void estimate(app::App& app, const Options& o, const Table& table)
 {
-    const double cells = double(table.values.size()) * (o.thickness.empty() ? o.across : 32);
+    const double cells = cells_of(o, table);
     app.report()["estimate"] = {{"memory_bytes", 16 * cells}, {"seconds", 1e-7 * cells}};
     app.say(std::to_string(table.rows) + " rows of " + std::to_string(table.columns) + " numbers: up to about " +
             app::brief(cells) + " voxels");
 }
 
-void import(app::App& app, const Options& o)
+/// The grids of a table: density, and emission if there is any.
+std::vector<GridBasePtr> imported(app::App& app, const Options& o, const Table& table)
 {
     const CloudCells cells{o.cell, o.base, index_of(o.up)};
+    if (o.boxes) {
+        Vec3d edges(0.0);
+        edges[0] = o.cell[0];
+        edges[3 - cells.up] = o.cell[1];
+        edges[cells.up] = o.cell[2];
+        const BoxMedium medium = box_medium(boxes_of(o, table), edges);
+        medium.extinction->setName(schema::density);
+        if (!medium.emission) return {medium.extinction};
+        medium.emission->setName(schema::emission);
+        return {medium.extinction, medium.emission};
+    }
+    const FloatGridPtr grid = o.thickness.empty() ? section(o, cells, table) : columns(o, cells, table);
+    grid->setName(schema::density);
+    const double depth = mean_depth(*grid, o, table);
+    app.report()["table"]["mean_optical_depth"] = depth;
+    app.say("mean optical depth of the columns " + app::brief(depth));
+    return {grid};
+}
+
+void import(app::App& app, const Options& o)
+{
     const Table table = read_table(o.input);
     app.report()["table"] = {{"rows", table.rows}, {"columns", table.columns}};
     if (app.dry_run()) return estimate(app, o, table);
-    const FloatGridPtr grid = o.thickness.empty() ? section(o, cells, table) : columns(o, cells, table);
-    grid->setName(schema::density);
-    set_vector(*grid, schema::sigma_t_per_density, Vec3d(1.0));
-    set_text(*grid, schema::sigma_t_origin, "given");
-    app::write_given_medium(o.medium, *grid);
-    const double depth = mean_depth(*grid, o, table);
-    app.report()["counts"]["voxels"] = grid->activeVoxelCount();
-    app.report()["table"]["mean_optical_depth"] = depth;
-    app.say(std::to_string(table.rows) + " rows of " + std::to_string(table.columns) + ": " +
-            std::to_string(grid->activeVoxelCount()) + " voxels with cloud, mean optical depth of the columns " +
-            app::brief(depth));
-    if (grid->empty()) app.warnings()(o.input + ": no cell is above 0: the density is empty");
     GridFile file;
     file.metadata = std::make_shared<MetaMap>();
-    file.grids = {grid};
+    file.grids = imported(app, o, table);
+    GridBase& density = *file.grids.front();
+    set_vector(density, schema::sigma_t_per_density, Vec3d(1.0));
+    set_text(density, schema::sigma_t_origin, "given");
+    app::write_given_medium(o.medium, density);
+    app.report()["counts"]["voxels"] = density.activeVoxelCount();
+    app.say(std::to_string(table.rows) + " rows of " + std::to_string(table.columns) +
+            " numbers: " + std::to_string(density.activeVoxelCount()) + " voxels of matter");
+    if (density.empty()) app.warnings()(o.input + ": no cell is above 0: the density is empty");
     write_up_axis(*file.metadata, o.up);
     app.write(o.output, file);
 }
@@ -148,7 +206,8 @@ void import(app::App& app, const Options& o)
 
 int main(int argc, char** argv)
 {
-    app::App app("vdbimport", "A cloud from a table of optical depths or extinctions, as a density grid.");
+    app::App app("vdbimport",
+                 "A density grid from a table: a cloud of optical depths or extinctions, or a medium of boxes.");
     Options o;
     declare(app, o);
     return app.run(argc, argv, [&] { import(app, o); });

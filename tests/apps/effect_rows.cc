@@ -151,11 +151,13 @@ const std::vector<ToolEffects>& tool_effects()
          "table.txt --cell 50,20,45 -o out.vdb",
          {
              {"--cell 50,20,30", S::Values, "", "", true},
-             {"--values extinction", S::Values, "", "", true},
-             {"--thickness thickness.txt", S::Values, "", "", true},
+             {"--boxes", S::Values, "boxes.txt", "", true},
+             {"--values extinction", S::Values, "", "--boxes"},
+             {"--thickness thickness.txt", S::Values, "", "--boxes"},
              {"--thickness-unit 2", S::Values, "--thickness thickness.txt", ""},
              {"--across 3", S::Values, "", "--thickness thickness.txt"},
-             {"--base 10", S::Values, "", "", true},
+             {"--across 3", S::Values, "", "--boxes"},
+             {"--base 10", S::Values, "", "--boxes"},
              {"--up z", S::Values, "", "", true},
              {"--extinction 30", S::Metadata, "", "", true},
              {"--albedo 0.9", S::Metadata, "", "", true},
@@ -329,6 +331,13 @@ const std::vector<ToolEffects>& tool_effects()
              {"--topology 1", S::Status, "in.vdb seed.vdb --grid density --max 2", "", true},
              {"--transform 99", S::Status, "in.vdb moved.vdb --grid density --max 2 --topology 1", "", true},
              {"--metadata", S::Status, "in.vdb albedo.vdb", "", true},
+         }},
+        {"vdbprobe",
+         "in.vdb --grid density --at 0,0.3,0",
+         {
+             {"--grid solid", S::Report, "", "", true},
+             {"--at 0.1,0.2,0", S::Report, "", "", true},
+             {"--points points.txt", S::Report, "", "", true},
          }},
     };
     return all;

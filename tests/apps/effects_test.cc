@@ -83,6 +83,8 @@ protected:
         inputs_ = new Scratch();
         write_text(*inputs_ / "table.txt", "0 1 2\n3 4 2\n");
         write_text(*inputs_ / "thickness.txt", "0.1 120 40\n60 50 130\n");
+        write_text(*inputs_ / "boxes.txt", "0 0 0 90 90 90 0.1\n");
+        write_text(*inputs_ / "points.txt", "0 0.3 0\n");
         write_text(*inputs_ / "map.pgm", std::string("P5\n2 2\n255\n") + std::string({0, 127, '\xff', 60}));
         const RunResult r =
             shell(in_folder("fractalgen -q --size 16 -o c.vdb && fractalgen -q c.vdb --mountain --size 16 -o in.vdb && "
@@ -121,8 +123,9 @@ protected:
         Outcome outcome{shell(in_folder(line)), *inputs_ / folder, ""};
         const auto report = nlohmann::json::parse(read_text(outcome.folder + "/report.json"), nullptr, false);
         if (report.is_object())
-            outcome.channels =
-                report.value("accuracy", nlohmann::json()).dump() + report.value("channels", nlohmann::json()).dump();
+            outcome.channels = report.value("accuracy", nlohmann::json()).dump() +
+                               report.value("channels", nlohmann::json()).dump() +
+                               report.value("points", nlohmann::json()).dump();
         return outcome;
     }
 

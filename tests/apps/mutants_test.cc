@@ -86,7 +86,9 @@ TEST_P(Mutants, EndInTimeWithOneLine)
         const std::string what = tool.name + ", mutant " + std::to_string(k) + ": " + r.err.substr(0, 1000);
         EXPECT_FALSE(r.timed_out) << what;
         EXPECT_LE(r.status, 3) << what;
-        EXPECT_EQ(r.out, "") << what;
+        if (!tool.prints || r.status != 0) {
+            EXPECT_EQ(r.out, "") << what;
+        }
         EXPECT_LT(r.err.size(), 5000u) << what;
         if (r.status != 0) {
             ++refused;

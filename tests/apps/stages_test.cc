@@ -149,6 +149,7 @@ TEST_F(Stages, EverythingTheProgramsWriteIsInTheFormatsPage)
     stage("render", lit, "lit.exr", with({"--resolution", "8", "--dry-run"}, report()));
     const std::string air = stage("cloudsim", "", "air.vdb", with({"--cells", "16,12,20", "--minutes", "1"}, report()));
     run(with({program("vdbdiff"), cloud, light}, report()));
+    run(with({program("vdbprobe"), lit, "--grid", "phi", "--at", "0,0,0"}, report()));
     write_text(scratch / "table.txt", "1 2\n");
     const std::string imported =
         stage("vdbimport", scratch / "table.txt", "imported.vdb", with({"--cell", "1,1,1"}, report()));

@@ -40,6 +40,7 @@ std::vector<Tool> tools()
         {"p1solve", {}, ".vdb", true, false, true},
         {"render", {"--resolution", "16"}, ".exr", true, false, true},
         {"vdbdiff", {}, "", true, true},
+        {"vdbprobe", {"--grid", "density", "--at", "0,0,0"}, "", true, false, false, true},
     };
     std::vector<Tool> built;
     for (const Tool& tool : all)

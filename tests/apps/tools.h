@@ -18,6 +18,7 @@ struct Tool {
     bool reads = true;      ///< has an input
     bool twice = false;     ///< takes two inputs
     bool several = false;   ///< takes any number of inputs
+    bool prints = false;    ///< its result is text on standard output
 
     /// A command line; `output` may be empty.
     Words command(const std::string& input, const std::string& output) const;

@@ -223,7 +223,7 @@ TEST_P(ReadingTool, InputsThatCannotBeReadAreStatusOneWithTheirPath)
 
 TEST_P(ReadingTool, ADensityThatIsNoNumberIsStatusOneWithItsCoordinate)
 {
-    if (tool().twice) GTEST_SKIP() << "compares whatever is there";
+    if (tool().extension.empty()) GTEST_SKIP() << "compares or prints whatever is there";
     write_density_with_nan(scratch / "nan.vdb", {1, 2, 3});
     const RunResult r = expect_refused(tool(), tool().command(scratch / "nan.vdb", out("out")), 1);
     EXPECT_NE(r.err.find("density"), std::string::npos) << r.err;
