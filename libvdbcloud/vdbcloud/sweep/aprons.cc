@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace vdbcloud {
 
@@ -188,6 +189,18 @@ bool Aprons::fill_patch(Patch& patch, const int* lo, const int* hi, float* radia
             radiance[i * patch.stride[0] + j * patch.stride[1]] = light_of(patch, hit);
         }
     return first.block < 0;
+}
+
+uint64_t Aprons::fill_tile(const SweepPath& path, int d, const Vec3d& corner, const std::array<int, 2>& along,
+                           float* radiance) const
+{
+    constexpr float sky = std::numeric_limits<float>::infinity();  // no radiance: a mark
+    Patch patch{path, d, sky, corner, {along[0], along[1]}, {8, 1}, 0, {}};
+    const int lo[2] = {0, 0}, hi[2] = {7, 7};
+    fill_patch(patch, lo, hi, radiance);
+    uint64_t ends = 0;
+    for (int k = 0; k < 64; ++k) ends |= uint64_t(radiance[k] == sky) << k;
+    return ends;
 }
 
 /// Adds to `radiance` what reaches a region's rays from blocks near it; returns the rays that meet none, as bits.

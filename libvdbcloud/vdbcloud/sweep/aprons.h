@@ -37,6 +37,12 @@ public:
     /// Keeps radiance and source on the block's downstream faces, for the blocks that follow.
     void store_faces(const SweepPath&, int d, size_t block, const block_sweep::Scratch&);
 
+    /// Radiance of direction d of the batch at 8 x 8 points one voxel apart: from `corner` (block coordinates) along
+    /// the axes `along`, the second fastest. All points lie in one missing block, downstream of all blocks that a ray
+    /// to them meets. Returns which rays come from the sky, as bits; their radiance is not set.
+    uint64_t fill_tile(const SweepPath&, int d, const Vec3d& corner, const std::array<int, 2>& along,
+                       float* radiance) const;
+
     size_t bytes() const;
 
 private:

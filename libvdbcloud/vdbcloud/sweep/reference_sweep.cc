@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace vdbcloud {
 
@@ -60,10 +61,31 @@ public:
         return radiance * e + q_[slot] * (1 - e);
     }
 
+    /// L at the middle of a cell of the box's plane; nothing where the ray comes from the sky.
+    std::optional<double> on_plane(const Vec3i& voxel, int face) const
+    {
+        const size_t slot = blocks_.slot(voxel);
+        if (slot < blocks_.count() * 512) return on_face(slot, face);
+        Vec3d point(voxel.x(), voxel.y(), voxel.z());
+        point[face / 2] += face % 2 ? inside_plane : -inside_plane;
+        return through_void(point);
+    }
+
 private:
     struct Point {
         double radiance, sigma, q;
     };
+
+    /// L at a point in a missing block; nothing where the ray comes from the sky.
+    std::optional<double> through_void(const Vec3d& point) const
+    {
+        const auto hit = rays_.trace(point, step_);
+        if (hit.block < 0) return std::nullopt;
+        double sum = 0;
+        for (int axis = 0; axis < 3; ++axis)
+            if (hit.axes >> axis & 1) sum += on_block(hit, axis) / __builtin_popcount(unsigned(hit.axes));
+        return sum;
+    }
 
     /// After the half voxel beyond a centre, along an axis; the extinction falls to 0 over a whole one.
     double emergent(size_t slot, int axis) const
@@ -76,12 +98,7 @@ private:
     {
         const size_t slot = blocks_.slot(voxel);
         if (slot < blocks_.count() * 512) return {radiance_[slot], sigma_[slot], q_[slot]};
-        const auto hit = rays_.trace(Vec3d(voxel.x(), voxel.y(), voxel.z()), step_);
-        if (hit.block < 0) return {sky_, 0, 0};
-        double sum = 0;
-        for (int axis = 0; axis < 3; ++axis)
-            if (hit.axes >> axis & 1) sum += on_block(hit, axis) / __builtin_popcount(unsigned(hit.axes));
-        return {sum, 0, 0};
+        return {through_void(Vec3d(voxel.x(), voxel.y(), voxel.z())).value_or(sky_), 0, 0};
     }
 
     /// What leaves a block through its downstream face across `axis`, where a ray meets it.
@@ -146,10 +163,49 @@ private:
 
 }  // namespace
 
+namespace {
+
+/// Sums of PlaneLight.
+class PlaneSums {
+public:
+    explicit PlaneSums(const Blocks& blocks) : box_(blocks)
+    {
+        for (int face = 0; face < 6; ++face)
+            medium_[face].assign(box_.cells(face), 0.0), sky_[face].assign(box_.cells(face), 0.0);
+    }
+
+    void add(const Scalar& one, const Vec3d& direction, double weight, double inflow)
+    {
+        for (int face = 0; face < 6; ++face) {
+            const double out = weight * (face % 2 ? 1 : -1) * direction[face / 2];
+            for (size_t cell = 0; out > 0 && cell < box_.cells(face); ++cell) {
+                const auto radiance = one.on_plane(box_.voxel(face, cell), face);
+                (radiance ? medium_ : sky_)[face][cell] += out * radiance.value_or(inflow);
+            }
+        }
+    }
+
+    void write(const SweepSet& set, PlaneLight& to) const
+    {
+        set_half_ranges(set, to);
+        for (size_t face = 0; face < 6; ++face) {
+            to.from_medium[face].assign(medium_[face].begin(), medium_[face].end());
+            to.from_sky[face].assign(sky_[face].begin(), sky_[face].end());
+        }
+    }
+
+private:
+    ActiveBox box_;
+    std::vector<double> medium_[6], sky_[6];
+};
+
+}  // namespace
+
 void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& faces, const SweepSet& set,
-                     const SweepFields& fields, SweepResult& result)
+                     const SweepFields& fields, SweepResult& result, PlaneLight* planes)
 {
     const Blocks& blocks = index.blocks();
+    PlaneSums on_planes(blocks);
     const VoidRays rays(blocks);
     std::vector<std::vector<double>> moments(size_t(set.moment_terms), std::vector<double>(blocks.slots(), 0.0));
     std::vector<std::array<double, 3>> tally(faces.size(), {0, 0, 0});
@@ -157,6 +213,7 @@ void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& face
         Scalar one(index, rays, fields, set.direction[m], set.source_basis.data() + m * set.source_terms,
                    set.inflow.empty() ? 0.0 : double(set.inflow[m]));
         one.sweep();
+        if (planes) on_planes.add(one, set.direction[m], set.weight[m], set.inflow.empty() ? 0.0 : set.inflow[m]);
         for (int k = 0; k < set.moment_terms; ++k) {
             const double factor = double(set.weight[m]) * set.moment_basis[m * set.moment_terms + k];
             for (size_t slot = 0; slot < blocks.count() * 512; ++slot)
@@ -175,6 +232,7 @@ void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& face
     result.tally.resize(faces.size());
     for (size_t f = 0; f < faces.size(); ++f)
         result.tally[f] = {float(tally[f][0]), float(tally[f][1]), float(tally[f][2])};
+    if (planes) on_planes.write(set, *planes);
 }
 
 }  // namespace vdbcloud

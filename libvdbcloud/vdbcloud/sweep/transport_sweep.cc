@@ -4,6 +4,7 @@
 #include "vdbcloud/sweep/aprons.h"
 #include "vdbcloud/sweep/block_sweep.h"
 #include "vdbcloud/sweep/face_tallies.h"
+#include "vdbcloud/sweep/plane_tallies.h"
 
 #include <tbb/parallel_for.h>
 
@@ -98,6 +99,7 @@ struct TransportSweep::Impl {
     // Of the run:
     const SweepSet* set = nullptr;
     const SweepFields* fields = nullptr;
+    std::unique_ptr<PlaneTallies> planes;  // null: not asked for
 };
 
 void TransportSweep::Impl::start(const SweepSet& with, const SweepFields& of, SweepResult& result)
@@ -162,6 +164,7 @@ void TransportSweep::Impl::sweep_block(const Batch& with, bool first, const Sign
         block_sweep::sweep_planes(path.traversal, n, s);
         aprons.store_faces(path, n, block, s);
         tallies.add(path.traversal, n, block, set->direction[path.number], set->weight[path.number], s);
+        if (planes) planes->add(path.traversal, n, block, set->direction[path.number], set->weight[path.number], s);
     }
     for (int d = n_paths; d % group != 0; ++d) std::fill_n(s.out[d], 512, 0.0f);
     block_sweep::accumulate(rows, n_paths, set->moment_terms, first, moments, with.weight.data(), s);
@@ -189,13 +192,14 @@ TransportSweep::TransportSweep(const VoxelIndex& index, std::vector<SweepFace> f
 }
 TransportSweep::~TransportSweep() = default;
 
-void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepResult& result)
+void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepResult& result, PlaneLight* planes)
 {
     Impl& my = *impl_;
     if (set.source_terms < 1 || set.source_terms > most_terms || set.moment_terms < 0 || set.moment_terms > most_terms)
         throw InputError("a sweep of " + std::to_string(set.source_terms) + " source and " +
                          std::to_string(set.moment_terms) + " moment terms: expected 1 to 64");
     my.start(set, fields, result);
+    my.planes = planes ? std::make_unique<PlaneTallies>(my.blocks) : nullptr;
     bool first = true;
     for (int octant = 0; octant < 8; ++octant) {
         if (my.batches[octant].empty()) continue;
@@ -207,11 +211,13 @@ void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepRe
             for (size_t level = 0; level + 1 < order.begin.size(); ++level)
                 tbb::parallel_for(order.begin[level], order.begin[level + 1],
                                   [&](size_t n) { my.sweep_block(each, first, sign, size_t(order.block[n]), result); });
+            if (my.planes) my.planes->add_voids(each.paths, my.aprons, set);
             first = false;
         }
     }
     my.clear_inactive(result);
     my.tallies.write(result.tally);
+    if (my.planes) my.planes->write(set, *planes);
 }
 
 size_t TransportSweep::bytes() const

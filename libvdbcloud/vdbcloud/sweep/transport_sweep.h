@@ -1,5 +1,6 @@
 #pragma once
 // Radiance along many directions through the active voxels of a cloud: the transport equation with a known source.
+#include "vdbcloud/sweep/plane_light.h"
 #include "vdbcloud/voxels/voxel_index.h"
 
 #include <memory>
@@ -76,8 +77,10 @@ public:
     TransportSweep(const VoxelIndex& index, std::vector<SweepFace> faces);
     ~TransportSweep();
 
-    /// `result` is overwritten; its arrays are kept if they fit.
-    void run(const SweepSet&, const SweepFields&, SweepResult& result);
+    /// `result` is overwritten; its arrays are kept if they fit. `planes`, if given, is the light through the planes of
+    /// the box about the voxels. A plane that cuts a block takes light as a face does. Other light comes by rays from
+    /// the faces of blocks.
+    void run(const SweepSet&, const SweepFields&, SweepResult& result, PlaneLight* planes = nullptr);
 
     /// Bytes of one run, source and moments not included.
     size_t bytes() const;
@@ -93,6 +96,6 @@ private:
 /// characteristic may cross many voxels from plane to plane; extinction stays linear in length, exact for layers.
 /// Throws InputError for a direction along periodic axes only.
 void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& faces, const SweepSet&, const SweepFields&,
-                     SweepResult& result);
+                     SweepResult& result, PlaneLight* planes = nullptr);
 
 }  // namespace vdbcloud
