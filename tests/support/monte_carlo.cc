@@ -5,7 +5,11 @@
 #include "vdbcloud/optics/optical_depth.h"
 
 #include <algorithm>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace vdbcloud::test {
 
@@ -52,6 +56,28 @@ double radiance_sample(const McMedium& m, const WorldRay& ray, double length, ui
         r = {x, turned(r.direction, m.g, u, v)};
         t = 0;
     }
+}
+
+McPower power_through(const McMedium& medium, const Vec3d& corner, const Vec3d& u, const Vec3d& v, const Vec3d& inward,
+                      double length, uint64_t seed, uint64_t paths)
+{
+    const Vec3d x = u.unit(), y = inward.cross(x);
+    std::vector<double> sample(paths);
+    tbb::parallel_for(uint64_t(0), paths, [&](uint64_t k) {
+        const auto number = [&](uint64_t n) { return uniform(hash_bits(seed, 77, k, n)); };
+        const double sine2 = number(2), turn = 2 * pi * number(3), sine = std::sqrt(sine2);
+        const Vec3d w = inward * std::sqrt(1 - sine2) + x * (sine * std::cos(turn)) + y * (sine * std::sin(turn));
+        const double across = (double(k) + number(0)) / double(paths);
+        sample[k] = radiance_sample(medium, {corner + across * u + number(1) * v, w}, length, seed, k);
+    });
+    double sum = 0, squares = 0;
+    for (const double radiance : sample) {
+        sum += radiance;
+        squares += radiance * radiance;
+    }
+    const double mean = sum / double(paths), to_power = pi * u.cross(v).length();
+    return {mean * to_power,
+            std::sqrt(std::max(squares / double(paths) - mean * mean, 0.0) / double(paths)) * to_power};
 }
 
 }  // namespace vdbcloud::test

@@ -21,4 +21,14 @@ struct McMedium {
 /// bound of the distance over which a ray can meet the medium. `path`: index of the sample for the given seed.
 double radiance_sample(const McMedium& medium, const WorldRay& ray, double length, uint64_t seed, uint64_t path);
 
+/// An estimate and its standard error.
+struct McPower {
+    double power, error;
+};
+
+/// Power of collided light out through a parallelogram with edges u and v, outside the medium; `inward` is its unit
+/// normal towards the medium. `paths` points and cosine-distributed directions, one radiance_sample() each.
+McPower power_through(const McMedium& medium, const Vec3d& corner, const Vec3d& u, const Vec3d& v, const Vec3d& inward,
+                      double length, uint64_t seed, uint64_t paths);
+
 }  // namespace vdbcloud::test

@@ -62,6 +62,7 @@ enum class Role {
     Moment,
     SeriesFluence,
     SeriesOrder,
+    Heating,
     Solid,
     Water,
     Rain,

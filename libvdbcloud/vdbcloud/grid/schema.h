@@ -12,6 +12,7 @@
 // | phi                    | vec3s, or float where channels share one; collided fluence, integral of L over the sphere | 0 |
 // | flux, flux_<rgb>       | vec3s | collided flux, integral of s L, one spatial vector a colour | 0         |
 // | sh_<lm>, sh_<lm>_<rgb> | float | moments of collided radiance, degree 2 and more (grid/scatter_schema.h) | 0 |
+// | heating                | vec3s, or float where channels share one; absorbed power per volume | 0            |
 // | solid                  | float | level set of an opaque body, signed distance [world unit]  | +band      |
 //
 // Lengths are world units. Directions point along propagation, except `light_to`, which points towards the light.
@@ -32,6 +33,7 @@ inline constexpr const char* transmittance_prefix = "transmittance_";
 inline constexpr const char* phi = "phi";
 inline constexpr const char* flux = "flux";          // of all channels
 inline constexpr const char* flux_prefix = "flux_";  // followed by r, g or b
+inline constexpr const char* heating = "heating";
 inline constexpr const char* solid = "solid";
 
 // Metadata of the file.

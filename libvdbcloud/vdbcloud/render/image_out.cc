@@ -197,4 +197,25 @@ void write_image(const std::string& path, const Film& film, const CameraView& vi
     write_picture_file(path, options.no_clobber, make);
 }
 
+void write_map(const std::string& path, const Map& map, const ImageMetadata& metadata, bool no_clobber)
+{
+    const size_t pixels = size_t(map.width) * size_t(map.height), channels = map.channels.size();
+    OIIO::ImageSpec spec(map.width, map.height, int(channels), OIIO::TypeDesc::FLOAT);
+    spec.channelnames.clear();
+    std::vector<float> values(pixels * channels);
+    for (size_t c = 0; c < channels; ++c) {
+        const auto& [name, of] = map.channels[c];
+        if (of.size() != pixels)
+            throw InputError("map: channel " + name + " has " + std::to_string(of.size()) + " values: expected " +
+                             std::to_string(pixels));
+        spec.channelnames.push_back(name);
+        for (size_t n = 0; n < pixels; ++n) values[n * channels + c] = of[n];
+    }
+    set_texts(spec, metadata);
+    spec.attribute("compression", "zip");
+    spec.attribute("oiio:ColorSpace", "Linear");
+    write_picture_file(path, no_clobber,
+                       [&] { return encoded(path, "exr", spec, OIIO::TypeDesc::FLOAT, values.data()); });
+}
+
 }  // namespace vdbcloud

@@ -46,4 +46,24 @@ struct ImageOptions {
 void write_image(const std::string& path, const Film&, const CameraView&, const ImageMetadata&,
                  const ImageOptions& = {}, const Warn& = {});
 
+/// Attributes of maps by column. Positions and steps are world vectors, as text.
+namespace map_key {
+inline constexpr const char* unit = "vdbcloud:unit";
+inline constexpr const char* first_column = "vdbcloud:first_column";    ///< centre of pixel 0, 0
+inline constexpr const char* column_step_x = "vdbcloud:column_step_x";  ///< of one pixel to the right
+inline constexpr const char* column_step_y = "vdbcloud:column_step_y";  ///< of one row down
+inline constexpr const char* column_area = "vdbcloud:column_area";      ///< number: area of a pixel
+}  // namespace map_key
+
+/// A picture without a camera: channels of width x height values, row by row.
+struct Map {
+    int width = 0, height = 0;
+    std::vector<std::pair<std::string, std::vector<float>>> channels;  ///< LAYER.CHANNEL; the values
+};
+
+/// Writes a map as an .exr of floats, scan lines, zip, whole or not at all. "-" is standard output.
+///
+/// Throws IoError, path first; InputError for a channel of another size.
+void write_map(const std::string& path, const Map&, const ImageMetadata&, bool no_clobber);
+
 }  // namespace vdbcloud

@@ -22,6 +22,12 @@ Vec3d unit_vector(int axis, double length)
 
 Vec3d as_double(const Vec3i& v) { return Vec3d(v.x(), v.y(), v.z()); }
 
+/// Notes the absorbed part of what a cell takes from a beam, where the source asks for it.
+void add_absorbed(const P1Operator& p1, size_t slot, double deposit, P1Source& to)
+{
+    if (!to.beam_absorbed.empty()) to.beam_absorbed[slot] += (1 - p1.scaling(slot).albedo) * deposit;
+}
+
 /// A point source inside a voxel deposits its whole power there; the flux through the faces subtracts what leaves.
 void add_source_inside(const P1Operator& p1, const Light& light,
                        const std::vector<std::pair<P1Source*, double>>& channels)
@@ -40,6 +46,7 @@ void add_source_inside(const P1Operator& p1, const Light& light,
         to->beam_in += strength * power;
         to->deposited += strength * power;
         to->first_scatter += strength * w0 * power;
+        add_absorbed(p1, slot, strength * power / (p1.hbar() * p1.hbar()), *to);
     }
 }
 
@@ -114,6 +121,7 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
                 }
                 for (const auto& [to, strength] : channels) {
                     to->rhs[slot] += strength * source;
+                    add_absorbed(p1, slot, strength * deposit, *to);
                     if (forward) to->additive[a][slot] += float(strength * mean);
                 }
             }
@@ -131,6 +139,7 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
                 if (up) first_scatter -= w0 * upper[k];
                 for (const auto& [to, strength] : channels) {
                     to->rhs[voxel.slot] += strength * source;
+                    if (up) add_absorbed(p1, voxel.slot, -strength * upper[k], *to);
                     to->outflow[k][2 * a + up] += strength * leaving;
                     if (forward)
                         to->additive[a][voxel.slot] +=

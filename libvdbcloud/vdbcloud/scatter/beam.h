@@ -34,6 +34,11 @@ BeamDepths beam_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>&
 BeamDepths periodic_beam_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed,
                                 const std::vector<float>& density, const Light& light);
 
+/// Density depth from one point (voxel coordinates of the blocks) to a light, in the medium of periodic_beam_depths().
+/// The same errors.
+double periodic_depth(const VoxelIndex& index, const std::vector<float>& density, const Light& light,
+                      const Vec3d& point);
+
 /// Density depth [density x world unit] of parallel lines that cross the whole medium along a light of one direction,
 /// and the area [world unit^2] per line. They measure the power that the light loses independently of voxel faces. In a
 /// periodic medium the lines cover one period.

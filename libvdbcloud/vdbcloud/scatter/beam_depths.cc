@@ -246,6 +246,12 @@ BeamDepths periodic_beam_depths(const VoxelIndex& index, const std::vector<Expos
     return depths;
 }
 
+double periodic_depth(const VoxelIndex& index, const std::vector<float>& density, const Light& light,
+                      const Vec3d& point)
+{
+    return PeriodicMarch(index, density, light)(point);
+}
+
 LineDepths line_depths(const VoxelIndex& index, const BrickMap& density, const Light& light)
 {
     LineDepths lines;

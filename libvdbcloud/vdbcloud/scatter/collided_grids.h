@@ -11,6 +11,7 @@ struct Solution {
     std::vector<float> phi;
     std::array<std::vector<float>, 3> flux;
     std::vector<std::vector<float>> moments;  ///< by harmonic, from degree 1 on; empty for P1
+    std::vector<float> heating;               ///< heating_rate(); empty unless asked for
 };
 
 /// A channel's collided light as a multiple of one solution: `scale` times the solution of channel `of`.

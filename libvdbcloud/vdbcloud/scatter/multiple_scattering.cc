@@ -8,9 +8,11 @@
 #include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/grid/sources.h"
-#include "vdbcloud/scatter/beam.h"
+#include "vdbcloud/scatter/beam_medium.h"
 #include "vdbcloud/scatter/channel_groups.h"
+#include "vdbcloud/scatter/channel_report.h"
 #include "vdbcloud/scatter/collided_grids.h"
+#include "vdbcloud/scatter/heating.h"
 #include "vdbcloud/scatter/world_axes.h"
 
 #include <algorithm>
@@ -42,6 +44,9 @@ public:
         report.voxels = index_.blocks().active_count();
         report.blocks = index_.blocks().count();
         report.exposed = exposed_.size();
+        const int axis = frame_of(index_, {false, false, false}, o_.up).polar;
+        report.top = 2 * axis + (index_.axis(axis).dot(o_.up) > 0);
+        if (o_.flux_map) report.flux_map = columns_of(index_, o_.up);
     }
 
     CollidedLight run(const Progress& progress)
@@ -53,6 +58,7 @@ public:
         for (const ChannelGroup& group : all) count += int(group.solves.size());
         for (const ChannelGroup& group : all) solve_group(group, done, count, progress);
 
+        if (o_.heating) put_heating();
         fields.scaling = scaling();
         if (o_.closure.iterations == 0 && fields.scaling.mean_cosine() != 0) fields.flux_limit = longest_flux;
         collided_grids(
@@ -99,19 +105,7 @@ private:
         return group_channels(input);
     }
 
-    /// The trilinear medium of a channel: the density, or with a tint the density times (1 - w0 f).
-    BrickMap bricks_of(const P1Operator& p1) const
-    {
-        if (p1.uniform_albedo()) return BrickMap(grid_);
-        auto scaled = grid_.deepCopy();
-        scaled->tree().voxelizeActiveTiles();
-        for (auto v = scaled->beginValueOn(); v; ++v) {
-            const openvdb::Coord p = v.getCoord();
-            const size_t slot = index_.blocks().slot(Vec3i(p.x(), p.y(), p.z()) - index_.origin());
-            if (index_.blocks().active(slot)) v.setValue(float(*v * p1.scaling(slot).extinction));
-        }
-        return BrickMap(*scaled);
-    }
+    BeamMedium beam_medium(const P1Operator& p1) const { return BeamMedium(index_, grid_, density_, p1); }
 
     /// Adds the beams of all lights in the medium of a channel. Density depths are cached if all channels share them.
     /// `note`, if given, is called with each light, its depths and the extinction.
@@ -120,34 +114,20 @@ private:
                    const std::function<void(const Light&, const BeamDepths&, double)>& note = {})
     {
         if (beams_.empty()) return;
-        const double sigma_t = p1.medium().sigma_t_per_density;
-        const double extinction = p1.uniform_albedo() ? sigma_t * p1.scaling(0).extinction : sigma_t;
-        std::vector<float> scaled;
-        if (!p1.uniform_albedo() && periodic_) {
-            scaled = density_;
-            for (size_t slot = 0; slot < scaled.size(); ++slot)
-                if (index_.blocks().active(slot)) scaled[slot] *= float(p1.scaling(slot).extinction);
-        }
-        const std::vector<float>& values = scaled.empty() ? density_ : scaled;
-        std::optional<BrickMap> bricks;
-        if (!periodic_) bricks.emplace(bricks_of(p1));
+        const BeamMedium medium = beam_medium(p1);
         for (size_t l = 0; l < beams_.size(); ++l) {
             const Light& light = beams_[l];
             const Progress part =
                 progress ? Progress([&](double f) { return progress((double(l) + f) / double(beams_.size())); })
                          : Progress();
-            const BeamDepths depths = periodic_
-                                          ? periodic_beam_depths(index_, exposed_, values, light)
-                                          : beam_depths(index_, exposed_, *bricks, light, o_.rays_per_voxel, part);
+            const BeamDepths depths = medium.depths(exposed_, light, o_.rays_per_voxel, part);
             note_bytes(p1, sources.size(), 20 * index_.blocks().slots());
             std::vector<std::pair<P1Source*, double>> channels;
             for (const auto& [source, channel] : sources) channels.emplace_back(source, light.strength()[channel]);
-            add_beam(p1, depths, extinction, channels);
-            if (note) note(light, depths, extinction);
+            add_beam(p1, depths, medium.extinction(), channels);
+            if (note) note(light, depths, medium.extinction());
             if (!light->common_direction() || !o_.line_rays) continue;
-            const double lost = lost_power(periodic_ ? periodic_line_depths(index_, values, light)
-                                                     : line_depths(index_, *bricks, light),
-                                           extinction);
+            const double lost = medium.lost_by_lines(light);
             for (const auto& [source, channel] : sources) {
                 auto& lines = report_.channel[channel].lines;
                 lines = std::max(lines, 0.0) + lost * light.strength()[channel];
@@ -174,7 +154,7 @@ private:
         const P1Operator p1(
             index_, density_, exposed_,
             {medium_.sigma_t_per_density[first], medium_.albedo[first], tint(first), medium_.phase, o_.delta});
-        std::vector<P1Source> sources(group.solves.size(), P1Source(p1));
+        std::vector<P1Source> sources(group.solves.size(), source_of(p1));
         std::vector<std::pair<P1Source*, int>> lit;
         for (size_t k = 0; k < sources.size(); ++k) lit.emplace_back(&sources[k], group.solves[k].channel);
         const auto part = [&](double f) { return !progress || progress((done + f) / count); };
@@ -222,8 +202,10 @@ private:
     void keep_p1(const P1Operator& p1, const P1Source& source, int c, const std::vector<double>& phi,
                  ChannelReport& report)
     {
-        finish(p1, source, phi, report);
         auto flux = cell_flux(p1, source, phi);
+        PlaneLight planes;
+        if (o_.flux_map) sweep_planes(p1, c, phi, flux, planes, report);
+        finish(p1, source, c, phi, &flux, o_.flux_map ? &planes : nullptr, report);
         if (p1.mean_cosine() != 0) {
             auto shortened = flux;  // as pictures will
             report.flux_limited = limit_flux(p1, phi, shortened);
@@ -242,7 +224,7 @@ private:
         for (;;) {
             limiter.update(phi, flux);
             const P1Operator limited(index_, density_, exposed_, medium);
-            P1Source source(limited);
+            P1Source source = source_of(limited);
             report.lines = -1;
             add_beams(limited, {{&source, c}}, {});
             add_sky_and_glow(limited, c, source);
@@ -261,7 +243,37 @@ private:
         }
     }
 
-    void finish(const P1Operator& p1, const P1Source& source, const std::vector<double>& phi, ChannelReport& report)
+    /// P1's source, with room for what the request needs.
+    P1Source source_of(const P1Operator& p1) const
+    {
+        P1Source source(p1);
+        if (o_.heating || o_.flux_map) source.beam_absorbed.assign(index_.blocks().slots(), 0.0);
+        return source;
+    }
+
+    /// P1's light on the planes, with the angular detail of one sweep.
+    void sweep_planes(const P1Operator& p1, int c, const std::vector<double>& phi,
+                      std::array<std::vector<float>, 3> flux, PlaneLight& planes, ChannelReport& report)
+    {
+        ClosureOptions options = o_.closure;
+        options.degree = 1;
+        SecondMoment closure(p1, options, frame_of(index_, o_.periodic, o_.up));
+        if (!o_.sky.dark()) closure.set_sky(sky_along(index_, o_.sky, c, closure.set().direction));
+        limit_flux(p1, phi, flux);
+        closure.start_with_flux(flux);
+        const double lines = report.lines;  // add_beams() measures them again
+        P1Source unused(p1);
+        add_beams(p1, {{&unused, c}}, {}, [&](const Light& light, const BeamDepths& depths, double extinction) {
+            closure.add_uncollided(light, beam_fluence(p1, depths, extinction), light.strength()[c]);
+        });
+        report.lines = lines;
+        if (emission(c)) closure.add_emission(*emission(c), 1);
+        closure.sweep_planes(phi, planes);
+    }
+
+    /// `flux`: of P1 alone, else null. `swept`: null without a sweep.
+    void finish(const P1Operator& p1, const P1Source& source, int c, const std::vector<double>& phi,
+                const std::array<std::vector<float>, 3>* flux, const PlaneLight* swept, ChannelReport& report)
     {
         report.budget = budget(p1, source, phi);
         report.deposited = source.deposited;
@@ -269,12 +281,38 @@ private:
         report.beam_out = source.beam_out;
         report.emitted = source.emitted;
         report_.converged = report_.converged && report.solve.converged;
-        report.reentry = o_.reentry_rays > 0 ? reentry_share(p1, source, phi, o_.reentry_rays) : -1;
-        const Vec3d up = lights_.empty() ? o_.up : lights_[0]->common_direction().value_or(Vec3d(0, 1, 0));
-        for (int face = 0; face < 6; ++face) {
-            const double side = up.dot(index_.axis(face / 2)) * (face % 2 ? 1 : -1);
-            (side > 1e-9 ? report.reflected : report.transmitted) += report.budget.out[face];
+        const OutflowRays rays =
+            trace_outflow(p1, source, phi, flux, o_.sky.dark() ? nullptr : &o_.sky, c, o_.reentry_rays);
+        report.reentry = rays.reentry;
+        if (swept)
+            report.planes = planes_by_sweep(index_, *swept, report.budget, flux ? std::max(rays.reentry, 0.0) : 0.0);
+        else if (rays.reentry >= 0)
+            report.planes = planes_by_rays(p1, source, report.budget, rays, o_.sky, c);
+        set_sides(index_, lights_.empty() ? std::nullopt : lights_[0]->common_direction(), report_.top, report);
+        if (o_.heating || o_.flux_map) solution_[c].heating = heating_rate(p1, source, phi);
+        if (o_.flux_map) fill_map(p1, c, *swept, report.planes);
+    }
+
+    void fill_map(const P1Operator& p1, int c, const PlaneLight& swept, const PlanePower& planes)
+    {
+        FluxMap& map = *report_.flux_map;
+        FluxMap::Channel& channel = map.channel[size_t(c)];
+        channel.diffuse_up = by_pixel(map, plane_flux(swept, planes, map.top));
+        channel.diffuse_down = by_pixel(map, plane_flux(swept, planes, map.base));
+        add_absorbed(index_, solution_[c].heating, map, channel);
+        add_direct(index_, beam_medium(p1), beams_, c, map, channel);
+    }
+
+    void put_heating()
+    {
+        std::array<const std::vector<float>*, 3> of;
+        Vec3d scale;
+        for (int c = 0; c < 3; ++c) {
+            of[size_t(c)] = &solution_[size_t(share_[size_t(c)].of)].heating;
+            scale[c] = share_[size_t(c)].scale;
         }
+        report_.heating = heating_grid(index_, grid_, of, scale);
+        stamp(*report_.heating);
     }
 
     /// Solves the transport equation of one channel. `phi` is P1's solution on entry and the closed solution on return.
@@ -291,7 +329,7 @@ private:
         auto flux = cell_flux(p1, p1_source, phi);
         limit_flux(p1, phi, flux);
         closure.start_with_flux(flux);
-        P1Source base(fine);
+        P1Source base = source_of(fine);
         report.lines = -1;
         add_beams(fine, {{&base, c}}, {}, [&](const Light& light, const BeamDepths& depths, double extinction) {
             const double strength = light.strength()[c];
@@ -312,10 +350,11 @@ private:
         Multigrid multigrid(fine.stencil());
         note_bytes(fine, 3, multigrid.bytes() + closure.bytes() + 20 * index_.blocks().slots());
         P1Source source(fine);
-        report.closure = closure.run(multigrid, o_.solve, base, phi, source);
+        PlaneLight planes;
+        report.closure = closure.run(multigrid, o_.solve, base, phi, source, &planes);
         for (const SolveResult& solve : report.closure.solves)
             if (!solve.converged) report.solve = solve;
-        finish(fine, source, phi, report);
+        finish(fine, source, c, phi, nullptr, &planes, report);
         const int kept = std::min(o_.closure.degree, std::max(o_.keep_moments, 1));
         solution_[c].moments = moments_in_world(index_, closure.moments(), kept);
         solution_[c].flux = flux_of(solution_[c].moments);
@@ -330,15 +369,9 @@ private:
     /// The report of a channel whose solution is `scale` times another channel's.
     void share(int from, int to, double scale)
     {
-        ChannelReport r = report_.channel[from];
-        r.solved_as = from;
-        r.scale = scale;
-        for (double* power : {&r.deposited, &r.beam_in, &r.beam_out, &r.emitted, &r.reflected, &r.transmitted,
-                              &r.budget.sky_in, &r.budget.absorbed, &r.budget.smallest, &r.budget.largest})
-            *power *= scale;
-        for (double& power : r.budget.out) power *= scale;
-        if (r.lines >= 0) r.lines *= scale;
-        report_.channel[to] = r;
+        report_.channel[to] = multiple_of(report_.channel[from], scale);
+        report_.channel[to].solved_as = from;
+        if (report_.flux_map) share_channel(from, to, scale, *report_.flux_map);
         share_[to] = {from, scale};
     }
 
@@ -387,6 +420,7 @@ CollidedLight p1_light(const FloatGrid& density, const Vec3SGrid* emission, cons
     p1.closure.iterations = 0;
     p1.limiter = false;
     p1.reentry_rays = p1.line_rays = 0;
+    p1.flux_map = p1.heating = false;
     Scattering scattering(density, nullptr, emission, medium, lights, p1, report);
     scattering.given = &fluence;
     return scattering.run({});

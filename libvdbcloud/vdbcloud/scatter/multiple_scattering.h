@@ -4,6 +4,7 @@
 #include "vdbcloud/optics/collided_light.h"
 #include "vdbcloud/optics/medium.h"
 #include "vdbcloud/scatter/flux_limiter.h"
+#include "vdbcloud/scatter/flux_map.h"
 #include "vdbcloud/scatter/p1_problem.h"
 #include "vdbcloud/scatter/second_moment.h"
 #include "vdbcloud/scatter/sky_inflow.h"
@@ -11,6 +12,7 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,11 +32,15 @@ struct ScatterOptions {
     bool limiter = false;  ///< Levermore & Pomraning's (flux_limiter.h); makes the solution nonlinear in the lights
     double limiter_change = 1e-4;  ///< the limiter's iteration ends below this relative change of phi
     int limiter_iterations = 100;
-    int reentry_rays = 20000;  ///< rays that estimate light which leaves and hits the medium again; 0: none
-    ClosureOptions closure;    ///< transport sweeps that close P1
-    Vec3d up{0, 1, 0};         ///< [world]; the sweeps' polar axis is the index axis nearest to `up`
-    int keep_moments = 7;      ///< highest degree of moments written as grids; 1: phi and flux only
-    int line_rays = 1;         ///< 1: measure each sun's lost power by lines through the medium; 0: do not
+    /// Rays that estimate light which leaves and hits the medium again, and for P1 alone the planes that light leaves
+    /// through; 0: none.
+    int reentry_rays = 20000;
+    ClosureOptions closure;  ///< transport sweeps that close P1
+    Vec3d up{0, 1, 0};       ///< [world]; the sweeps' polar axis is the index axis nearest to `up`
+    int keep_moments = 7;    ///< highest degree of moments written as grids; 1: phi and flux only
+    int line_rays = 1;       ///< 1: measure each sun's lost power by lines through the medium; 0: do not
+    bool flux_map = false;   ///< make ScatterReport::flux_map. For P1 alone: by one sweep of closure.directions
+    bool heating = false;    ///< make ScatterReport::heating
 };
 
 /// Result and power balance of one channel. Powers in units of radiance x (world unit)^2.
@@ -48,7 +54,9 @@ struct ChannelReport {
     double deposited = 0;  ///< power that the beams lose in the medium, by voxel faces
     double lines = -1;     ///< power that the suns lose, by lines through the medium; -1: not measured (or a lamp)
     double beam_in = 0, beam_out = 0, emitted = 0;
-    /// Diffuse power out of the sides that see the first sun, and out of the other sides.
+    PlanePower planes;  ///< not known for P1 alone without reentry_rays and flux_map
+    /// Diffuse power out through the planes that face the first sun (without a sun: the plane that faces up), and
+    /// through the other planes. 0 where the planes are not known.
     double reflected = 0, transmitted = 0;
     int64_t flux_limited = 0;  ///< voxels whose flux pictures shorten (CollidedLight::flux_limit)
     /// Share of the diffuse outflow that would hit the medium again and that P1 loses; -1: not measured.
@@ -62,7 +70,10 @@ struct ScatterReport {
     int levels = 0;
     int solves = 0;
     bool converged = true;
-    bool emission_outside = false;  ///< emission where density is 0 was ignored
+    bool emission_outside = false;    ///< emission where density is 0 was ignored
+    int top = Blocks::YPlus;          ///< the plane that faces up, across the index axis nearest to ScatterOptions::up
+    std::optional<FluxMap> flux_map;  ///< on request (ScatterOptions)
+    GridBasePtr heating;              ///< on request: absorbed power per volume (docs/format.md)
 };
 
 /// What bounds the error of the solution, the worst of the channels; and what it leaves out.

@@ -95,6 +95,8 @@ struct P1Source {
     std::array<std::vector<float>, 3> additive;  ///< mean over a cell's two faces of F's additive part; empty if none
     /// Outward additive flux per exposed face, six a voxel of exposed(), in power / hbar^2 (without G(phi - 4J)).
     std::vector<std::array<double, 6>> outflow;
+    /// Part of `deposited` that each cell absorbs [power / hbar^2]. add_beam() fills it where it has slots() values.
+    std::vector<double> beam_absorbed;
     double deposited = 0;                ///< power taken from the (scaled) beams inside the cells
     double first_scatter = 0;            ///< scattered part of `deposited`: the fraction w0'
     double beam_in = 0;                  ///< beam power through exposed faces into cells

@@ -236,15 +236,36 @@ void SecondMoment::close(P1Source& source) const
             if (p1_.exposed()[k].faces >> face & 1) close_face(source, k, face, swept_.tally[n++]);
 }
 
+/// The fast sweep, or the reference where `fast` is null.
+void SecondMoment::sweep(TransportSweep* fast, SweepResult& to, PlaneLight* planes) const
+{
+    const SweepFields fields{&sigma_, &source_};
+    if (fast)
+        fast->run(set_, fields, to, planes);
+    else
+        reference_sweep(p1_.index(), faces_, set_, fields, to, planes);
+}
+
+void SecondMoment::sweep_planes(const std::vector<double>& phi, PlaneLight& planes)
+{
+    std::fill(swept_.moments[0].begin(), swept_.moments[0].end(), 0.0f);
+    take_phi(phi);
+    build_source();
+    const bool periodic = p1_.blocks().period() != Vec3i(0, 0, 0);
+    const auto fast = periodic ? nullptr : std::make_unique<TransportSweep>(p1_.index(), faces_);
+    SweepResult unused;
+    sweep(fast.get(), unused, &planes);
+}
+
 ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& options, const P1Source& base,
-                                std::vector<double>& phi, P1Source& source)
+                                std::vector<double>& phi, P1Source& source, PlaneLight* planes)
 {
     ClosureReport report;
     report.directions = ordinates_.count();
     const VoxelIndex& index = p1_.index();
     const bool periodic = index.blocks().period() != Vec3i(0, 0, 0);
-    const auto sweep = periodic ? nullptr : std::make_unique<TransportSweep>(index, faces_);
-    const SweepFields fields{&sigma_, &source_};
+    const auto fast = periodic ? nullptr : std::make_unique<TransportSweep>(index, faces_);
+    bool has_planes = false;
     std::fill(swept_.moments[0].begin(), swept_.moments[0].end(), 0.0f);
     take_phi(phi);
     Mixing mixing(index.blocks().slots(), mixed_arrays(p1_.mean_cosine()), mixing_depth(p1_.mean_cosine()));
@@ -253,10 +274,9 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
         vdbcloud::report(options.progress, double(k) / o_.iterations);
         mixing.before(swept_.moments);
         build_source();
-        if (sweep)
-            sweep->run(set_, fields, swept_);
-        else
-            reference_sweep(index, faces_, set_, fields, swept_);
+        // Planes cost a few per cent of a sweep, so only a sweep that may be the last sums them.
+        has_planes = planes && (k + 1 == o_.iterations || (k > 0 && report.change.back() < 8 * o_.change));
+        sweep(fast.get(), swept_, has_planes ? planes : nullptr);
         source = base;
         close(source);
         SolveOptions solve = options;
@@ -268,6 +288,11 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
         report.converged = report.change.back() < o_.change;
         if (!report.converged && report.iterations < o_.iterations) mixing.next(swept_.moments);
         report.seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    }
+    if (planes && !has_planes) {
+        build_source();
+        SweepResult unused;
+        sweep(fast.get(), unused, planes);
     }
     estimate_error(report);
     return report;

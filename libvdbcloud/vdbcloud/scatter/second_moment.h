@@ -92,9 +92,11 @@ public:
 
     /// Iterates. `base` is P1's source (beams, sky, emission). phi is the start on entry and the result on return.
     /// On return `source` is the source of the last P1 solve with all terms (its rhs overwritten), for budget() and
-    /// cell_flux().
-    ClosureReport run(Multigrid&, const SolveOptions&, const P1Source& base, std::vector<double>& phi,
-                      P1Source& source);
+    /// cell_flux(). `planes`, if given, is the last sweep's light through the planes of the box about the voxels.
+    ClosureReport run(Multigrid&, const SolveOptions&, const P1Source& base, std::vector<double>& phi, P1Source& source,
+                      PlaneLight* planes = nullptr);
+    /// One sweep of the light that phi and the starts above give, on the planes alone.
+    void sweep_planes(const std::vector<double>& phi, PlaneLight& planes);
 
     /// Moments of collided light in real spherical harmonics about the index axes (harmonics.h): degree 0 is P1's phi /
     /// sqrt(4 pi). Higher degrees are the last sweep's moments times the ratio of P1's phi to the sweep's phi.
@@ -106,6 +108,7 @@ public:
 private:
     void take_phi(const std::vector<double>& phi);
     void build_source();
+    void sweep(TransportSweep* fast, SweepResult& to, PlaneLight* planes) const;
     void close(P1Source& source) const;
     void close_face(P1Source& source, size_t exposed, int face, const FaceTally& tally) const;
     double tensor(int a, int b, size_t slot) const;

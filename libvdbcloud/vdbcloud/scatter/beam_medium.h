@@ -1,0 +1,35 @@
+#pragma once
+// The medium of one channel as beams see it: scaled extinction, trilinear or periodic. Private to scatter/.
+#include "vdbcloud/scatter/beam.h"
+
+#include <optional>
+
+namespace vdbcloud {
+
+/// What the density depths of all lights of a channel are taken from.
+///
+/// The medium is the trilinear density or, where the albedo changes from voxel to voxel, the density times sigma_t' /
+/// sigma_t. A periodic medium is constant in each voxel.
+class BeamMedium {
+public:
+    /// Keeps references to `index` and `density`, the values of `grid` at the slots.
+    BeamMedium(const VoxelIndex& index, const FloatGrid& grid, const std::vector<float>& density, const P1Operator&);
+
+    double extinction() const { return extinction_; }  ///< sigma_t' at density 1 [1/world unit]
+
+    BeamDepths depths(const std::vector<ExposedVoxel>&, const Light&, int rays_per_voxel, const Progress&) const;
+    /// Power that a light of strength 1 loses, by lines. Requires a light of one direction.
+    double lost_by_lines(const Light&) const;
+    /// Density depth from a point (voxel coordinates) to a light.
+    double depth(const Vec3d& voxel, const Light&) const;
+
+private:
+    const VoxelIndex& index_;
+    const std::vector<float>& density_;
+    double extinction_;
+    std::vector<float> scaled_;       // density of a periodic medium, if not density_
+    std::optional<BrickMap> bricks_;  // of a medium that ends on all sides
+    const std::vector<float>& values() const { return scaled_.empty() ? density_ : scaled_; }
+};
+
+}  // namespace vdbcloud

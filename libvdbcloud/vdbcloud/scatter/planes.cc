@@ -1,0 +1,84 @@
+#include "vdbcloud/scatter/planes.h"
+
+#include "vdbcloud/core/constants.h"
+#include "vdbcloud/scatter/sky_inflow.h"
+
+#include <numeric>
+
+namespace vdbcloud {
+
+namespace {
+
+double sum(const std::array<double, 6>& of) { return std::accumulate(of.begin(), of.end(), 0.0); }
+
+double cell_area(const VoxelIndex& index, int face)
+{
+    const auto [u, v] = ActiveBox::axes(face / 2);
+    return index.spacing()[u] * index.spacing()[v];
+}
+
+/// Factor from the sums of a quadrature to power per area.
+double to_power(const PlaneLight& light, int face)
+{
+    const double unit = light.of_unit_radiance[size_t(face)];
+    return unit > 0 ? pi / unit : 0;
+}
+
+}  // namespace
+
+PlanePower planes_by_rays(const P1Operator& p1, const P1Source& source, const P1Budget& budget, const OutflowRays& rays,
+                          const Sky& sky, int channel)
+{
+    PlanePower power;
+    power.known = true;
+    const VoxelIndex& index = p1.index();
+    const ActiveBox box(index.blocks());
+    const double outflow = sum(budget.out);
+    power.reentered = outflow * rays.reentry;
+    std::array<double, 6> into{};  // the sky's power on exposed faces
+    for (const ExposedVoxel& voxel : p1.exposed())
+        for (size_t face = 0; face < 6; ++face)
+            if (const int a = int(face / 2); voxel.faces >> face & 1)
+                into[face] += voxel.weight[a] * p1.face_area(a) * source.sky_inflow[face] / 4 * p1.hbar() * p1.hbar();
+    const std::array<double, 6> radiance = sky_on_faces(index, sky, channel);
+    for (int face = 0; face < 6; ++face)
+        power.sky_in[size_t(face)] = pi * radiance[size_t(face)] * double(box.cells(face)) * cell_area(index, face);
+    for (size_t face = 0; face < 6; ++face) {
+        const size_t opposite = face ^ 1;  // light that comes in there straight goes on to leave here
+        const double blocked = into[opposite] + budget.sky_in * rays.sky_moved[face];
+        power.out[face] = budget.out[face] + outflow * rays.moved[face] + power.sky_in[opposite] - blocked;
+    }
+    return power;
+}
+
+PlanePower planes_by_sweep(const VoxelIndex& index, const PlaneLight& light, const P1Budget& budget, double reentry)
+{
+    PlanePower power;
+    power.known = true;
+    power.reentered = reentry * sum(budget.out);
+    std::array<double, 6> medium{}, sky{};
+    for (int face = 0; face < 6; ++face) {
+        const auto total = [&](const std::vector<float>& of) {
+            return std::accumulate(of.begin(), of.end(), 0.0) * to_power(light, face) * cell_area(index, face);
+        };
+        medium[size_t(face)] = total(light.from_medium[size_t(face)]);
+        sky[size_t(face)] = total(light.from_sky[size_t(face)]);
+        power.sky_in[size_t(face)] = light.sky_in[size_t(face)] * to_power(light, face ^ 1) *
+                                     double(light.from_sky[size_t(face)].size()) * cell_area(index, face);
+    }
+    const double from_medium = sum(budget.out) - budget.sky_in + sum(power.sky_in) - power.reentered - sum(sky);
+    if (sum(medium) != 0) power.scaled_by = from_medium / sum(medium) - 1;
+    for (size_t face = 0; face < 6; ++face) power.out[face] = medium[face] * (1 + power.scaled_by) + sky[face];
+    return power;
+}
+
+std::vector<float> plane_flux(const PlaneLight& light, const PlanePower& power, int face)
+{
+    const auto &medium = light.from_medium[size_t(face)], &sky = light.from_sky[size_t(face)];
+    std::vector<float> flux(medium.size());
+    for (size_t n = 0; n < flux.size(); ++n)
+        flux[n] = float(to_power(light, face) * (medium[n] * (1 + power.scaled_by) + sky[n]));
+    return flux;
+}
+
+}  // namespace vdbcloud
