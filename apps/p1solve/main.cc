@@ -12,6 +12,7 @@
 #include "accuracy_line.h"
 #include "add_series.h"
 #include "lights.h"
+#include "map_file.h"
 #include "options.h"
 #include "report.h"
 #include "vector_grid.h"
@@ -51,6 +52,7 @@ void solve(app::App& app, P1solveOptions& o)
     const auto emission = app::vector_grid(app, file, find_grid(file, schema::emission));
     if (tint) app.uses(grid_of(file, schema::colour)->getName());
     if (emission) app.uses(emission->getName());
+    check_heating(o, medium, bool(tint));
     ScatterReport report;
     CollidedLight light;
     {
@@ -63,6 +65,9 @@ void solve(app::App& app, P1solveOptions& o)
     if (o.series.order > 0 && light.phi) add_series(app, o, file, *density, emission.get(), medium, lights, light);
     if (light.phi) app::tell_accuracy(app, "multiple scattering", accuracy_of(report, lights), *light.phi);
     put_collided_light(file, light);
+    remove_grids(file, [](const std::string& name) { return schema::has_role(name, schema::Role::Heating); });
+    if (report.heating) put_grid(file, report.heating);
+    write_flux_map(app, o, report, get_text(*file.metadata, schema::history, ""));
     app.write(o.output, file);
 }
 

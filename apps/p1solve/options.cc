@@ -1,6 +1,7 @@
 #include "options.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/render/image_out.h"
 
 namespace vdbcloud {
 
@@ -17,11 +18,17 @@ void declare_closure(app::App& app, P1solveOptions& o)
     const auto of_sweeps = [&](const app::Option& option) {
         return option.only_with([&o] { return o.scatter.closure.iterations > 0; }, "--iterations above 0").group(group);
     };
-    of_sweeps(app.add_option("--directions", c.directions,
-                             "directions of the quadrature, rounded up to a number that exists and that the degree "
-                             "needs; more where lights are small"))
+    const auto of_directions = [&](const app::Option& option) {
+        return option
+            .only_with([&o] { return o.scatter.closure.iterations > 0 || !o.flux_map.empty(); },
+                       "--iterations above 0 or --flux-map")
+            .group(group);
+    };
+    of_directions(app.add_option("--directions", c.directions,
+                                 "directions of the quadrature, rounded up to a number that exists and that the degree "
+                                 "needs; more where lights are small"))
         ->check(app::within(1, 8192));
-    of_sweeps(app.add_choice<OrdinateKind>(
+    of_directions(app.add_choice<OrdinateKind>(
         "--quadrature", c.kind, {{"product", OrdinateKind::Product}, {"level-symmetric", OrdinateKind::LevelSymmetric}},
         "product: azimuths x half-range Gauss, best in layers; level-symmetric: no axis is special, degree 5 at most"));
     of_sweeps(app.add_option("--degree", c.degree,
@@ -108,11 +115,38 @@ void declare_accuracy(app::App& app, P1solveOptions& o)
         app.add_option("--disc-samples", o.scatter.disc_samples, "directions over the disc of a sun with a diameter")
             ->check(app::within(1, 1024))
             ->group(accuracy);
-    app.add_option("--reentry-rays", o.scatter.reentry_rays,
-                   "rays used to estimate light that leaves one part of the medium and hits another, for --json; 0 "
-                   "disables the estimate")
+    app.add_option(
+           "--reentry-rays", o.scatter.reentry_rays,
+           "rays used to estimate light that leaves one part of the medium and hits another, and for P1 alone the "
+           "planes that light leaves through, for --json; 0 disables both estimates")
         ->check(app::within(0, 10000000))
         ->group(accuracy);
+}
+
+void declare_power(app::App& app, P1solveOptions& o)
+{
+    const auto group = "Power";
+    app.add_option(
+           "--flux-map", o.flux_map,
+           "picture of power by column of the grid to write, an .exr: diffuse light up at the top and down at the "
+           "base, direct light at both, absorbed power. P1 alone takes one sweep of --directions for it")
+        ->type_name("FILE")
+        ->group(group);
+    o.heating =
+        app.add_flag("--heating", o.scatter.heating,
+                     "write a grid heating: absorbed power per volume, whose sum is the absorbed power of --json")
+            ->group(group);
+}
+
+void read_flux_map(const app::App& app, P1solveOptions& o)
+{
+    if (o.flux_map.empty()) return;
+    if (image_format(o.flux_map) != ImageFormat::Exr)
+        throw UsageError("--flux-map " + printable(o.flux_map) + ": expected a name that ends in .exr");
+    if (o.flux_map == "-" && o.output == "-")
+        throw UsageError("--flux-map - with --output -: expected one of them on standard output");
+    app.check_output(o.flux_map);
+    o.scatter.flux_map = true;
 }
 
 void read_periodic(P1solveOptions& o)
@@ -133,13 +167,15 @@ void read_closure(app::App& app, P1solveOptions& o)
         throw UsageError("--series with --limiter: expected one of them, the series needs linear equations");
     if (o.scatter.limiter && o.scatter.solver != P1Solver::Multigrid)
         throw UsageError("--limiter with --solver relaxation: expected multigrid");
-    if (c.iterations == 0) return;
-    if (o.series.order > 0) throw UsageError("--iterations and --series: expected one of them, the series expands P1");
-    if (o.scatter.solver != P1Solver::Multigrid)
+    if (c.iterations == 0 && !o.scatter.flux_map) return;
+    if (c.iterations > 0 && o.series.order > 0)
+        throw UsageError("--iterations and --series: expected one of them, the series expands P1");
+    if (c.iterations > 0 && o.scatter.solver != P1Solver::Multigrid)
         throw UsageError("--iterations with --solver relaxation: expected multigrid");
-    const size_t count = ordinates(c.kind, c.directions, c.degree).count();
+    const int degree = c.iterations > 0 ? c.degree : 1;
+    const size_t count = ordinates(c.kind, c.directions, degree).count();
     if (count != size_t(c.directions))
-        app.say(std::to_string(c.directions) + " directions asked for degree " + std::to_string(c.degree) + ": " +
+        app.say(std::to_string(c.directions) + " directions asked for degree " + std::to_string(degree) + ": " +
                 std::to_string(count) + " taken");
 }
 
@@ -164,6 +200,7 @@ void declare(app::App& app, P1solveOptions& o)
     declare_method(app, o);
     declare_series(app, o);
     declare_closure(app, o);
+    declare_power(app, o);
     declare_accuracy(app, o);
     app.examples(
         {{"multiple scattering in a cloud of droplets, and its picture",
@@ -209,9 +246,16 @@ void check_phase(const P1solveOptions& o, const PhaseFunction& phase)
     o.keep_moments.check_effect(used.last_degree() > 1, "a phase function with moments of degree 2 and more");
 }
 
+void check_heating(const P1solveOptions& o, const Medium& medium, bool tinted)
+{
+    const Vec3d& w0 = medium.albedo;
+    o.heating.check_effect(tinted || w0[0] < 1 || w0[1] < 1 || w0[2] < 1, "an --albedo below 1 or a grid Cd");
+}
+
 void finish(app::App& app, P1solveOptions& o)
 {
     read_periodic(o);
+    read_flux_map(app, o);
     read_closure(app, o);
 }
 

@@ -19,7 +19,8 @@ struct P1solveOptions : app::StageOptions {
     std::string sky;  ///< "day", a colour, or empty: no sky unless an option of sky_shape is given
     app::SkyOptions sky_shape;
     ScatterOptions scatter;
-    app::Option rays_per_voxel, delta, disc_samples, keep_moments;
+    app::Option rays_per_voxel, delta, disc_samples, keep_moments, heating;
+    std::string flux_map;  ///< .exr to write; empty: none
     bool allow_unconverged = false, series_raw = false;
     SeriesOptions series;
 
@@ -40,8 +41,11 @@ Sky chosen_sky(const P1solveOptions&, const std::vector<Light>& lights, const Ve
 /// moment of degree 2 or more.
 void check_phase(const P1solveOptions&, const PhaseFunction&);
 
-/// Reads the letters of --periodic and checks --limiter, --series and --iterations against the other options. Says how
-/// many directions are taken if their number was rounded up. Throws UsageError.
+/// Throws UsageError for --heating where nothing absorbs.
+void check_heating(const P1solveOptions&, const Medium&, bool tinted);
+
+/// Reads the letters of --periodic, checks the name of --flux-map, and checks --limiter, --series and --iterations
+/// against the other options. Says how many directions are taken if their number was rounded up. Throws UsageError.
 void finish(app::App&, P1solveOptions&);
 
 }  // namespace vdbcloud

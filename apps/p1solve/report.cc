@@ -23,7 +23,27 @@ nlohmann::json described(const ClosureReport& c)
     return r;
 }
 
-nlohmann::json described(const ChannelReport& c)
+/// Powers through the planes of the box.
+void add_planes(const ChannelReport& c, int top, nlohmann::json& to)
+{
+    const PlanePower& p = c.planes;
+    to["reflected"] = c.reflected;
+    to["transmitted_diffuse"] = c.transmitted;
+    to["out_by_plane"] = numbers(p.out);
+    to["out_of_top"] = p.out[size_t(top)];
+    to["out_of_base"] = p.out[size_t(top ^ 1)];
+    double sides = 0, sky = 0;
+    for (int face = 0; face < 6; ++face) {
+        if (face / 2 != top / 2) sides += p.out[size_t(face)];
+        sky += p.sky_in[size_t(face)];
+    }
+    to["out_of_sides"] = sides;
+    to["sky_into_box"] = sky;
+    to["entered_again"] = p.reentered;
+    to["planes_scaled_by"] = p.scaled_by;
+}
+
+nlohmann::json described(const ChannelReport& c, int top)
 {
     const P1Budget& b = c.budget;
     nlohmann::json r = {{"solved_as", std::string(1, "rgb"[c.solved_as])},
@@ -33,14 +53,10 @@ nlohmann::json described(const ChannelReport& c)
                         {"residual", c.solve.residual},
                         {"error_estimate", c.solve.error},
                         {"residual_history", c.solve.history}};
-    r["budget"] = {{"beam_lost_in_medium", c.deposited},
-                   {"sky_in", b.sky_in},
-                   {"emitted", c.emitted},
-                   {"reflected", c.reflected},
-                   {"transmitted_diffuse", c.transmitted},
-                   {"absorbed", b.absorbed},
-                   {"out_by_face", numbers(b.out)},
-                   {"defect", b.defect}};
+    r["budget"] = {
+        {"beam_lost_in_medium", c.deposited}, {"sky_in", b.sky_in}, {"emitted", c.emitted}, {"absorbed", b.absorbed},
+        {"out_by_face", numbers(b.out)},      {"defect", b.defect}};
+    if (c.planes.known) add_planes(c, top, r["budget"]);
     if (c.lines >= 0) {
         r["budget"]["beam_lost_by_lines"] = c.lines;
         r["budget"]["faces_against_lines"] = c.lines > 0 ? c.deposited / c.lines - 1 : 0.0;
@@ -70,7 +86,7 @@ void fill_report(app::App& app, const ScatterReport& report)
     r["memory"] = {{"array_bytes", report.bytes},
                    {"bytes_per_active_voxel", report.voxels ? double(report.bytes) / double(report.voxels) : 0.0}};
     const char* const channels[] = {"r", "g", "b"};
-    for (int c = 0; c < 3; ++c) r["channels"][channels[c]] = described(report.channel[c]);
+    for (int c = 0; c < 3; ++c) r["channels"][channels[c]] = described(report.channel[c], report.top);
 }
 
 void estimate(app::App& app, const P1solveOptions& o, const Medium& medium, const FloatGrid& density, size_t lights)
@@ -85,6 +101,11 @@ void estimate(app::App& app, const P1solveOptions& o, const Medium& medium, cons
         bytes += slots * (4 * (2 * terms + moments) + 12 + 90) + 12 * voxels +
                  double(mixing_bytes(size_t(slots), medium.phase.mean_cosine()));
         seconds += voxels * c.iterations * (20e-9 * double(directions) + 1e-6) + voxels * 1e-6 * double(lights);
+        app.report()["estimate"]["directions"] = directions;
+    } else if (o.scatter.flux_map) {
+        const size_t directions = ordinates(c.kind, c.directions, 1).count();
+        bytes += slots * 60;
+        seconds += voxels * (25e-9 * double(directions) + 1e-6 * double(lights));
         app.report()["estimate"]["directions"] = directions;
     }
     app.report()["estimate"]["bytes_per_active_voxel"] = voxels > 0 ? bytes / voxels : 0.0;

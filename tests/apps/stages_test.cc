@@ -137,10 +137,11 @@ TEST_F(Stages, EverythingTheProgramsWriteIsInTheFormatsPage)
     const std::string cloud = stage("fractalgen", "", "cloud.vdb", with({"--size", "24"}, report()));
     const std::string light = stage("illuminate", cloud, "light.vdb",
                                     with({"--sun", "1,2,3", "--lamp", "0,2,0", "--error-samples", "20"}, report()));
-    const std::string lit = stage("p1solve", light, "lit.vdb",
-                                  with({"--albedo", "0.9", "--g", "0.5", "--iterations", "2", "--degree", "2",
-                                        "--directions", "16", "--reentry-rays", "1000", "--sky", "0.1"},
-                                       report()));
+    const std::string lit =
+        stage("p1solve", light, "lit.vdb",
+              with({"--albedo", "0.9", "--g", "0.5", "--iterations", "2", "--degree", "2", "--directions", "16",
+                    "--reentry-rays", "1000", "--sky", "0.1", "--heating", "--flux-map", scratch / "map.exr"},
+                   report()));
     const std::string series = stage("p1solve", write_ball("a.vdb", "density", openvdb::GRID_FOG_VOLUME), "series.vdb",
                                      with(medium, with({"--series", "3", "--galerkin", "--series-raw"}, report())));
     stage("p1solve", cloud, "limited.vdb", with(with(medium, {"--limiter", "levermore-pomraning"}), report()));

@@ -62,6 +62,7 @@ TEST(Registry, MapsEachNameToItsRole)
                                                              {"sh_20_b", Role::Moment},
                                                              {"series_phi_0", Role::SeriesFluence},
                                                              {"series_I_3", Role::SeriesOrder},
+                                                             {"heating", Role::Heating},
                                                              {"solid", Role::Solid},
                                                              {"qt", Role::Water},
                                                              {"rain", Role::Rain},
@@ -100,7 +101,8 @@ TEST(Registry, KeepsWhatLaterStagesReadAndStoresResultsInFull)
     EXPECT_EQ(kept, (std::set<std::string>{"density", "transmittance_", "phi", "flux", "flux_", "sh_", "series_phi_",
                                            "series_I_", "solid"}));
     EXPECT_EQ(half, (std::set<std::string>{"density", "Cd", "sh_"}));
-    EXPECT_EQ(result, (std::set<std::string>{"transmittance_", "phi", "flux", "flux_", "series_phi_", "series_I_"}));
+    EXPECT_EQ(result,
+              (std::set<std::string>{"transmittance_", "phi", "flux", "flux_", "series_phi_", "series_I_", "heating"}));
     EXPECT_EQ(aliases("Cd"), (std::vector<std::string>{"Cd", "color", "colour", "albedo"}));
     EXPECT_EQ(aliases("phi"), std::vector<std::string>{"phi"});
 }
