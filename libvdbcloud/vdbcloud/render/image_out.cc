@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 
 namespace vdbcloud {
@@ -170,19 +169,6 @@ void check_beauty(const Film& film)
 
 }  // namespace
 
-ImageFormat image_format(const std::string& path)
-{
-    if (path == "-") return ImageFormat::Exr;
-    std::error_code failed;
-    std::string extension = std::filesystem::path(path).extension().string();
-    for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
-    if (extension == ".exr") return ImageFormat::Exr;
-    if (extension == ".png") return ImageFormat::Png;
-    if (std::filesystem::is_character_file(path, failed) || std::filesystem::is_fifo(path, failed))
-        return ImageFormat::Exr;
-    throw UsageError(printable(path) + ": expected a name that ends in .exr or .png");
-}
-
 void write_image(const std::string& path, const Film& film, const CameraView& view, const ImageMetadata& metadata,
                  const ImageOptions& options, const Warn& listener)
 {
@@ -195,27 +181,6 @@ void write_image(const std::string& path, const Film& film, const CameraView& vi
                    : encoded_png(path, film, metadata, options);
     };
     write_picture_file(path, options.no_clobber, make);
-}
-
-void write_map(const std::string& path, const Map& map, const ImageMetadata& metadata, bool no_clobber)
-{
-    const size_t pixels = size_t(map.width) * size_t(map.height), channels = map.channels.size();
-    OIIO::ImageSpec spec(map.width, map.height, int(channels), OIIO::TypeDesc::FLOAT);
-    spec.channelnames.clear();
-    std::vector<float> values(pixels * channels);
-    for (size_t c = 0; c < channels; ++c) {
-        const auto& [name, of] = map.channels[c];
-        if (of.size() != pixels)
-            throw InputError("map: channel " + name + " has " + std::to_string(of.size()) + " values: expected " +
-                             std::to_string(pixels));
-        spec.channelnames.push_back(name);
-        for (size_t n = 0; n < pixels; ++n) values[n * channels + c] = of[n];
-    }
-    set_texts(spec, metadata);
-    spec.attribute("compression", "zip");
-    spec.attribute("oiio:ColorSpace", "Linear");
-    write_picture_file(path, no_clobber,
-                       [&] { return encoded(path, "exr", spec, OIIO::TypeDesc::FLOAT, values.data()); });
 }
 
 }  // namespace vdbcloud
