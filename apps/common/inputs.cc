@@ -186,6 +186,7 @@ MediumInput read_one_medium(App& app, const StageOptions& o, const MediumOptions
 {
     std::vector<GridFile> files = read_inputs(app, o.inputs, !o.up);
     MediumInput out;
+    out.periodic = periodic_axes(o.periodic, files);
     std::vector<MediumPart> parts;
     for (GridFile& file : files) {
         MediumPart part;

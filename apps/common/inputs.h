@@ -2,6 +2,7 @@
 // Several .vdb files as the input of one program.
 #include "app.h"
 #include "medium_options.h"
+#include "periodic_option.h"
 #include "stage_options.h"
 
 #include "vdbcloud/scene/light.h"
@@ -30,6 +31,7 @@ struct MediumInput {
     GridFile file;
     FloatGridPtr density;  ///< a grid of `file`, which bears the medium
     Medium medium;
+    Axes periodic{};                 ///< index axes along which the medium repeats
     std::vector<FoundLight> lights;  ///< of all inputs
 };
 
@@ -39,7 +41,7 @@ struct MediumInput {
 /// emission, and says so in one line if it drops other grids: results that were computed for an input alone are not
 /// those of the joined medium. Metadata of files and densities are kept where all inputs that have a key agree on its
 /// value; the history is that of all inputs.
-/// Axes that point up are compared unless the user gives one.
+/// Axes that point up, and those along which media repeat, are compared unless the user gives them.
 MediumInput read_one_medium(App&, const StageOptions&, const MediumOptions&);
 
 }  // namespace vdbcloud::app

@@ -1,5 +1,7 @@
 #include "stage_options.h"
 
+#include "periodic_option.h"
+
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/grid_file.h"
@@ -42,6 +44,7 @@ void declare_stage(App& app, StageOptions& o, const std::string& input, const st
     app.add_option("-o,--output", o.output, output)->required();
     declare_density(app, o.density);
     declare_up(app, o.up, "Lights");
+    declare_periodic(app, o.periodic, "Medium");
     app.reads_grids();
     app.writes_grids();
 }

@@ -17,13 +17,14 @@ struct StageOptions {
     std::string output;
     std::string density;       ///< name of the density grid; empty: the usual names
     std::optional<UpAxis> up;  ///< none: the file's
+    std::string periodic;      ///< axes along which the medium repeats; empty: the file's
 };
 
 /// The positional input: one or several files. Keeps a reference to `paths`.
 void declare_inputs(App&, std::vector<std::string>& paths, const std::string& help);
 
-/// input, --output, --density, --up and the shared options of reading and writing. `input`, `output`: their help. Keeps
-/// references to `o`.
+/// input, --output, --density, --up, --periodic and the shared options of reading and writing. `input`, `output`: their
+/// help. Keeps references to `o`.
 void declare_stage(App&, StageOptions& o, const std::string& input, const std::string& output);
 
 /// --density alone, bound to `name`.

@@ -2,6 +2,7 @@
 //
 //   illuminate density.vdb --sun 0.3,1,0.2 -o light.vdb
 //   illuminate low.vdb high.vdb --sun 0,1,0 -o both.vdb       several files as one medium: each shades the others
+//   illuminate field.vdb --sun 0.3,1,0.2 --periodic xz -o light.vdb       a field of clouds without end
 //   fractalgen -o - | illuminate - --sun 0.3,1,0.2 --lamp 0,0.5,0 --lamp-intensity 3,2,1 -o - | render - -o cloud.exr
 //
 // First pass of Kajiya & Von Herzen 1984, section 3.1 (low albedo): one transmittance grid for each light, which render
@@ -15,6 +16,7 @@
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/sources.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,8 +42,8 @@ std::vector<Task> tasks_of(app::App& app, const IlluminateOptions& o, const std:
     const std::string digest = grid_digest(*in.density);
     for (const auto& light : app::inherited_lights(in.lights, asked)) {
         const auto grid = find_grid(file, transmittance_name(light));
-        const bool holds =
-            grid && app::same_extinction(*grid, in.medium) && get_text(*grid, schema::density_digest, "") == digest;
+        const bool holds = grid && app::same_extinction(*grid, in.medium) && read_periodic(*grid) == in.periodic &&
+                           get_text(*grid, schema::density_digest, "") == digest;
         if (!holds) app.say("light '" + light.name + "' was computed for another medium: doing it again");
         tasks.push_back({light, holds});
     }
@@ -65,7 +67,7 @@ void estimate(app::App& app, const IlluminateOptions& o, const FloatGrid& densit
 {
     const double voxels = 1.5 * double(density.activeVoxelCount()) * std::pow(o.accuracy.refine, 3);
     const double path = std::cbrt(double(density.evalActiveVoxelBoundingBox().volume()));
-    const bool lattice = o.accuracy.fidelity == Fidelity::Lattice;
+    const bool lattice = uses_lattice(o);
     const double each = lattice ? 15e-9 * o.accuracy.rays_per_voxel * o.accuracy.rays_per_voxel : 20e-9 * path;
     const double seconds = double(lights) * voxels * each, bytes = voxels * (24 + 8 * double(lights));
     app.report()["estimate"] = {{"memory_bytes", bytes}, {"seconds", seconds}};
@@ -74,10 +76,11 @@ void estimate(app::App& app, const IlluminateOptions& o, const FloatGrid& densit
             " s of processor time");
 }
 
-void illuminate(app::App& app, const IlluminateOptions& o)
+void illuminate(app::App& app, IlluminateOptions& o)
 {
     const auto asked = app::lights_asked(o.lights);
     app::MediumInput in = app::read_one_medium(app, o, o.medium);
+    o.accuracy.periodic = in.periodic;
     app.uses(in.density->getName());
     app::settled_up(app, o.up, in.file, false);
     const auto tasks = tasks_of(app, o, asked, in);

@@ -1,5 +1,7 @@
 #include "options.h"
 
+#include "periodic_option.h"
+
 #include <algorithm>
 
 namespace vdbcloud {
@@ -23,7 +25,7 @@ void declare(app::App& app, IlluminateOptions& o)
     of_suns(app.add_choice<Fidelity>("--fidelity", o.accuracy.fidelity,
                                      {{"lattice", Fidelity::Lattice}, {"exact", Fidelity::Exact}},
                                      "lattice: rays carried along the light, time proportional to the voxels; exact: a "
-                                     "ray for each voxel, for checks. Lamps are always exact"));
+                                     "ray for each voxel, for checks. Lamps and periodic media are always exact"));
     of_suns(app.add_option("--rays-per-voxel", o.accuracy.rays_per_voxel,
                            "rays of the lattice along each axis; the error falls as the square"))
         ->check(app::within(1, 8))
@@ -50,11 +52,19 @@ void declare(app::App& app, IlluminateOptions& o)
                    "illuminate cloud.vdb --sun 0,1,0 --sun-diameter 10 --json - -o haze.vdb"}});
 }
 
+bool uses_lattice(const IlluminateOptions& o)
+{
+    return o.accuracy.fidelity == Fidelity::Lattice && o.accuracy.periodic == app::Axes{};
+}
+
 void check_effects(const IlluminateOptions& o, const std::vector<Light>& computed)
 {
     const auto any = [&](auto holds) { return std::any_of(computed.begin(), computed.end(), holds); };
     const bool sun = any([](const Light& light) { return light.kind().at_infinity; });
-    for (const app::Option& option : o.of_suns) option.check_effect(sun, "--sun");
+    for (const app::Option& option : o.of_suns) {
+        option.check_effect(sun, "--sun");
+        option.check_effect(o.accuracy.periodic == app::Axes{}, "--periodic none: rays of a periodic medium are exact");
+    }
     o.disc_samples.check_effect(any([](const Light& light) { return light.has_extent(); }), "--sun-diameter above 0");
 }
 

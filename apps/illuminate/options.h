@@ -15,10 +15,13 @@ struct IlluminateOptions : app::StageOptions {
     app::LightOptions lights;
     TransmittanceOptions accuracy;
     app::Option disc_samples;
-    std::vector<app::Option> of_suns;  ///< no effect on lamps
+    std::vector<app::Option> of_suns;  ///< no effect on lamps, nor in a periodic medium, whose rays are all exact
 };
 
 void declare(app::App&, IlluminateOptions&);
+
+/// True if suns are computed by the lattice.
+bool uses_lattice(const IlluminateOptions&);
 
 /// Throws UsageError for an accuracy option that has no effect on any of the lights that are computed.
 void check_effects(const IlluminateOptions&, const std::vector<Light>& computed);

@@ -4,6 +4,7 @@
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/sources.h"
 #include "vdbcloud/light/transmittance_grid.h"
 
 namespace vdbcloud {
@@ -22,16 +23,17 @@ std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, app::Mediu
     }
     for (const Light& light : lights) {
         app.uses(transmittance_name(light));
-        if (app.dry_run() || o.periodic.size()) continue;
+        if (app.dry_run()) continue;
         const GridBasePtr there = find_grid(file, transmittance_name(light));
         const auto theirs = there ? read_light(*there, there->getName()) : std::nullopt;
         if (theirs && same_place(*theirs, light) && theirs->strength() == light.strength() &&
-            app::same_extinction(*there, medium) &&
+            app::same_extinction(*there, medium) && read_periodic(*there) == in.periodic &&
             get_text(*there, schema::density_digest, "") == grid_digest(density))
             continue;
         const auto phase = app.phase(transmittance_name(light));
         TransmittanceOptions accuracy;
         accuracy.disc_samples = o.scatter.disc_samples;
+        accuracy.periodic = in.periodic;
         put_grid(file, transmittance_grid(density, medium, light, accuracy, app.progress(light.name)));
     }
     return lights;

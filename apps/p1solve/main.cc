@@ -33,6 +33,7 @@ void solve(app::App& app, P1solveOptions& o)
 {
     finish(app, o);
     app::MediumInput in = app::read_one_medium(app, o, o.medium);
+    o.scatter.periodic = in.periodic;
     GridFile& file = in.file;
     const FloatGridPtr density = in.density;
     const Medium& medium = in.medium;
@@ -40,6 +41,7 @@ void solve(app::App& app, P1solveOptions& o)
     check_phase(o, medium.phase);
     const auto lights = lights_for(app, o, in);
     o.rays_per_voxel.check_effect(!lights.empty(), "--sun or --lamp");
+    o.rays_per_voxel.check_effect(in.periodic == app::Axes{}, "--periodic none: rays of a periodic medium are exact");
     o.disc_samples.check_effect(
         std::any_of(lights.begin(), lights.end(), [](const Light& light) { return light.has_extent(); }),
         "--sun-diameter above 0");

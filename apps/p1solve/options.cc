@@ -54,11 +54,6 @@ void declare_method(app::App& app, P1solveOptions& o)
                                    "on: delta-Eddington scaling of forward scattering; off: the paper's plain form, "
                                    "for comparison. No effect without a forward peak")
                   ->group(method);
-    app.add_option(
-           "--periodic", o.periodic,
-           "axes of the grid on which the medium repeats: x, z, xz and so on; their extent has to be a multiple "
-           "of 8 voxels. For layers without end")
-        ->group(method);
     app.add_choice<P1Solver>(
            "--solver", o.scatter.solver, {{"multigrid", P1Solver::Multigrid}, {"relaxation", P1Solver::Relaxation}},
            "multigrid: conjugate gradients with a multigrid cycle; relaxation: the paper's, for comparison")
@@ -147,15 +142,6 @@ void read_flux_map(const app::App& app, P1solveOptions& o)
         throw UsageError("--flux-map - with --output -: expected one of them on standard output");
     app.check_output(o.flux_map);
     o.scatter.flux_map = true;
-}
-
-void read_periodic(P1solveOptions& o)
-{
-    for (const char axis : o.periodic) {
-        if (axis < 'x' || axis > 'z')
-            throw UsageError("--periodic " + printable(o.periodic) + ": expected letters of x, y and z");
-        o.scatter.periodic[size_t(axis - 'x')] = true;
-    }
 }
 
 void read_closure(app::App& app, P1solveOptions& o)
@@ -254,7 +240,6 @@ void check_heating(const P1solveOptions& o, const Medium& medium, bool tinted)
 
 void finish(app::App& app, P1solveOptions& o)
 {
-    read_periodic(o);
     read_flux_map(app, o);
     read_closure(app, o);
 }

@@ -13,7 +13,6 @@
 namespace vdbcloud {
 
 struct P1solveOptions : app::StageOptions {
-    std::string periodic;
     app::MediumOptions medium;
     app::LightOptions lights;
     std::string sky;  ///< "day", a colour, or empty: no sky unless an option of sky_shape is given
@@ -44,8 +43,8 @@ void check_phase(const P1solveOptions&, const PhaseFunction&);
 /// Throws UsageError for --heating where nothing absorbs.
 void check_heating(const P1solveOptions&, const Medium&, bool tinted);
 
-/// Reads the letters of --periodic, checks the name of --flux-map, and checks --limiter, --series and --iterations
-/// against the other options. Says how many directions are taken if their number was rounded up. Throws UsageError.
+/// Checks the name of --flux-map, and --limiter, --series and --iterations against the other options. Says how many
+/// directions are taken if their number was rounded up. Throws UsageError.
 void finish(app::App&, P1solveOptions&);
 
 }  // namespace vdbcloud

@@ -1,5 +1,7 @@
 #include "options.h"
 
+#include "periodic_option.h"
+
 #include "vdbcloud/core/error.h"
 
 #include <algorithm>
@@ -239,6 +241,7 @@ void declare(app::App& app, RenderOptions& o)
         ->type_name("FILE")
         ->configurable(false);
     app::declare_density(app, o.density)->group("Medium");
+    app::declare_periodic(app, o.periodic, "Medium");
     app::declare_medium(app, o.medium);
     app::declare_lights(app, o.lights);
     declare_camera(app, o);

@@ -21,7 +21,8 @@ struct RenderOptions {
     std::vector<std::string> inputs;
     std::string output, png;
 
-    std::string density;  ///< name of the density grid; empty: by alias
+    std::string density;   ///< name of the density grid; empty: by alias
+    std::string periodic;  ///< axes along which the media repeat; empty: the file's
     app::MediumOptions medium;
     app::LightOptions lights;
     TransmittanceOptions light;  ///< for transmittance grids that the input lacks

@@ -3,6 +3,7 @@
 #include "version.h"
 
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/sources.h"
 #include "vdbcloud/render/merge.h"
 #include "vdbcloud/render/scene_digest.h"
 
@@ -35,6 +36,8 @@ ImageMetadata image_metadata(const app::App& app, const RenderOptions& o, const 
                  {"vdbcloud:up_axis", up_axis_words.word(loaded.up)},
                  {"vdbcloud:alpha", "1 - mean over r, g, b of the transmittance"},
                  {"vdbcloud:Z", "depth along the view axis where the transmittance falls to 0.5; 1e30: it does not"}};
+    if (loaded.scene.periodic != std::array<bool, 3>{})
+        out.texts.push_back({"vdbcloud:periodic", periodic_text(loaded.scene.periodic)});
     for (const Light& light : loaded.scene.lights)
         out.texts.push_back({"vdbcloud:light_" + light.name, app::described(light) + ", " + strength_name(light) + " " +
                                                                  app::shortest(light.strength())});

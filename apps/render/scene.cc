@@ -1,6 +1,7 @@
 #include "scene.h"
 
 #include "inputs.h"
+#include "periodic_option.h"
 #include "scaled_light.h"
 #include "shared_light.h"
 #include "vector_grid.h"
@@ -49,6 +50,16 @@ Sources sources_behind(const Volume& volume)
     return sources_of(*volume.density, volume.colour.get(), volume.emission.get());
 }
 
+/// Throws if multiple scattering was computed for a medium that repeats otherwise than the scene.
+void require_same_period(const GridFile& file, const app::Axes& periodic)
+{
+    for (const GridBasePtr& grid : {fluence_grid(file), find_grid(file, schema::series_phi_name(0))})
+        if (grid && read_periodic(*grid) != periodic)
+            throw UsageError(file.path + ": multiple scattering was computed for a medium periodic along " +
+                             periodic_text(read_periodic(*grid)) + ", and --periodic " + periodic_text(periodic) +
+                             " is asked for: run p1solve again");
+}
+
 /// Throws if phi is of another density, Cd or emission, or scattered other lights than the scene has.
 void require_same_light(const GridFile& file, const Volume& volume, const std::vector<Light>& lights)
 {
@@ -64,10 +75,12 @@ void require_same_light(const GridFile& file, const Volume& volume, const std::v
 }
 
 /// Why a transmittance grid of the input cannot be used for `light`; empty if it can.
-std::string misfit(const GridBase& grid, const Light& light, const Volume& volume)
+std::string misfit(const GridBase& grid, const Light& light, const Volume& volume, const app::Axes& periodic)
 {
     const auto found = read_light(grid, grid.getName());
     if (!found) return "has no metadata of its light";
+    if (const auto axes = read_periodic(grid); axes != periodic)
+        return "belongs to a medium periodic along " + periodic_text(axes) + ", now " + periodic_text(periodic);
     if (!same_place(*found, light)) return "belongs to the " + app::described(*found);
     if (!app::same_extinction(grid, volume.medium))
         return "was computed with extinction " + app::brief(get_vector(grid, schema::sigma_t_per_density, Vec3d(0.0))) +
@@ -86,7 +99,7 @@ bool brings_all(const std::vector<GridFile>& files, const Scene& scene)
             const Volume& volume = scene.volumes[v];
             const GridBasePtr grid =
                 volume.collided.scaling.delta_f > 0 ? nullptr : find_grid(files[v], transmittance_name(light));
-            if (!grid || !misfit(*grid, light, volume).empty()) return false;
+            if (!grid || !misfit(*grid, light, volume, scene.periodic).empty()) return false;
         }
     return true;
 }
@@ -105,7 +118,7 @@ GridBasePtr light_grid(app::App& app, const GridFile& file, const Scene& scene, 
     }
     GridBasePtr own = find_grid(file, transmittance_name(light));
     if (own)
-        if (const std::string reason = misfit(*own, light, volume); !reason.empty()) {
+        if (const std::string reason = misfit(*own, light, volume, scene.periodic); !reason.empty()) {
             app.warnings()(file.path + ": " + printable(own->getName()) + " " + reason +
                            "; the grid is computed again for the " + app::described(light));
             own = nullptr;
@@ -162,12 +175,14 @@ void require_same_up(const GridFile& file, const std::optional<Sky>& lit_by, UpA
 
 }  // namespace
 
-LoadedScene load_scene(app::App& app, const RenderOptions& o)
+LoadedScene load_scene(app::App& app, RenderOptions& o)
 {
     std::vector<GridFile> files = app::read_inputs(app, o.inputs, !o.up);
 
     LoadedScene out;
+    out.scene.periodic = o.light.periodic = app::periodic_axes(o.periodic, files);
     for (GridFile& file : files) {
+        if (!traces_paths(o)) require_same_period(file, out.scene.periodic);
         out.scene.volumes.push_back(volume_of(app, file, o));
         const auto corners = occupied_corners(*out.scene.volumes.back().density);
         if (corners.empty()) app.say(file.path + ": the density is empty and adds nothing to the picture");
@@ -202,6 +217,8 @@ LoadedScene load_scene(app::App& app, const RenderOptions& o)
     if (o.integrator.shadow_rays || traces_paths(o)) return out;
     if (o.option.fidelity.given())
         o.option.fidelity.check_effect(!brings_all(files, out.scene), "a light that the input does not bring");
+    o.option.fidelity.check_effect(out.scene.periodic == app::Axes{},
+                                   "--periodic none: rays of a periodic medium are exact");
     for (size_t v = 0; v < files.size(); ++v)
         for (const Light& light : out.scene.lights) {
             GridBasePtr grid = light_grid(app, files[v], out.scene, v, light, o);

@@ -23,7 +23,8 @@ struct LoadedScene {
 /// input is used if its light's place, its extinction and its density are the scene's. Otherwise the grid is computed
 /// again, with a warning that names the reason. Throws UsageError if two inputs have different lights of one name, or
 /// if multiple scattering was computed with other coefficients, another density or other lights.
-LoadedScene load_scene(app::App&, const RenderOptions&);
+/// Sets the axes along which the media repeat in `o.light`, too.
+LoadedScene load_scene(app::App&, RenderOptions& o);
 
 /// What bounds the error of the light that the scene's files bring, in one line; empty if they say nothing.
 std::string accuracy_of_light(const Scene&);

@@ -153,7 +153,7 @@ const std::vector<MetaKey>& meta_keys()
         {flux_limit, "double", "phi"},
         {accuracy_prefix, "double", "transmittance_LIGHT, phi, series_phi_0"},
         {left_out, "string", "phi"},
-        {periodic, "string", "phi"},
+        {periodic, "string", "transmittance_LIGHT, phi"},
         {series_albedo, "string", "series_phi_0"},
         {series_table, "string", "series_phi_0"},
         {series_map, "string", "series_phi_0"},

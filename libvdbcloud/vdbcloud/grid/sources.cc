@@ -43,11 +43,8 @@ std::string changed_source(const MetaMap& result, const Sources& now)
 
 void write_periodic(MetaMap& to, const std::array<bool, 3>& periodic)
 {
-    std::string axes;
-    for (size_t a = 0; a < 3; ++a)
-        if (periodic[a]) axes += "xyz"[a];
     to.removeMeta(schema::periodic);
-    if (!axes.empty()) set_text(to, schema::periodic, axes);
+    if (periodic != std::array<bool, 3>{}) set_text(to, schema::periodic, periodic_text(periodic));
 }
 
 std::array<bool, 3> read_periodic(const MetaMap& from)
@@ -56,6 +53,14 @@ std::array<bool, 3> read_periodic(const MetaMap& from)
     std::array<bool, 3> periodic{};
     for (size_t a = 0; a < 3; ++a) periodic[a] = axes.find("xyz"[a]) != std::string::npos;
     return periodic;
+}
+
+std::string periodic_text(const std::array<bool, 3>& periodic)
+{
+    std::string axes;
+    for (size_t a = 0; a < 3; ++a)
+        if (periodic[a]) axes += "xyz"[a];
+    return axes.empty() ? "none" : axes;
 }
 
 }  // namespace vdbcloud

@@ -26,5 +26,7 @@ std::string changed_source(const MetaMap& result, const Sources& now);
 /// Stores along which index axes the medium of a result repeats (schema::periodic), and reads it.
 void write_periodic(MetaMap&, const std::array<bool, 3>&);
 std::array<bool, 3> read_periodic(const MetaMap&);
+/// The axes as metadata and command lines have them: "xz"; "none".
+std::string periodic_text(const std::array<bool, 3>&);
 
 }  // namespace vdbcloud

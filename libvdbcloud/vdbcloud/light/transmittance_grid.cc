@@ -5,7 +5,9 @@
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/sources.h"
 #include "vdbcloud/optics/optical_depth.h"
+#include "vdbcloud/optics/periodic_light.h"
 #include "vdbcloud/sweep/light_lattice.h"
 #include "vdbcloud/voxels/brick_map.h"
 #include "vdbcloud/voxels/extend.h"
@@ -32,9 +34,9 @@ struct Wanted {
     std::vector<uint64_t> bits;  // 8 words of 64 a leaf
     int64_t voxels = 0;
 
-    Wanted(const FloatGrid& density, int refine_by) : refine(refine_by)
+    Wanted(const FloatGrid& density, int refine_by, const Period& period) : refine(refine_by)
     {
-        const FloatGridPtr coarse = with_fringe(density);
+        const FloatGridPtr coarse = with_fringe(density, period);
         if (refine == 1) {
             tree = coarse->treePtr();
         } else {
@@ -114,7 +116,7 @@ std::vector<float> find_depths(const Crossed& medium, const BrickMap& centres, c
 {
     const BrickMap& density = medium.density;
     const auto to_light = light.common_direction();
-    if (to_light && o.fidelity == Fidelity::Lattice && medium.shift) {
+    if (to_light && o.fidelity == Fidelity::Lattice && medium.shift && !density.repeats()) {
         if (*medium.shift == Vec3d(0.0))
             return lattice_depths(density, *to_light, wanted.leaf, {o.rays_per_voxel, Vec3d(0), o.refine}, progress);
         if (o.refine == 1)
@@ -233,7 +235,7 @@ void check(const TransmittanceOptions& o)
 
 /// The grid of the wanted points of a density, with the metadata of its light and medium.
 GridBasePtr made_grid(const FloatGrid& density, const Medium& medium, const Light& light, const Wanted& wanted,
-                      const std::vector<float>& transmittance, size_t channels)
+                      const std::vector<float>& transmittance, size_t channels, const TransmittanceOptions& o)
 {
     GridBasePtr grid;
     if (channels == 1)
@@ -246,6 +248,7 @@ GridBasePtr made_grid(const FloatGrid& density, const Medium& medium, const Ligh
     grid->setGridClass(openvdb::GRID_UNKNOWN);
     write_light(*grid, light);
     write_medium(*grid, medium);
+    write_periodic(*grid, o.periodic);
     return grid;
 }
 
@@ -273,8 +276,10 @@ GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, c
                                const TransmittanceOptions& o, const Progress& progress, TransmittanceReport* report)
 {
     check(o);
-    const BrickMap bricks(density);
-    const Wanted wanted(density, o.refine);
+    require_light_that_leaves(light, index_from_world(density.transform(), density.getName()), o.periodic);
+    const Period period = period_of(density, o.periodic);
+    const BrickMap bricks(density, 0, {}, period);
+    const Wanted wanted(density, o.refine, period);
     const size_t channels = medium.grey() ? 1 : 3;
     const auto parts = light.parts(o.disc_samples);
     const std::vector<float> transmittance = find_transmittance({{bricks, medium.sigma_t_per_density, Vec3d(0.0)}},
@@ -282,10 +287,10 @@ GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, c
     if (report) {
         *report = {};
         report->voxels = wanted.voxels;
-        if (o.fidelity == Fidelity::Lattice && light->common_direction() && o.error_samples > 0)
+        if (o.fidelity == Fidelity::Lattice && light->common_direction() && !period.any() && o.error_samples > 0)
             compare(bricks, medium, parts, o, wanted, transmittance, channels, *report);
     }
-    GridBasePtr grid = made_grid(density, medium, light, wanted, transmittance, channels);
+    GridBasePtr grid = made_grid(density, medium, light, wanted, transmittance, channels, o);
     set_text(*grid, schema::density_digest, grid_digest(density));
     return grid;
 }
@@ -295,12 +300,15 @@ GridBasePtr transmittance_grid(const std::vector<CrossedMedium>& media, size_t a
 {
     check(o);
     const FloatGrid& density = *media.at(at).density;
-    const Wanted wanted(density, o.refine);
+    const Wanted wanted(density, o.refine, period_of(density, o.periodic));
     std::deque<BrickMap> bricks;
     std::vector<Crossed> crossed;
     size_t channels = 1;
     const auto add = [&](const CrossedMedium& medium, const std::optional<Vec3d>& shift) {
-        bricks.emplace_back(*medium.density);
+        const FloatGrid& crossed_density = *medium.density;
+        require_light_that_leaves(light, index_from_world(crossed_density.transform(), crossed_density.getName()),
+                                  o.periodic);
+        bricks.emplace_back(crossed_density, 0.0f, BrickMap::Map(), period_of(crossed_density, o.periodic));
         crossed.push_back({bricks.back(), medium.medium.sigma_t_per_density, shift});
         if (!medium.medium.grey()) channels = 3;
     };
@@ -309,8 +317,8 @@ GridBasePtr transmittance_grid(const std::vector<CrossedMedium>& media, size_t a
         if (m != at && !media[m].density->empty()) add(media[m], shift_between(density, *media[m].density));
     const std::vector<float> transmittance =
         find_transmittance(crossed, light.parts(o.disc_samples), channels, bool(own), o, wanted, progress);
-    if (transmittance.empty()) return own ? own : made_grid(density, media[at].medium, light, wanted, {}, channels);
-    return made_grid(density, media[at].medium, light, wanted, transmittance, channels);
+    if (transmittance.empty() && own) return own;
+    return made_grid(density, media[at].medium, light, wanted, transmittance, channels, o);
 }
 
 }  // namespace vdbcloud

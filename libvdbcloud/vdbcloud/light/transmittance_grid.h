@@ -5,6 +5,7 @@
 #include "vdbcloud/optics/medium.h"
 #include "vdbcloud/scene/light.h"
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct TransmittanceOptions {
     int refine = 1;                         ///< light-grid points a voxel along each axis, 1..8
     int disc_samples = disc_directions;     ///< directions over the disc of a light with an angular diameter
     int error_samples = 1000;               ///< voxels at which the lattice is compared with exact rays; 0: none
+    /// Index axes along which the medium repeats without end, by the rule of period_of(). Rays are then always exact,
+    /// and lights are at infinity.
+    std::array<bool, 3> periodic{false, false, false};
 };
 
 struct TransmittanceReport {
@@ -44,7 +48,11 @@ Accuracy accuracy_of(const TransmittanceReport&);
 /// light (write_light), the medium's extinction and density's digest as metadata, so that later stages know what it
 /// belongs to.
 ///
-/// Units: sigma_t_per_density [1/world unit]. Errors: InputError for a transform that is not affine.
+/// In a periodic medium a grid holds one period and one voxel about it, bears schema::periodic, and T is that of all
+/// copies.
+///
+/// Units: sigma_t_per_density [1/world unit]. Errors: InputError for a transform that is not affine, or a light that a
+/// periodic medium does not allow.
 /// Source: Kajiya & Von Herzen 1984, section 3.1, pass one.
 GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, const Light& light,
                                const TransmittanceOptions& options, const Progress& progress = {},

@@ -37,6 +37,30 @@ inline bool clip(const IndexRay& ray, const Vec3d& lo, const Vec3d& hi, double& 
     return t0 < t1;
 }
 
+/// A ray through a map that repeats ends after it has crossed this many periods. Only rays within about 1e-5 of the
+/// axes along which the map repeats get so far, and only where little or nothing is in their way.
+constexpr double most_periods = 100000;
+
+/// Narrows [t0, t1] to the part of the ray that can meet cells of the map; false if that part is empty. t1 is finite on
+/// return.
+inline bool clip(const IndexRay& ray, const BrickMap& map, double& t0, double& t1)
+{
+    constexpr double far = std::numeric_limits<double>::infinity();
+    if (map.empty()) return false;
+    Vec3d lo, hi;
+    for (int a = 0; a < 3; ++a) {
+        const bool ends = map.period().length[a] == 0;
+        lo[a] = ends ? map.first_cell()[a] : -far;
+        hi[a] = ends ? map.last_cell()[a] + 1.0 : far;
+    }
+    if (!clip(ray, lo, hi, t0, t1)) return false;
+    double periods = 0;  // for each unit of t
+    for (int a = 0; a < 3; ++a)
+        if (map.period().length[a] > 0) periods += std::abs(ray.direction[a]) / map.period().length[a];
+    if (periods > 0) t1 = std::min(t1, t0 + most_periods / periods);
+    return t0 < t1;
+}
+
 /// Density along a segment of a ray inside one cell: c0 + c1 s + c2 s^2 + c3 s^3, s in [0, 1] from t_in to t_out.
 struct Cubic {
     double c0, c1, c2, c3;
@@ -69,11 +93,14 @@ inline Cubic along(const float* c, const Vec3d& p, const Vec3d& d)
 /// Each cell is visited once, up to rounding: a ray through an edge or a corner may visit cells over lengths of 1e-15,
 /// whose integral is negligible. Brick borders are ordinary cell borders. Source: Amanatides & Woo 1987; distances to
 /// the planes are recomputed at each step, so that long rays do not accumulate rounding.
+///
+/// A map that repeats is visited copy by copy, up to 2^30 cells from the first one: `cell` is the cell on the ray,
+/// map.period().home(cell) the cell of the map.
 template<typename Visit>
 bool march_cells(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit&& visit);
 
 /// Calls visit(t_in, t_out, slot, cell) for each brick that the ray crosses between t0 and t1, in order; slot: for
-/// BrickMap::brick(); cell: the brick's first. Stops when visit returns false.
+/// BrickMap::brick(); cell: the brick's first, on the ray as for march_cells(). Stops when visit returns false.
 template<typename Visit>
 bool march_bricks(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit&& visit);
 

@@ -124,25 +124,90 @@ bool march_roots(const BrickMap& map, const IndexRay& ray, double t0, double t1,
     return true;
 }
 
+/// Calls on_copy(ray, t_in, t_out, shift) for each copy of the map that the ray crosses, in order: the ray as the map
+/// itself meets it, and the cells from there to the copy. Stops when on_copy returns false.
+template<typename OnCopy>
+bool march_copies(const BrickMap& map, const IndexRay& ray, double t, double t1, OnCopy on_copy)
+{
+    constexpr double infinity = std::numeric_limits<double>::infinity(), farthest = 1 << 30;
+    if (!clip(ray, map, t, t1)) return true;
+    const Vec3i &first = map.period().first, &length = map.period().length;
+    Vec3d shift(0);  // whole periods; double, as a ray may enter far from the first copy
+    for (int a = 0; a < 3; ++a)
+        if (length[a] > 0)
+            shift[a] = std::floor((ray.origin[a] + t * ray.direction[a] - first[a]) / length[a]) * length[a];
+    for (;;) {
+        int axis = 0;
+        double next = infinity;
+        for (int a = 0; a < 3; ++a) {
+            if (length[a] == 0 || ray.direction[a] == 0) continue;
+            const double plane = first[a] + shift[a] + (ray.direction[a] > 0 ? length[a] : 0);
+            const double at = (plane - ray.origin[a]) * ray.inverse[a];
+            if (at < next) {
+                next = at;
+                axis = a;
+            }
+        }
+        const double t_out = std::min(next, t1);
+        if (t_out > t) {
+            for (int a = 0; a < 3; ++a)
+                if (!(std::abs(shift[a]) < farthest)) return true;
+            IndexRay here = ray;
+            here.origin -= shift;
+            if (!on_copy(here, t, t_out, Vec3i(int(shift[0]), int(shift[1]), int(shift[2])))) return false;
+            t = t_out;
+        }
+        if (t >= t1) return true;
+        shift[axis] += ray.direction[axis] > 0 ? length[axis] : -length[axis];
+    }
+}
+
+/// As march_roots() through one copy of a map.
+template<typename Visit>
+bool march_cells_once(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit& visit)
+{
+    return march_roots(map, ray, t0, t1, [&](int32_t slot, Vec3i& cell, double& t) {
+        return march_brick(map.brick(slot), ray, cell, t, t1, visit);
+    });
+}
+
+template<typename Visit>
+bool march_bricks_once(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit& visit)
+{
+    return march_roots(map, ray, t0, t1, [&](int32_t slot, Vec3i& cell, double& t) {
+        int axis = 0;
+        const double exit = exit_of(ray, cell, 3, axis), t_out = std::min(exit, t1);
+        if (t_out > t && !visit(t, t_out, slot, Vec3i(cell[0] & ~7, cell[1] & ~7, cell[2] & ~7))) return false;
+        t = std::max(t, exit);
+        if (t < t1) leave(ray, cell, 3, axis, t);
+        return true;
+    });
+}
+
 }  // namespace march_detail
 
 template<typename Visit>
 bool march_cells(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit&& visit)
 {
-    return march_detail::march_roots(map, ray, t0, t1, [&](int32_t slot, Vec3i& cell, double& t) {
-        return march_detail::march_brick(map.brick(slot), ray, cell, t, t1, visit);
-    });
+    if (!map.repeats()) return march_detail::march_cells_once(map, ray, t0, t1, visit);
+    return march_detail::march_copies(
+        map, ray, t0, t1, [&](const IndexRay& here, double in, double out, const Vec3i& shift) {
+            auto shifted = [&](double t_in, double t_out, const float* corners, const Vec3i& cell) {
+                return visit(t_in, t_out, corners, cell + shift);
+            };
+            return march_detail::march_cells_once(map, here, in, out, shifted);
+        });
 }
 
 template<typename Visit>
 bool march_bricks(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit&& visit)
 {
-    return march_detail::march_roots(map, ray, t0, t1, [&](int32_t slot, Vec3i& cell, double& t) {
-        int axis = 0;
-        const double exit = march_detail::exit_of(ray, cell, 3, axis), t_out = std::min(exit, t1);
-        if (t_out > t && !visit(t, t_out, slot, Vec3i(cell[0] & ~7, cell[1] & ~7, cell[2] & ~7))) return false;
-        t = std::max(t, exit);
-        if (t < t1) march_detail::leave(ray, cell, 3, axis, t);
-        return true;
-    });
+    if (!map.repeats()) return march_detail::march_bricks_once(map, ray, t0, t1, visit);
+    return march_detail::march_copies(
+        map, ray, t0, t1, [&](const IndexRay& here, double in, double out, const Vec3i& shift) {
+            auto shifted = [&](double t_in, double t_out, int32_t slot, const Vec3i& cell) {
+                return visit(t_in, t_out, slot, cell + shift);
+            };
+            return march_detail::march_bricks_once(map, here, in, out, shifted);
+        });
 }

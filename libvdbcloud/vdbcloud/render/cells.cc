@@ -53,13 +53,14 @@ public:
                         [&](double t0, double t1, const float* corners, const Vec3i& cell) {
                             piece_of(0, t0, t1, corners, cell);
                             add(t0, t1, result);
-                            return true;
+                            return !scene_.repeats || thinnest(result.tau) <= opaque;
                         });
             return;
         }
+        const double end = media_.end();
         for (size_t v = 0; v < scene_.volumes.size(); ++v) {
             pieces_[v].clear();
-            march_cells(scene_.volumes[v].density, media_.index_ray(v), 0, far,
+            march_cells(scene_.volumes[v].density, media_.index_ray(v), 0, end,
                         [&](double t0, double t1, const float* corners, const Vec3i& cell) {
                             piece_of(v, t0, t1, corners, cell);
                             pieces_[v].push_back(current_);
@@ -118,6 +119,8 @@ private:
         std::vector<Beam> beam;        // of light l for volume v: beam_number(l, v); known for volumes that are present
         std::vector<Local> volume;
     };
+
+    static double thinnest(const Vec3d& tau) { return std::min({tau[0], tau[1], tau[2]}); }
 
     /// Shadow rays give one depth for all volumes.
     size_t beam_number(size_t l, size_t v) const { return l * scene_.volumes.size() + (scene_.shadow_rays ? 0 : v); }
@@ -183,7 +186,7 @@ private:
             if (const auto part = part_to_half(a_.tau, tau_end))
                 result.half_way = t0 + (t1 - t0) * std::clamp(*part, 0.0, 1.0);
         // Only the depth still counts.
-        if (std::min({a_.tau[0], a_.tau[1], a_.tau[2]}) > opaque) {
+        if (thinnest(a_.tau) > opaque) {
             b_.t = -1;
             return;
         }

@@ -4,7 +4,10 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/optics/optical_depth.h"
+#include "vdbcloud/optics/periodic_light.h"
 #include "vdbcloud/optics/spherical_harmonics.h"
+#include "vdbcloud/render/cell_rule.h"
+#include "vdbcloud/render/free_path.h"
 #include "vdbcloud/voxels/extend.h"
 
 #include <algorithm>
@@ -23,30 +26,44 @@ float depth_of(float transmittance)
     return transmittance > 0 ? -std::log(transmittance) : 104.0f;
 }
 
-BrickMap light_depth_map(const GridBasePtr& grid)
+/// One period of a volume's medium, for each of the volume's grids.
+struct Repeat {
+    Period period;
+    const Transform& of;
+
+    Period in(const GridBase& grid) const { return period_in(period, of, grid); }
+};
+
+BrickMap light_depth_map(const GridBasePtr& grid, const Repeat& repeat)
 {
-    if (const auto grey = openvdb::gridPtrCast<openvdb::FloatGrid>(grid)) return BrickMap(*grey, 0, depth_of);
-    if (const auto coloured = openvdb::gridPtrCast<openvdb::Vec3SGrid>(grid)) return BrickMap(*coloured, 0, depth_of);
+    if (const auto grey = openvdb::gridPtrCast<openvdb::FloatGrid>(grid))
+        return BrickMap(*grey, 0, depth_of, repeat.in(*grey));
+    if (const auto coloured = openvdb::gridPtrCast<openvdb::Vec3SGrid>(grid))
+        return BrickMap(*coloured, 0, depth_of, repeat.in(*coloured));
     throw InputError("grid '" + printable(grid->getName()) + "': a transmittance of type " + grid->valueType() +
                      ": expected float or vec3s");
 }
 
-std::unique_ptr<BrickMap> map_of(const Vec3SGridPtr& grid, float outside = 0)
+std::unique_ptr<BrickMap> map_of(const Vec3SGridPtr& grid, float outside, const Repeat& repeat)
 {
-    return grid ? std::make_unique<BrickMap>(*grid, outside) : nullptr;
+    return grid ? std::make_unique<BrickMap>(*grid, outside, BrickMap::Map(), repeat.in(*grid)) : nullptr;
 }
 
 /// Extends collided light, stored in active voxels, over the trilinear fringe: the medium extends up to one voxel
 /// beyond its active voxels.
 template<typename GridPtr>
-std::unique_ptr<BrickMap> fringe_map(const GridPtr& grid)
+std::unique_ptr<BrickMap> fringe_map(const GridPtr& grid, const Repeat& repeat)
 {
-    return grid ? std::make_unique<BrickMap>(*with_fringe(*grid)) : nullptr;
+    if (!grid) return nullptr;
+    const Period period = repeat.in(*grid);
+    return std::make_unique<BrickMap>(*with_fringe(*grid, period), 0.0f, BrickMap::Map(), period);
 }
 
 /// The largest channel of a grid; rays visit only the cells in which it is nonzero.
-BrickMap extent_of(const Vec3SGrid& grid)
+/// Throws InputError for emission that reaches beyond the period of the density.
+BrickMap extent_of(const Vec3SGrid& grid, const Repeat& repeat)
 {
+    const Period period = repeat.in(grid);
     auto largest = openvdb::FloatGrid::create(0.0f);
     largest->setTransform(grid.transform().copy());
     for (auto v = grid.cbeginValueOn(); v; ++v) {
@@ -54,8 +71,15 @@ BrickMap extent_of(const Vec3SGrid& grid)
         openvdb::CoordBBox box;
         v.getBoundingBox(box);
         largest->fill(box, value);
+        for (int a = 0; a < 3 && value > 0; ++a) {
+            const int first = period.first[a], last = first + period.length[a] - 1;
+            if (period.length[a] > 0 && (box.min()[a] < first || box.max()[a] > last))
+                throw InputError("grid '" + printable(grid.getName()) + "': emission beyond the period " +
+                                 std::to_string(first) + " to " + std::to_string(last) + " of the density along " +
+                                 "xyz"[a] + ": expected it within");
+        }
     }
-    return BrickMap(*largest);
+    return BrickMap(*largest, 0, {}, period);
 }
 
 /// Throws InputError unless the moments are whole degrees, the same for each channel, that the scaling covers.
@@ -74,16 +98,17 @@ int degree_of(const CollidedLight& light)
     return degree;
 }
 
-void add_collided(const CollidedLight& light, PreparedVolume& prepared)
+void add_collided(const CollidedLight& light, const Repeat& repeat, PreparedVolume& prepared)
 {
     prepared.degree = degree_of(light);
     prepared.channel_scale = light.channel_scale;
     prepared.flux_limit = light.flux_limit;
     const auto one = openvdb::gridPtrCast<openvdb::FloatGrid>(light.phi);
-    prepared.phi = one ? fringe_map(one) : fringe_map(openvdb::gridPtrCast<openvdb::Vec3SGrid>(light.phi));
+    prepared.phi =
+        one ? fringe_map(one, repeat) : fringe_map(openvdb::gridPtrCast<openvdb::Vec3SGrid>(light.phi), repeat);
     for (size_t c = 0; c < (one ? 1u : 3u); ++c) {
-        if (light.scaling.mean_cosine() != 0) prepared.flux[c] = fringe_map(light.flux[c]);
-        for (const auto& moment : light.moments[c]) prepared.moments[c].push_back(fringe_map(moment));
+        if (light.scaling.mean_cosine() != 0) prepared.flux[c] = fringe_map(light.flux[c], repeat);
+        for (const auto& moment : light.moments[c]) prepared.moments[c].push_back(fringe_map(moment, repeat));
     }
 }
 
@@ -119,11 +144,43 @@ double shortening(const PreparedVolume& volume, double phi, const Vec3d& flux)
     return length > longest ? longest / length : 1;
 }
 
+/// Throws InputError for a scene that cannot repeat: no axis that ends, a light within the medium or along its axes, or
+/// volumes whose periods differ.
+void check_periodic(const Scene& scene)
+{
+    if (scene.periodic == std::array<bool, 3>{}) return;
+    if (scene.periodic == std::array<bool, 3>{true, true, true})
+        throw InputError("a medium that is periodic along x, y and z: expected an axis along which it ends");
+    std::optional<std::array<Vec3d, 3>> expected;
+    for (const Volume& volume : scene.volumes) {
+        const FloatGrid& density = *volume.density;
+        const Transform& transform = density.transform();
+        for (const Light& light : scene.lights)
+            require_light_that_leaves(light, index_from_world(transform, density.getName()), scene.periodic);
+        const Period period = period_of(density, scene.periodic);
+        if (!period.any()) {
+            if (!volume.emission) continue;
+            throw InputError("a volume of emission without density: in a periodic scene the density gives the period");
+        }
+        std::array<Vec3d, 3> steps;
+        for (int a = 0; a < 3; ++a)
+            steps[size_t(a)] = world_from_index(transform, density.getName())
+                                   .vector(Vec3d(a == 0, a == 1, a == 2) * double(period.length[a]));
+        if (!expected) expected = steps;
+        for (size_t a = 0; a < 3; ++a)
+            if ((steps[a] - (*expected)[a]).length() > 1e-6 * steps[a].length())
+                throw InputError("volumes that repeat after " + std::to_string((*expected)[a].length()) + " and " +
+                                 std::to_string(steps[a].length()) + " along " + "xyz"[a] +
+                                 ": expected equal periods in one direction");
+    }
+}
+
 }  // namespace
 
 PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& options)
-    : lights(scene.lights), shadow_rays(options.shadow_rays)
+    : repeats(scene.periodic != std::array<bool, 3>{}), lights(scene.lights), shadow_rays(options.shadow_rays)
 {
+    check_periodic(scene);
     for (const Light& light : lights) {
         points.push_back(light.points(disc_directions));
         const auto source = light->source();
@@ -131,14 +188,15 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
     }
     near = near_of(scene);
     for (const auto& volume : scene.volumes) {
-        auto& prepared = volumes.emplace_back(BrickMap(*volume.density));
+        const Repeat repeat{period_of(*volume.density, scene.periodic), volume.density->transform()};
+        auto& prepared = volumes.emplace_back(BrickMap(*volume.density, 0, {}, repeat.period));
         prepared.sigma_t = volume.medium.sigma_t_per_density;
         prepared.albedo = volume.medium.albedo;
         prepared.phase = volume.medium.phase;
         prepared.scaling = volume.collided.scaling;
         scaled = scaled || volume.collided.scaling.delta_f != 0;
-        prepared.colour = map_of(volume.colour, 1);
-        if (volume.collided.phi) add_collided(volume.collided, prepared);
+        prepared.colour = map_of(volume.colour, 1, repeat);
+        if (volume.collided.phi) add_collided(volume.collided, repeat, prepared);
         if (volume.collided.phi && volume.collided.scaling.delta_f > 0)
             prepared.peak = std::make_unique<ForwardPeak>(volume.medium.phase, volume.collided.scaling);
         grey = grey && extinction_is_grey(volume);
@@ -148,11 +206,12 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
                                  " transmittance grids: expected one for each of " + std::to_string(lights.size()) +
                                  " lights");
             for (const auto& t : volume.transmittance) {
-                prepared.light_depth.push_back(std::make_unique<BrickMap>(light_depth_map(t)));
+                prepared.light_depth.push_back(std::make_unique<BrickMap>(light_depth_map(t, repeat)));
                 grey = grey && prepared.light_depth.back()->channels() == 1;
             }
         }
-        if (volume.emission) volumes.emplace_back(extent_of(*volume.emission)).emission = map_of(volume.emission);
+        if (volume.emission)
+            volumes.emplace_back(extent_of(*volume.emission, repeat)).emission = map_of(volume.emission, 0, repeat);
     }
 }
 
@@ -203,15 +262,25 @@ bool RayMedia::bounds(double& t0, double& t1) const
     t1 = 0;
     for (size_t n = 0; n < scene_.volumes.size(); ++n) {
         const auto& map = scene_.volumes[n].density;
-        if (map.empty()) continue;
-        const Vec3d lo(map.first_cell()[0], map.first_cell()[1], map.first_cell()[2]);
-        const Vec3d hi(map.last_cell()[0] + 1.0, map.last_cell()[1] + 1.0, map.last_cell()[2] + 1.0);
         double in = 0, out = std::numeric_limits<double>::infinity();
-        if (!clip(index_ray(n), lo, hi, in, out)) continue;
+        if (!clip(index_ray(n), map, in, out)) continue;
         t0 = std::min(t0, in);
         t1 = std::max(t1, out);
     }
+    if (scene_.repeats) t1 = std::min(t1, end());
     return t0 < t1;
+}
+
+double RayMedia::end() const
+{
+    double t = std::numeric_limits<double>::infinity();
+    if (!scene_.repeats) return t;
+    for (size_t n = 0; n < scene_.volumes.size(); ++n) {
+        const auto& v = scene_.volumes[n];
+        const double least = std::min({v.sigma_t[0], v.sigma_t[1], v.sigma_t[2]}) * (1 - v.scaling.delta_f);
+        if (least > 0) t = std::min(t, travel(v.density, index_ray(n), 0, t, opaque / least).t);
+    }
+    return t;
 }
 
 double RayMedia::density(size_t volume, double t) const

@@ -46,6 +46,7 @@ struct PreparedScene {
     PreparedScene(const Scene&, const IntegratorOptions&);
 
     std::deque<PreparedVolume> volumes;
+    bool repeats = false;  ///< along some axes, without end
     std::vector<Light> lights;
     std::vector<std::vector<Light>> points;  ///< of each light: lights without extent whose sum is the light
     /// Of each light: where it is if it is a lamp. Within `near` of it depth comes from rays, not from grids: depth has
@@ -66,8 +67,12 @@ public:
 
     const WorldRay& ray() const { return ray_; }
     const IndexRay& index_ray(size_t volume) const { return rays_[first_[volume]]; }
-    /// The part of the ray, t >= 0, within which any volume can differ from 0; false if there is none.
+    /// The part of the ray, t >= 0, within which any volume can differ from 0; false if there is none. In a periodic
+    /// medium t1 is at most end().
     bool bounds(double& t0, double& t1) const;
+    /// Beyond this distance no source is visible, because the optical depth of a volume exceeds `opaque`. Infinity
+    /// where there is no such place, and in media that do not repeat.
+    double end() const;
 
     double density(size_t volume, double t) const;
     /// Optical depth from the ray's point at t to a light, through all volumes, for light that `volume` scatters.

@@ -1,6 +1,7 @@
 #include "vdbcloud/render/path.h"
 
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/render/cell_rule.h"
 #include "vdbcloud/render/light_sampling.h"
 
 #include <algorithm>
@@ -50,15 +51,15 @@ void PathTracer::operator()(const WorldRay& ray, PathRandom random, RayResult& r
     for (size_t v = 0; v < depths_.size(); ++v) result.tau += scene_.media.volumes[v].sigma_t * depths_[v];
     result.true_tau = result.tau;
 
-    const Vec3d opaque = opacity(result.tau);
+    const Vec3d opacities = opacity(result.tau);
     Path path;
-    path.start = sum(opaque);
+    path.start = sum(opacities);
     path.weight = Vec3d(path.start);
     path.share = Vec3d(1.0 / 3);
     Collision hit;
     bool collides = false;
     if (path.start > 0) {
-        path.hero = chosen_channel(opaque, random.next());
+        path.hero = chosen_channel(opacities, random.next());
         collides = media_.collide_surely(path.hero, depths_, random, hit);
     }
     if (scene_.emits) result.emission = emitted_to_camera(collides ? hit.t : far, result.tau, random);
@@ -225,9 +226,10 @@ Vec3d PathTracer::emitted(double end, PathRandom& random, const Weight& weight)
         if (!volume.emission) continue;
         const IndexRay& index = media_.index_ray(v);
         march_cells(volume.density, index, 0, end, [&](double t0, double t1, const float*, const Vec3i& cell) {
-            const float* corners = volume.emission->find(Vec3i(cell[0] >> 3, cell[1] >> 3, cell[2] >> 3));
+            const Vec3i at = volume.emission->period().home(cell);
+            const float* corners = volume.emission->find(Vec3i(at[0] >> 3, at[1] >> 3, at[2] >> 3));
             if (!corners) return true;
-            corners += (cell[0] & 7) * BrickMap::sx + (cell[1] & 7) * BrickMap::sy + (cell[2] & 7);
+            corners += (at[0] & 7) * BrickMap::sx + (at[1] & 7) * BrickMap::sy + (at[2] & 7);
             const Vec3d p = index.at(t0) - Vec3d(cell[0], cell[1], cell[2]), d = (t1 - t0) * index.direction;
             const double s = scene_.media.grey ? 0 : random.next();
             Vec3d emission;
@@ -246,13 +248,15 @@ Vec3d PathTracer::emitted(double end, PathRandom& random, const Weight& weight)
 /// whole ray's emission and a share 1 - T of that before the collision have the mean of emission times transmittance.
 Vec3d PathTracer::emitted_to_camera(double end, const Vec3d& tau, PathRandom& random)
 {
-    const Vec3d through = attenuation(tau), opaque = opacity(tau);
-    const Vec3d whole = emitted(far, random, [&](double) { return through; });
-    if (!(sum(opaque) > 0)) return whole;
+    const Vec3d through = attenuation(tau), opacities = opacity(tau);
+    // A ray along a periodic medium ends only where the medium is opaque.
+    const bool sees_all = !scene_.media.repeats || largest(through) > std::exp(-opaque);
+    const Vec3d whole = sees_all ? emitted(far, random, [&](double) { return through; }) : Vec3d(0.0);
+    if (!(sum(opacities) > 0)) return whole;
     double from = 0;
     Vec3d depth(0);
     return whole + emitted(end, random, [&](double t) {
-               if (scene_.media.grey) return opaque;
+               if (scene_.media.grey) return opacities;
                if (t < from) {
                    from = 0;
                    depth = Vec3d(0.0);
@@ -262,7 +266,7 @@ Vec3d PathTracer::emitted_to_camera(double end, const Vec3d& tau, PathRandom& ra
                // Of channel c the part that collides beyond t, over the density with which any hero does.
                const Vec3d beyond = attenuation(depth) * opacity(tau - depth);
                const double all = sum(beyond);
-               return all > 0 ? beyond * (sum(opaque) / all) : Vec3d(0.0);
+               return all > 0 ? beyond * (sum(opacities) / all) : Vec3d(0.0);
            });
 }
 

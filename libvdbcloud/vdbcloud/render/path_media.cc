@@ -1,6 +1,8 @@
 #include "vdbcloud/render/path_media.h"
 
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/optics/periodic_light.h"
+#include "vdbcloud/render/cell_rule.h"
 #include "vdbcloud/render/free_path.h"
 
 #include <algorithm>
@@ -16,10 +18,20 @@ constexpr double far = std::numeric_limits<double>::infinity();
 /// Transmittance below which Russian roulette decides whether a march towards a light goes on.
 constexpr double dim = 0.02;
 
+/// Density depth at which each channel that a volume attenuates is opaque: to rounding all of its rays collide.
+double opaque_depth(const PreparedVolume& volume)
+{
+    double least = far;
+    for (int c = 0; c < 3; ++c)
+        if (volume.sigma_t[c] > 0) least = std::min(least, volume.sigma_t[c]);
+    return opaque / least;
+}
+
 /// Density, colour and emission alone: all else would change what PreparedScene makes of the extinction.
 Scene true_medium(const Scene& scene)
 {
     Scene out;
+    out.periodic = scene.periodic;
     for (const Volume& volume : scene.volumes) {
         Volume& plain = out.volumes.emplace_back();
         plain.density = volume.density;
@@ -43,6 +55,9 @@ PathScene::PathScene(const Scene& scene)
     : media(true_medium(scene), IntegratorOptions()), lights(scene.lights), sky(scene.sky)
 {
     for (const Light& light : lights) {
+        for (const Volume& volume : scene.volumes)
+            require_light_that_leaves(light, index_from_world(volume.density->transform(), volume.density->getName()),
+                                      scene.periodic);
         is_lamp.push_back(bool(light->source()));
         has_lamp = has_lamp || is_lamp.back();
     }
@@ -80,12 +95,8 @@ bool PathMedia::bounds(double& t0, double& t1) const
     t1 = 0;
     for (size_t v = 0; v < index_.size(); ++v) {
         const PreparedVolume& volume = scene_.media.volumes[v];
-        if (volume.density.empty() || volume.sigma_t == Vec3d(0.0)) continue;
-        const Vec3i &first = volume.density.first_cell(), &last = volume.density.last_cell();
         double in = 0, out = far;
-        if (!clip(index_[v], Vec3d(first[0], first[1], first[2]), Vec3d(last[0] + 1.0, last[1] + 1.0, last[2] + 1.0),
-                  in, out))
-            continue;
+        if (volume.sigma_t == Vec3d(0.0) || !clip(index_[v], volume.density, in, out)) continue;
         t0 = std::min(t0, in);
         t1 = std::max(t1, out);
     }
@@ -163,7 +174,8 @@ void PathMedia::depths(std::vector<double>& out) const
     out.assign(index_.size(), 0.0);
     for (size_t v = 0; v < index_.size(); ++v) {
         const PreparedVolume& volume = scene_.media.volumes[v];
-        if (volume.sigma_t != Vec3d(0.0)) out[v] = depth_up_to(volume.density, index_[v], 0, far, far);
+        if (volume.sigma_t != Vec3d(0.0))
+            out[v] = depth_up_to(volume.density, index_[v], 0, far, scene_.media.repeats ? opaque_depth(volume) : far);
     }
 }
 

@@ -60,7 +60,7 @@ public:
     /// The first collision of a ray that is known to collide: collide() conditioned on true, by inversion of the
     /// optical depth. `depths`: density depth of the whole ray in each volume, from depths().
     bool collide_surely(int channel, const std::vector<double>& depths, PathRandom&, Collision&) const;
-    /// Density depth of the whole ray in each volume.
+    /// Density depth of the whole ray in each volume; in a periodic medium up to where the volume is opaque.
     void depths(std::vector<double>&) const;
 
     /// Transmittance over the ray's first `distance`, in the mean: where every channel is below 0.02 the march ends at

@@ -83,7 +83,7 @@ private:
 
 bool is_plain(const PreparedScene& scene)
 {
-    if (scene.volumes.size() != 1 || !scene.grey || scene.shadow_rays) return false;
+    if (scene.volumes.size() != 1 || !scene.grey || scene.shadow_rays || scene.repeats) return false;
     const auto& v = scene.volumes[0];
     if (v.colour || v.emission || v.phi || v.scaling.delta_f != 0) return false;
     for (size_t l = 0; l < scene.lights.size(); ++l)

@@ -5,7 +5,7 @@
 namespace vdbcloud {
 
 /// Whether a scene is one grey volume under distant lights, whose depths lie on the volume's own lattice,
-/// without colour, emission, multiple scattering, scaling or shadow rays.
+/// without colour, emission, multiple scattering, scaling or shadow rays, in a medium that does not repeat.
 bool is_plain(const PreparedScene&);
 
 /// The rule of cells.cc for such a scene. Both depths are cubics of one cell there, and all colours share one sum.

@@ -51,8 +51,7 @@ protected:
         if (!scene_.scaled) return;
         result.true_tau = Vec3d(0);  // not what these rules integrate: taken from the cells
         for (const auto& v : scene_.volumes)
-            result.true_tau +=
-                v.sigma_t * density_depth(v.density, media_.ray(), 0, std::numeric_limits<double>::infinity());
+            result.true_tau += v.sigma_t * density_depth(v.density, media_.ray(), 0, media_.end());
     }
 
     const PreparedScene& scene_;
@@ -89,18 +88,19 @@ public:
         if (!media_.bounds(t0, t1)) return;
         const auto count = size_t(std::ceil((t1 - t0) / step_));
         const double h = (t1 - t0) / double(count);
-        std::vector<Vec3d> sum(outputs_, Vec3d(0)), source(outputs_), taus{Vec3d(0)};
+        std::vector<Vec3d> sum(outputs_, Vec3d(0)), source(outputs_);
         Vec3d tau(0);
         for (size_t n = 0; n < count; ++n, ++result.cells) {
             const Vec3d sigma_t = evaluate(t0 + (double(n) + 0.5) * h, h, source.data());
             // The source of a step is attenuated by what lies before it and by half of the step itself.
             const Vec3d transmittance = attenuation(tau + 0.5 * h * sigma_t);
             for (size_t k = 0; k < outputs_; ++k) sum[k] += h * transmittance * source[k];
+            const Vec3d before = tau;
             tau += h * sigma_t;
-            taus.push_back(tau);
+            if (result.half_way >= 1e30)
+                if (const auto part = part_to_half(before, tau)) result.half_way = t0 + h * (double(n) + *part);
         }
         store(sum, tau, result);
-        result.half_way = half_way(taus, t0, h);
     }
 
 private:

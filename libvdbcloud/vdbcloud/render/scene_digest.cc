@@ -2,6 +2,7 @@
 
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/digest.h"
+#include "vdbcloud/grid/sources.h"
 #include "vdbcloud/optics/medium.h"
 
 namespace vdbcloud {
@@ -78,6 +79,8 @@ std::string scene_digest(const Scene& scene, const CameraView& view, const Sampl
 {
     Digest digest;
     for (const Volume& volume : scene.volumes) add(digest, volume);
+    // Parts of one picture from before media could repeat still merge.
+    if (scene.periodic != std::array<bool, 3>{}) digest.add_text(periodic_text(scene.periodic));
     for (const Light& light : scene.lights) add(digest, light);
     add(digest, scene.sky);
     add(digest, scene.background);

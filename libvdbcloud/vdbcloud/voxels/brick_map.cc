@@ -134,18 +134,33 @@ Affine index_from_world(const Transform& transform, const std::string& grid_name
     return f;
 }
 
-BrickMap::BrickMap(const FloatGrid& grid, float outside, const Map& map)
-    : outside_(outside), channels_(1), index_from_world_(vdbcloud::index_from_world(grid.transform(), grid.getName())),
+BrickMap::BrickMap(const FloatGrid& grid, float outside, const Map& map, const Period& period)
+    : outside_(outside), channels_(1), period_(period), repeats_(period.any()),
+      index_from_world_(vdbcloud::index_from_world(grid.transform(), grid.getName())),
       world_from_index_(vdbcloud::world_from_index(grid.transform(), grid.getName()))
 {
-    build(grid, map);
+    repeats_ ? build(*wrapped(grid, period_), map) : build(grid, map);
 }
 
-BrickMap::BrickMap(const Vec3SGrid& grid, float outside, const Map& map)
-    : outside_(outside), channels_(3), index_from_world_(vdbcloud::index_from_world(grid.transform(), grid.getName())),
+BrickMap::BrickMap(const Vec3SGrid& grid, float outside, const Map& map, const Period& period)
+    : outside_(outside), channels_(3), period_(period), repeats_(period.any()),
+      index_from_world_(vdbcloud::index_from_world(grid.transform(), grid.getName())),
       world_from_index_(vdbcloud::world_from_index(grid.transform(), grid.getName()))
 {
-    build(grid, map);
+    repeats_ ? build(*wrapped(grid, period_), map) : build(grid, map);
+}
+
+/// Removes bricks without a cell of the period.
+void BrickMap::cut_to_period()
+{
+    const auto outside = [&](const Vec3i& b) {
+        for (int a = 0; a < 3; ++a) {
+            const int last = period_.first[a] + period_.length[a] - 1;
+            if (period_.length[a] > 0 && (b[a] < period_.first[a] >> 3 || b[a] > last >> 3)) return true;
+        }
+        return false;
+    };
+    bricks_.erase(std::remove_if(bricks_.begin(), bricks_.end(), outside), bricks_.end());
 }
 
 template<typename GridT>
@@ -153,6 +168,7 @@ void BrickMap::build(const GridT& grid, const Map& map)
 {
     const auto blocks = blocks_of(grid);
     bricks_ = bricks_fed_by(blocks);
+    if (repeats_) cut_to_period();
 
     // Bricks of one value (inside tiles) share storage. All other bricks are filled in parallel, in chunks. The chunks
     // are joined in order, so slots do not depend on threads.
@@ -199,8 +215,12 @@ void BrickMap::index_bricks(const std::vector<int32_t>& slots)
         }
         supers_[size_t(s) * 4096 + size_t((b[0] & 15) << 8 | (b[1] & 15) << 4 | (b[2] & 15))] = slots[n];
     }
-    for (const auto& r : roots_)
+    for (auto& r : roots_)
         for (int a = 0; a < 3; ++a) {
+            if (period_.length[a] > 0) {
+                r.first[a] = std::max(r.first[a], period_.first[a]);
+                r.last[a] = std::min(r.last[a], period_.first[a] + period_.length[a] - 1);
+            }
             const bool only = &r == &roots_.front();
             first_cell_[a] = only ? r.first[a] : std::min(first_cell_[a], r.first[a]);
             last_cell_[a] = only ? r.last[a] : std::max(last_cell_[a], r.last[a]);
@@ -229,8 +249,9 @@ const float* BrickMap::find(const Vec3i& b) const
     return slot < 0 ? nullptr : brick(slot);
 }
 
-const float* BrickMap::corners(const Vec3d& index, Vec3d& fraction) const
+const float* BrickMap::corners(const Vec3d& place, Vec3d& fraction) const
 {
+    const Vec3d index = repeats_ ? period_.home(place) : place;
     // Beyond the first and last cell every value is `outside`. The test also keeps the integer conversion in range.
     for (int a = 0; a < 3; ++a)
         if (!(index[a] >= first_cell_[a] && index[a] < double(last_cell_[a]) + 1)) return nullptr;

@@ -1,6 +1,7 @@
 #pragma once
 // A grid repacked for trilinear sampling along rays: no tree access inside 8^3 cells, and rays skip empty space.
 #include "vdbcloud/core/affine.h"
+#include "vdbcloud/voxels/period.h"
 
 #include <functional>
 #include <vector>
@@ -14,6 +15,9 @@ namespace vdbcloud {
 /// brick every corner value is outside(). Inactive voxels have the value outside(), whatever value the tree stores. A
 /// brick inside a constant tile costs one index, because bricks of one value share storage.
 ///
+/// With a period the interpolant repeats without end along the axes of that period: the cell after the last voxel lies
+/// between that voxel and the first one. The map then holds the cells first .. first + length - 1.
+///
 /// Affine transforms only. Immutable after construction, so any number of threads may read.
 class BrickMap {
 public:
@@ -23,11 +27,12 @@ public:
 
     /// Repacks `grid`. `map`, unless empty, is applied to each active value; `outside` is not mapped.
     /// Throws InputError if the transform is not affine.
-    explicit BrickMap(const FloatGrid& grid, float outside = 0, const Map& map = {});
+    explicit BrickMap(const FloatGrid& grid, float outside = 0, const Map& map = {}, const Period& = {});
 
-    explicit BrickMap(const Vec3SGrid& grid, float outside = 0, const Map& map = {});
+    explicit BrickMap(const Vec3SGrid& grid, float outside = 0, const Map& map = {}, const Period& = {});
 
-    /// The corner values of brick b, 729 for each channel; null if there is no brick.
+    /// The corner values of brick b, 729 for each channel; null if there is no brick. Of a map with a period b holds
+    /// cells of that period.
     const float* find(const Vec3i& b) const;
 
     /// The interpolant at a point in index space.
@@ -38,9 +43,12 @@ public:
     int channels() const { return channels_; }
     bool empty() const { return bricks_.empty(); }
     float outside() const { return outside_; }
+    const Period& period() const { return period_; }  ///< lengths 0: the interpolant does not repeat
+    bool repeats() const { return repeats_; }
     const Affine& index_from_world() const { return index_from_world_; }
     const Affine& world_from_index() const { return world_from_index_; }
-    /// First and last cell (inclusive) of the box outside which the interpolant is outside().
+    /// First and last cell (inclusive) of the box outside which the interpolant is outside(); of a map with a period,
+    /// of one period.
     const Vec3i& first_cell() const { return first_cell_; }
     const Vec3i& last_cell() const { return last_cell_; }
     const std::vector<Vec3i>& bricks() const { return bricks_; }  ///< coordinates, sorted
@@ -59,12 +67,15 @@ public:
 private:
     template<typename GridT>
     void build(const GridT& grid, const Map& map);
-    const float* corners(const Vec3d& index, Vec3d& fraction) const;
+    void cut_to_period();
+    const float* corners(const Vec3d& place, Vec3d& fraction) const;
     const Root* root(const Vec3i& origin) const;
     void index_bricks(const std::vector<int32_t>& slots);
 
     float outside_;
     int channels_;
+    Period period_;
+    bool repeats_;
     Affine index_from_world_, world_from_index_;
     Vec3i first_cell_{0, 0, 0}, last_cell_{-1, -1, -1};
     std::vector<Vec3i> bricks_;

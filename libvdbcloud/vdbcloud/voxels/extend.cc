@@ -49,9 +49,18 @@ typename Grid::Ptr fringed(const Grid& grid)
     return out;
 }
 
+template<typename Grid>
+typename Grid::Ptr fringed(const Grid& grid, const Period& period)
+{
+    if (!period.any()) return fringed(grid);
+    auto out = wrapped(*fringed(*wrapped(grid, period)), period);
+    out->tree().voxelizeActiveTiles();  // clipping made tiles of constant leaves
+    return out;
+}
+
 }  // namespace
 
-Vec3SGridPtr with_fringe(const Vec3SGrid& grid) { return fringed(grid); }
-FloatGridPtr with_fringe(const FloatGrid& grid) { return fringed(grid); }
+Vec3SGridPtr with_fringe(const Vec3SGrid& grid, const Period& period) { return fringed(grid, period); }
+FloatGridPtr with_fringe(const FloatGrid& grid, const Period& period) { return fringed(grid, period); }
 
 }  // namespace vdbcloud

@@ -1,6 +1,7 @@
 #pragma once
 // The trilinear fringe of a grid: one more layer of active voxels, for interpolation of a medium's fields at its edge.
 #include "vdbcloud/core/fwd.h"
+#include "vdbcloud/voxels/period.h"
 
 namespace vdbcloud {
 
@@ -8,7 +9,9 @@ namespace vdbcloud {
 /// voxels become active. A fringe voxel has the mean of its active neighbours, summed in double, so a constant field
 /// stays exactly constant. Trilinear samples in the outermost cells then do not fall towards the background. Active
 /// tiles become voxels.
-Vec3SGridPtr with_fringe(const Vec3SGrid& grid);
-FloatGridPtr with_fringe(const FloatGrid& grid);
+///
+/// Along the axes of a period neighbours are those of the repeated field, and the fringe is its next voxels.
+Vec3SGridPtr with_fringe(const Vec3SGrid& grid, const Period& = {});
+FloatGridPtr with_fringe(const FloatGrid& grid, const Period& = {});
 
 }  // namespace vdbcloud

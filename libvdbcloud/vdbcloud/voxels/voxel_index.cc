@@ -92,18 +92,16 @@ VoxelIndex::VoxelIndex(const FloatGrid& grid, const VoxelIndexOptions& options)
     if (grid.tree().activeVoxelCount() > (uint64_t(1) << 31))
         throw InputError("grid '" + printable(grid.getName()) + "': more than 2^31 active voxels");
 
+    period_ = period_of(grid, options.periodic);
     Vec3i period(0, 0, 0);
-    if (options.periodic[0] || options.periodic[1] || options.periodic[2]) {
-        const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
-        for (int a = 0; a < 3 && !box.empty(); ++a) {
-            if (!options.periodic[a]) continue;
-            const int extent = box.dim()[a];
-            if (extent % Blocks::edge)
-                throw InputError("grid '" + printable(grid.getName()) + "': it is to repeat along " + "xyz"[a] +
-                                 " after " + std::to_string(extent) + " voxels: expected a multiple of 8");
-            period[a] = extent / Blocks::edge;
-            origin_[a] = box.min()[a];
-        }
+    for (int a = 0; a < 3; ++a) {
+        const int length = period_.length[a];
+        if (length == 0) continue;
+        if (length % Blocks::edge)
+            throw InputError("grid '" + printable(grid.getName()) + "': it is to repeat along " + "xyz"[a] + " after " +
+                             std::to_string(length) + " voxels: expected a multiple of 8");
+        period[a] = length / Blocks::edge;
+        origin_[a] = period_.first[a];
     }
     const Builder builder = masks_of(grid, openvdb::Coord(origin_.x(), origin_.y(), origin_.z()));
     std::vector<Block> list;
@@ -167,7 +165,7 @@ typename GridT::Ptr grid_of(const VoxelIndex& index, const F& value)
         const openvdb::Coord at(p.x(), p.y(), p.z());
         tree.touchLeaf(at)->setValueOn(at, value(slot));
     }
-    return with_fringe(*inside);
+    return with_fringe(*inside, index.period());
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // The voxels on which an equation is solved, numbered as slots, and the conversion between trees and flat arrays.
 #include "vdbcloud/core/affine.h"
 #include "vdbcloud/voxels/blocks.h"
+#include "vdbcloud/voxels/period.h"
 
 #include <string>
 
@@ -15,7 +16,7 @@ struct VoxelIndexOptions {
 /// geometry of one voxel: a box with edges along axis(0..2).
 ///
 /// Every array over the voxels is flat, one value per slot (blocks.h), so loops do not access OpenVDB.
-/// A periodic axis repeats after the extent of the voxels along that axis. This extent must be a multiple of 8.
+/// A periodic axis repeats by the rule of period_of(). The length of the period must be a multiple of 8.
 class VoxelIndex {
 public:
     /// Throws InputError naming the grid. Causes: the transform is not affine, the axes are not at right angles, a
@@ -28,6 +29,8 @@ public:
     const Vec3d& axis(int a) const { return axis_[a]; }
     /// Voxel coordinates of the tree = coordinates of the blocks + origin.
     const Vec3i& origin() const { return origin_; }
+    /// One period of the domain, in voxel coordinates of the tree.
+    const Period& period() const { return period_; }
     const Affine& world_from_index() const { return world_from_index_; }
     /// World position of a point in voxel coordinates of the blocks (voxel centres are at integers).
     Vec3d world(const Vec3d& voxel) const;
@@ -39,7 +42,8 @@ public:
 
     /// A vector grid of three fields over the voxels, each times its scale. The three pointers may be equal. The grid
     /// has the transform of the indexed grid. Active are the voxels and their fringe (with_fringe() in
-    /// voxels/extend.h), which keeps trilinear samples of a constant field constant up to the medium's edge.
+    /// voxels/extend.h), which repeats where the domain does, and keeps trilinear samples of a constant field constant
+    /// up to the medium's edge.
     Vec3SGridPtr to_grid(const std::array<const float*, 3>& field, const std::string& name,
                          const Vec3d& scale = Vec3d(1, 1, 1)) const;
     /// As above, a float grid of one field.
@@ -50,6 +54,7 @@ private:
     Vec3d spacing_{1, 1, 1};
     std::array<Vec3d, 3> axis_{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
     Vec3i origin_{0, 0, 0};
+    Period period_;
     Affine world_from_index_;
     std::shared_ptr<const Transform> transform_;
 };
