@@ -3,6 +3,7 @@
 #
 #   @summary PREFIX   a row for each case that begins with PREFIX, rung and voxel; a column for each quantity: the error of
 #                     a mean; of several places rms and, in brackets, the largest error
+#   @values PREFIX    as @summary, with our means in place of their errors
 #   @points CASE      published and ours by rung, in the finest voxels, for each place
 #   @bars             a row for each bar: its limit, what was reached
 #
@@ -16,6 +17,7 @@ file < 3 && !named { named = 1; next }  # names of columns
 file == 1 {
     group = $1 "," $7 "," $8
     if (!(group in seconds)) { groups[++group_count] = group; seconds[group] = $12 }
+    if ($12 + 0 > seconds[group] + 0) seconds[group] = $12
     if (!(($1, $8) in known_voxel)) { known_voxel[$1, $8] = 1; if (!($1 in finest) || $8 + 0 < finest[$1] + 0) finest[$1] = $8 }
     if (!(($1, $7) in known_rung)) { known_rung[$1, $7] = 1; rungs[$1, ++rung_count[$1]] = $7 }
     if (!(($1, $3) in known_place)) { known_place[$1, $3] = 1; places[$1, ++place_count[$1]] = $3 }
@@ -36,6 +38,7 @@ file == 1 {
 }
 file == 2 { bars[++bar_count] = $0; next }
 /^@summary / { summary(substr($0, 10)); next }
+/^@values / { values(substr($0, 9)); next }
 /^@points / { points(substr($0, 9)); next }
 /^@bars/ { print_bars(); next }
 { gsub("@machine", machine); print }
@@ -64,6 +67,20 @@ function summary(prefix,    f, q, line, k, part) {
         split(groups[k], part, ",")
         line = "| " part[1] " | " part[2] " | " sprintf("%.4g", part[3]) " | " seconds[groups[k]] " |"
         for (q = 1; q <= quantity_count[f]; ++q) line = line " " statistic(groups[k] "," quantities[f, q]) " |"
+        print line
+    }
+}
+function values(prefix,    k, part, q, line, head, rule, name) {
+    if (!measured(prefix)) return
+    head = "| case | rung | voxel | seconds |"; rule = "|---|---|--:|--:|"; name[1] = "R"; name[2] = "T"; name[3] = "A"
+    for (q = 1; q <= 3; ++q) { head = head " " name[q] " |"; rule = rule "--:|" }
+    print head; print rule
+    for (k = 1; k <= group_count; ++k) {
+        if (index(groups[k], prefix) != 1) continue
+        split(groups[k], part, ",")
+        line = "| " part[1] " | " part[2] " | " sprintf("%.4g", part[3]) " | " seconds[groups[k]] " |"
+        for (q = 1; q <= 3; ++q)
+            line = line " " ((part[1], name[q], "mean", part[2], part[3]) in ours ? sprintf("%.4f", ours[part[1], name[q], "mean", part[2], part[3]]) : "") " |"
         print line
     }
 }
