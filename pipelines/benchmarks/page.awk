@@ -17,7 +17,6 @@ file < 3 && !named { named = 1; next }  # names of columns
 file == 1 {
     group = $1 "," $7 "," $8
     if (!(group in seconds)) { groups[++group_count] = group; seconds[group] = $12 }
-    if ($12 + 0 > seconds[group] + 0) seconds[group] = $12
     if (!(($1, $8) in known_voxel)) { known_voxel[$1, $8] = 1; if (!($1 in finest) || $8 + 0 < finest[$1] + 0) finest[$1] = $8 }
     if (!(($1, $7) in known_rung)) { known_rung[$1, $7] = 1; rungs[$1, ++rung_count[$1]] = $7 }
     if (!(($1, $3) in known_place)) { known_place[$1, $3] = 1; places[$1, ++place_count[$1]] = $3 }

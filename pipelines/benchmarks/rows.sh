@@ -1,10 +1,7 @@
 # Functions of the families of benchmarks: rows of results from what the programs report. To be sourced by bash.
 
-# value KEY FILE: the first number called KEY in a report (--json), and 0 where there is none.
-value() { awk -v key="\"$1\":" '$1 == key { gsub(",", "", $2); print $2; found = 1; exit } END { if (!found) print 0 }' "$2"; }
-
-# cpu FILE...: processor seconds of all phases of reports, reading and writing included.
-cpu() { awk '$1 == "\"cpu_seconds\":" { gsub(",", "", $2); sum += $2 } END { printf "%.2f", sum }' "$@"; }
+# cpu FILE...: processor seconds of runs, from their reports; the first number of that name is the whole run's.
+cpu() { awk '$1 == "\"cpu_seconds\":" && !seen[FILENAME]++ { gsub(",", "", $2); sum += $2 } END { printf "%.2f", sum }' "$@"; }
 
 # row CASE QUANTITY PLACE RUNG VOXEL OURS NOISE SECONDS: a line of results. NOISE is a standard error, 0 for none.
 row() { local IFS=,; printf '%s\n' "$*"; }
