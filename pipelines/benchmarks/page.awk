@@ -1,8 +1,8 @@
 # Writes the page from the table: awk -f page.awk table.csv bars.csv page.md > benchmarks.md. Lines of page.md that begin with @
 # are replaced:
 #
-#   @summary PREFIX   a row for each case that begins with PREFIX, rung and voxel; a column for each quantity: the error of
-#                     a mean; of several places rms and, in brackets, the largest error
+#   @summary PREFIX QUANTITY...   a row for each case that begins with PREFIX, rung and voxel; a column for each quantity: the
+#                     error of a mean; of several places rms and, in brackets, the largest error
 #   @values PREFIX    as @summary, with our means in place of their errors
 #   @points CASE      published and ours by rung, in the finest voxels, for each place
 #   @bars             a row for each bar: its limit, what was reached
@@ -29,14 +29,11 @@ file == 1 {
     quantity = $2 ($3 == "mean" ? "" : " by place")
     ++n[key]; squares[key] += $11 * $11
     if (n[key] == 1 || magnitude($11) > magnitude(worst[key])) worst[key] = $11
-    if (!((family($1), quantity) in known_quantity)) {
-        known_quantity[family($1), quantity] = 1
-        quantities[family($1), ++quantity_count[family($1)]] = quantity
-    }
+    known_quantity[family($1), quantity] = 1
     next
 }
 file == 2 { bars[++bar_count] = $0; next }
-/^@summary / { summary(substr($0, 10)); next }
+/^@summary / { sub(/^@summary /, ""); summary($0); next }
 /^@values / { values(substr($0, 9)); next }
 /^@points / { points(substr($0, 9)); next }
 /^@bars/ { print_bars(); next }
@@ -54,18 +51,24 @@ function measured(prefix,    k) {
     print "Not part of the last run."
     return 0
 }
-function summary(prefix,    f, q, line, k, part) {
+function summary(text,    count, wanted, prefix, column, columns, q, k, line, part, name) {
+    count = split(text, wanted, " ")
+    prefix = wanted[1]
     if (!measured(prefix)) return
-    f = family(prefix)
-    line = "| case | rung | voxel | seconds |"; for (q = 1; q <= quantity_count[f]; ++q) line = line " " quantities[f, q] " |"
+    for (q = 2; q <= count; ++q)
+        for (k = 0; k < 2; ++k) {
+            name = wanted[q] (k ? " by place" : "")
+            if ((family(prefix), name) in known_quantity) column[++columns] = name
+        }
+    line = "| case | rung | voxel | seconds |"; for (q = 1; q <= columns; ++q) line = line " " column[q] " |"
     print line
-    line = "|---|---|--:|--:|"; for (q = 1; q <= quantity_count[f]; ++q) line = line "--:|"
+    line = "|---|---|--:|--:|"; for (q = 1; q <= columns; ++q) line = line "--:|"
     print line
     for (k = 1; k <= group_count; ++k) {
         if (index(groups[k], prefix) != 1) continue
         split(groups[k], part, ",")
         line = "| " part[1] " | " part[2] " | " sprintf("%.4g", part[3]) " | " seconds[groups[k]] " |"
-        for (q = 1; q <= quantity_count[f]; ++q) line = line " " statistic(groups[k] "," quantities[f, q]) " |"
+        for (q = 1; q <= columns; ++q) line = line " " statistic(groups[k] "," column[q]) " |"
         print line
     }
 }
