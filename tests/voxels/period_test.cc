@@ -2,8 +2,10 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/optics/cell_march.h"
 #include "vdbcloud/optics/optical_depth.h"
+#include "vdbcloud/voxels/active_box.h"
 #include "vdbcloud/voxels/extend.h"
 #include "vdbcloud/voxels/period.h"
+#include "vdbcloud/voxels/voxel_index.h"
 
 #include "support/fields.h"
 
@@ -139,6 +141,18 @@ TEST(Period, FringeHoldsNoTiles)
     const auto fringe = with_fringe(*grid, period_of(*grid, xz));
     EXPECT_EQ(fringe->tree().activeTileCount(), 0u);
     EXPECT_EQ(fringe->activeVoxelCount(), 10u * 26 * 10);
+}
+
+TEST(Period, ActiveBoxCoversEmptyColumns)
+{
+    // Density above 0 in the middle third of a period of 24 active voxels.
+    const auto grid = box(Vec3i(24, 5, 8), 1, [](Coord c) { return c[0] >= 8 && c[0] < 16 ? 1.0 : 0.0; });
+    const ActiveBox periodic(VoxelIndex(*grid, {xz}).blocks());
+    EXPECT_EQ(periodic.first, Vec3i(0, 0, 0));
+    EXPECT_EQ(periodic.last, Vec3i(23, 4, 7));
+    EXPECT_EQ(periodic.cells(3), 24u * 8);
+    const ActiveBox alone(VoxelIndex(*grid).blocks());
+    EXPECT_EQ(alone.size(0), 8);
 }
 
 TEST(Period, SamplesAreThoseOfTheTiling)

@@ -65,6 +65,11 @@ public:
                 lo_[a] = std::min(lo_[a], of.blocks().at(b)[a] * 8);
                 hi_[a] = std::max(hi_[a], of.blocks().at(b)[a] * 8 + 7);
             }
+        for (int a = 0; a < 3; ++a) {
+            if (of.blocks().period()[a] == 0) continue;
+            lo_[a] = 0;  // a period may begin or end with empty voxels
+            hi_[a] = 8 * of.blocks().period()[a] - 1;
+        }
         bool leaves = false;
         for (int a = 0; a < 3; ++a) {
             step_[a] = to.dot(of.axis(a)) / of.spacing()[a];

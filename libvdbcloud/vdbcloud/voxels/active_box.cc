@@ -30,7 +30,12 @@ ActiveBox::ActiveBox(const Blocks& blocks)
                 last[a] = std::max(last[a], 8 * blocks.at(b)[a] + k);
             }
     }
-    for (int a = 0; a < 3; ++a) periodic[size_t(a)] = blocks.period()[a] != 0;
+    for (int a = 0; a < 3; ++a) {
+        periodic[size_t(a)] = blocks.period()[a] != 0;
+        if (!periodic[size_t(a)]) continue;
+        first[a] = 0;  // a period may begin or end with empty voxels
+        last[a] = 8 * blocks.period()[a] - 1;
+    }
 }
 
 bool ActiveBox::contains(const Vec3i& at) const
