@@ -17,7 +17,7 @@ file < 3 && !named { named = 1; next }  # names of columns
 file == 1 {
     group = $1 "," $7 "," $8
     if (!(group in seconds)) { groups[++group_count] = group; seconds[group] = $12 }
-    if (!(($1, $8) in known_voxel)) { known_voxel[$1, $8] = 1; if (!($1 in finest) || $8 + 0 < finest[$1] + 0) finest[$1] = $8 }
+    if (!(($1, $7) in finest) || $8 + 0 < finest[$1, $7] + 0) finest[$1, $7] = $8
     if (!(($1, $7) in known_rung)) { known_rung[$1, $7] = 1; rungs[$1, ++rung_count[$1]] = $7 }
     if (!(($1, $3) in known_place)) { known_place[$1, $3] = 1; places[$1, ++place_count[$1]] = $3 }
     ours[$1, $2, $3, $7, $8] = $9
@@ -41,10 +41,10 @@ file == 2 { bars[++bar_count] = $0; next }
 
 function magnitude(x) { return x < 0 ? -x : x }
 function family(case_) { sub(/-.*/, "", case_); return case_ }
-function signed(x) { return sprintf("%+.1f", magnitude(x) < 0.05 ? 0 : x) }
+function signed(x) { return sprintf(magnitude(x) < 1000 ? "%+.1f" : "%+.0f", magnitude(x) < 0.05 ? 0 : x) }
 function statistic(key) {
     if (!(key in n)) return ""
-    return n[key] == 1 ? signed(worst[key]) : sprintf("%.1f (%s)", sqrt(squares[key] / n[key]), signed(worst[key]))
+    return n[key] == 1 ? signed(worst[key]) : sprintf(squares[key] / n[key] < 1e6 ? "%.1f (%s)" : "%.0f (%s)", sqrt(squares[key] / n[key]), signed(worst[key]))
 }
 function measured(prefix,    k) {
     for (k = 1; k <= group_count; ++k) if (index(groups[k], prefix) == 1) return 1
@@ -86,6 +86,11 @@ function values(prefix,    k, part, q, line, head, rule, name) {
         print line
     }
 }
+# Ours in the finest voxels of that rung.
+function value_at(case_, quantity, place, rung,    v) {
+    v = finest[case_, rung]
+    return (case_, quantity, place, rung, v) in ours ? sprintf("%.4g", ours[case_, quantity, place, rung, v]) : ""
+}
 function points(case_,    k, r, line, p, q) {
     if (!measured(case_)) return
     q = "flux"
@@ -97,7 +102,7 @@ function points(case_,    k, r, line, p, q) {
         p = places[case_, k]
         line = "| " p " | " published[case_, q, p] " |"
         for (r = 1; r <= rung_count[case_]; ++r)
-            line = line " " ((case_, q, p, rungs[case_, r], finest[case_]) in ours ? sprintf("%.4g", ours[case_, q, p, rungs[case_, r], finest[case_]]) : "") " |"
+            line = line " " value_at(case_, q, p, rungs[case_, r]) " |"
         print line
     }
 }
@@ -111,7 +116,7 @@ function print_bars(    b, part, k, g, key, reached, slow, found, value) {
         for (k = 1; k <= group_count; ++k) {
             split(groups[k], g, ",")
             key = groups[k] "," part[3]
-            if (g[1] !~ ("^(" part[2] ")$") || g[2] != part[4] || g[3] != finest[g[1]] || !(key in n)) continue
+            if (g[1] !~ ("^(" part[2] ")$") || g[2] != part[4] || g[3] != finest[g[1], g[2]] || !(key in n)) continue
             found = 1
             value = part[5] == "rms" ? sqrt(squares[key] / n[key]) : magnitude(worst[key])
             if (value > reached) reached = value
