@@ -83,7 +83,7 @@ TEST_F(Periodic, P1solveComputesTheLightOfThePeriodicMedium)
 TEST_F(Periodic, LinesCoverTheEmptyColumnsOfAPeriod)
 {
     // A bar whose period is half empty, lit aslant: lines through one period meet it from both sides of the seam. A
-    // line a voxel errs by 2 %; lines through the bar's own columns alone missed a third.
+    // line a voxel errs by 2 %; lines through the bar's own columns alone meet half of it.
     const auto bar = box({16, 8, 8}, 0.125, [](Coord c) { return c[0] < 8 ? 1.0 : 0.0; });
     write_grid_file(scratch / "bar.vdb", file_of({bar}));
     const std::string report = scratch / "report.json";
