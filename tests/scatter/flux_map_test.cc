@@ -165,6 +165,13 @@ TEST(FluxMap, SumsToThePowersOfTheReport)
             EXPECT_NEAR(power_of(map, channel.absorbed) / r.budget.absorbed, 1, 1e-5);
             EXPECT_NEAR(heat(report.heating, c) / r.budget.absorbed, 1, 1e-5);
             EXPECT_GT(r.budget.absorbed, 0.01 * r.deposited);
+            double in = r.deposited, out = r.budget.absorbed + r.planes.reentered;
+            for (size_t face = 0; face < 6; ++face) {
+                in += r.planes.sky_in[face];
+                out += r.planes.out[face];
+            }
+            EXPECT_NEAR(out / in, 1, 1e-6) << iterations;
+            EXPECT_EQ(r.planes.reentered > 0.01 * in, iterations == 0) << "P1 alone loses what enters again";
             EXPECT_GT(power_of(map, channel.direct_base), 0.1 * r.deposited) << "sun and lamp";
         }
     }

@@ -167,6 +167,22 @@ TEST(Planes, UnderAUniformSkyAWhiteMediumChangesNothing)
     }
 }
 
+TEST(Planes, LetTheSkyThroughTheVoidOfTheBox)
+{
+    // Two cubes of 4 voxels at opposite corners of a box of 40. The sky is bright above and dark below: its light that
+    // comes in through the top half space leaves through the base and the sides.
+    const auto grid = test::voxel_clouds({{Vec3i(0), Vec3i(3)}, {Vec3i(36), Vec3i(39)}}, Vec3d(0.1), 1.0);
+    for (const int iterations : {0, 2}) {
+        ScatterOptions o = with_sweeps(iterations);
+        o.sky.zenith = o.sky.horizon = Vec3d(1);
+        o.sky.haze = 100;
+        const ChannelReport r = solved(*grid, grey(5, 0.5), {}, o);
+        EXPECT_NEAR(r.planes.out[Blocks::YMinus] / r.planes.sky_in[Blocks::YPlus], 1, 0.05) << iterations;
+        EXPECT_NEAR(r.planes.out[Blocks::YPlus] / r.planes.sky_in[Blocks::YPlus], 0, 0.05) << iterations;
+        EXPECT_NEAR(r.planes.out[Blocks::XPlus] / r.planes.sky_in[Blocks::XMinus], 1, 0.05) << iterations;
+    }
+}
+
 /// A plate of 45 degrees in its grid: its stairs look along x and y alike. The sun is overhead.
 struct TiltedPlate {
     static constexpr int n = 32;
