@@ -1,7 +1,7 @@
 // P1 and its closure by sweeps, as pictures, against path tracing of a heterogeneous cloud with true voids.
 #include "pipelines/pictures.h"
 #include "support/monte_carlo.h"
-#include "support/puffs.h"
+#include "support/reference_clouds.h"
 #include "support/size.h"
 #include "vdbcloud/core/random.h"
 #include "vdbcloud/render/media.h"
@@ -17,9 +17,10 @@
 #include <ctime>
 #include <fstream>
 #include <functional>
-#include <map>
 #include <sstream>
 #include <string>
+#include <tuple>
+#include <vector>
 
 namespace vdbcloud {
 namespace {
@@ -32,7 +33,8 @@ struct Rung {
 
 class MonteCarlo : public testing::Test {
 protected:
-    MonteCarlo() : grid(cloud_of_puffs()), bricks(*grid), sigma_t(extinction_of_puffs(*grid, 15))
+    MonteCarlo() : MonteCarlo(cloud_of_puffs(), 15) {}
+    MonteCarlo(const FloatGridPtr& cloud, double tau) : grid(cloud), bricks(*grid), sigma_t(extinction_for(*grid, tau))
     {
         for (const Vec3i& b : bricks.bricks())
             densest = std::max(densest, double(*std::max_element(bricks.find(b), bricks.find(b) + 729)));
@@ -134,49 +136,58 @@ TEST_F(MonteCarlo, DISABLED_PrintsReference)
         }
 }
 
-/// The rows of data/references/puffs.txt at one optical depth, in the order of `references`.
-std::array<Pictures, 3> references_by_light_paths(double tau)
+/// A cloud's rows of data/references at one optical depth, in one medium.
+Pictures by_light_paths(const std::string& cloud, double tau, double w0, double g)
 {
-    std::ifstream file(VDBCLOUD_SOURCE "/data/references/puffs.txt");
-    std::map<std::string, Mean> rows;
+    std::ifstream file(VDBCLOUD_SOURCE "/data/references/" + cloud + ".txt");
+    Pictures pictures;
+    size_t rows = 0;
     for (std::string line; std::getline(file, line);) {
         std::istringstream words(line);
-        double depth = 0, w0 = 0, g = 0;
+        double depth = 0, albedo = 0, cosine = 0;
         std::string view;
         size_t a = 0, b = 0;
         Mean mean;
-        if (words >> depth >> w0 >> g >> view >> a >> b >> mean.value >> mean.deviation && depth == tau)
-            rows[std::to_string(w0) + std::to_string(g) + view + std::to_string(3 * a + b)] = mean;
+        if (!(words >> depth >> albedo >> cosine >> view >> a >> b >> mean.value >> mean.deviation)) continue;
+        if (depth != tau || albedo != w0 || cosine != g) continue;
+        pictures[view == "above" ? 0 : view == "side" ? 1 : 2][3 * a + b] = mean;
+        ++rows;
     }
-    EXPECT_EQ(rows.size(), references.size() * 3 * blocks);
-    std::array<Pictures, 3> pictures;
-    for (size_t r = 0; r < references.size(); ++r)
-        for (size_t v = 0; v < 3; ++v)
-            for (size_t b = 0; b < blocks; ++b)
-                pictures[r][v][b] = rows[std::to_string(references[r].w0) + std::to_string(references[r].g) +
-                                         std::array{"above", "side", "below"}[v] + std::to_string(b)];
+    EXPECT_EQ(rows, 3 * blocks) << cloud << ' ' << tau << ' ' << w0 << ' ' << g;
     return pictures;
+}
+
+/// The largest relative error of a view's mean.
+double worst_view(const Pictures& pictures, const Pictures& truth)
+{
+    double worst = 0;
+    for (size_t v = 0; v < 3; ++v)
+        worst = std::max(worst, std::abs(mean(pictures[v]).value / mean(truth[v]).value - 1));
+    return worst;
 }
 
 TEST(PuffsReference, ByLightPathsIsWithinThreeThousandthsOfTheTracers)
 {
     // Both tracers are independent programs. Chi-square of 81 blocks is below 145 with all but 2e-5 of probability.
-    const auto found = references_by_light_paths(15);
     double chi = 0;
-    for (size_t r = 0; r < references.size(); ++r)
+    for (const Reference& of : references) {
+        const Pictures found = by_light_paths("puffs", 15, of.w0, of.g);
         for (size_t v = 0; v < 3; ++v)
             for (size_t b = 0; b < blocks; ++b) {
-                const Mean &p = found[r][v][b], &q = references[r].view[v][b];
+                const Mean &p = found[v][b], &q = of.view[v][b];
                 chi += std::pow((p.value - q.value) / std::hypot(p.deviation, q.deviation), 2);
             }
+    }
     EXPECT_LT(chi, 145);
     EXPECT_GT(chi, 30);
+    std::vector<Pictures> all{by_light_paths("blobs", 15, 1, 0.85)};
     for (const double tau : {15.0, 60.0})
-        for (const Pictures& pictures : references_by_light_paths(tau))
-            for (const Picture& picture : pictures) {
-                EXPECT_LT(mean(picture).deviation, 0.0033 * mean(picture).value);
-                EXPECT_GT(mean(picture).deviation, 0.001 * mean(picture).value);
-            }
+        for (const Reference& of : references) all.push_back(by_light_paths("puffs", tau, of.w0, of.g));
+    for (const Pictures& pictures : all)
+        for (const Picture& picture : pictures) {
+            EXPECT_LT(mean(picture).deviation, 0.0033 * mean(picture).value);
+            EXPECT_GT(mean(picture).deviation, 0.001 * mean(picture).value);
+        }
 }
 
 TEST_F(MonteCarlo, ReferenceMatchesTheCloud)
@@ -190,7 +201,7 @@ TEST_F(MonteCarlo, ReferenceMatchesTheCloud)
         }
 }
 
-TEST_F(MonteCarlo, OneSweepLeavesAThirdOfTheErrorOfP1AndThreeLeaveAnEighth)
+TEST_F(MonteCarlo, OneSweepLeavesAThirdOfTheErrorOfP1AndThreeLeaveASixth)
 {
     // P1, then sweeps at increasing cost. Voxels of up to 1.6 mean free paths cause errors of 1 to 2 % on every rung.
     // Half of a block's interval in the reference adds to them.
@@ -204,10 +215,13 @@ TEST_F(MonteCarlo, OneSweepLeavesAThirdOfTheErrorOfP1AndThreeLeaveAnEighth)
                 EXPECT_NEAR(error.value, 0.235, 0.05) << of.g;
             } else if (rung.iterations == 1) {
                 EXPECT_LT(error.value, p1_error / 3) << of.g;
-                EXPECT_GT(error.value, p1_error / 6) << of.g;
+                EXPECT_GT(error.value, p1_error / 9) << of.g;
             } else {
-                EXPECT_LT(error.value, p1_error / 8) << of.g << ' ' << rung.iterations;
-                EXPECT_LT(error.value, 0.035) << of.g << ' ' << rung.iterations;
+                EXPECT_LT(error.value, p1_error / 6) << of.g << ' ' << rung.iterations;
+                EXPECT_LT(error.value, rung.degree == 1   ? 0.047
+                                       : rung.degree == 3 ? 0.033
+                                                          : 0.018)
+                    << of.g << ' ' << rung.iterations;
             }
             std::printf("albedo %g, g %g: %2d iterations, %3d directions, degree %d: mean", of.w0, of.g,
                         rung.iterations, rung.directions, rung.degree);
@@ -218,11 +232,67 @@ TEST_F(MonteCarlo, OneSweepLeavesAThirdOfTheErrorOfP1AndThreeLeaveAnEighth)
                     EXPECT_LT(off, -0.08);  // the test detects the error of P1
                 }
                 if (rung.iterations >= 3) {
-                    EXPECT_LT(std::abs(off), 0.03) << of.g << ' ' << v << ' ' << rung.iterations;
+                    EXPECT_LT(std::abs(off), rung.degree == 7 ? 0.015 : 0.035)
+                        << of.g << ' ' << v << ' ' << rung.iterations;
                 }
             }
             std::printf("; blocks %.2f %% (the reference's own interval %.2f %%)\n", 100 * error.value,
                         100 * error.deviation);
+        }
+    }
+}
+
+class MonteCarloOfBlobs : public MonteCarlo {
+protected:
+    MonteCarloOfBlobs() : MonteCarlo(cloud_of_blobs(), 15) {}
+};
+
+TEST_F(MonteCarloOfBlobs, DegreeSevenComesToTheTruthAsVoxelsShrink)
+{
+    // Edges are thin; the thickest voxel has 0.28 mean free paths at degree 1 and 0.73 at degree 7, whose square errs
+    // in the light back from the cloud, the dimmest view. At half the voxel the worst view of degree 7 is 0.9 % off.
+    const Pictures truth = by_light_paths("blobs", 15, 1, 0.85);
+    double blocks_at_7 = 0;
+    for (const auto& [rung, view, block] : {std::tuple(Rung{8, 32, 1}, 0.025, 0.03),
+                                            {Rung{8, 64, 3}, 0.023, 0.04},
+                                            {Rung{8, 144, 5}, 0.031, 0.043},
+                                            {Rung{8, 256, 7}, 0.034, 0.05}}) {
+        const auto pictures = solved(1, 0.85, rung);
+        const double worst = worst_view(pictures, truth), rest = rms(pictures, truth).value;
+        std::printf("degree %d: worst view %.2f %%, blocks %.2f %%\n", rung.degree, 100 * worst, 100 * rest);
+        EXPECT_LT(worst, view) << rung.degree;
+        EXPECT_LT(rest, block) << rung.degree;
+        EXPECT_GT(rest, 0.01) << rung.degree;  // the test would see an eighth of it
+        blocks_at_7 = rest;
+    }
+    if (!test::full_size()) return;
+    grid = at_half_the_voxel(*grid);
+    for (const auto& [rung, view, block] :
+         {std::tuple(Rung{9, 32, 1}, 0.027, 0.045), {Rung{9, 256, 7}, 0.015, 0.0135}}) {
+        const auto pictures = solved(1, 0.85, rung);
+        const double worst = worst_view(pictures, truth), rest = rms(pictures, truth).value;
+        std::printf("half the voxel, degree %d: worst view %.2f %%, blocks %.2f %%\n", rung.degree, 100 * worst,
+                    100 * rest);
+        EXPECT_LT(worst, view) << rung.degree;
+        EXPECT_LT(rest, block) << rung.degree;
+        if (rung.degree == 7) {
+            EXPECT_LT(rest, blocks_at_7 / 3);
+        }
+    }
+}
+
+TEST_F(MonteCarlo, HigherDegreesAreNoWorseInThickVoxels)
+{
+    // Four times the extinction: voxels of up to 6 mean free paths.
+    sigma_t = extinction_for(*grid, 60);
+    for (const auto& [of, degree_1, degree_7] : {std::tuple(1, 0.03, 0.022), {2, 0.036, 0.034}}) {
+        const Reference& medium = references[size_t(of)];
+        const Pictures truth = by_light_paths("puffs", 60, medium.w0, medium.g);
+        for (const Rung& rung : {Rung{8, 32, 1}, {8, 256, 7}}) {
+            const double rest = rms(solved(medium.w0, medium.g, rung), truth).value;
+            std::printf("albedo %g, g %g, degree %d: blocks %.2f %%\n", medium.w0, medium.g, rung.degree, 100 * rest);
+            EXPECT_LT(rest, rung.degree == 1 ? degree_1 : degree_7) << medium.g;
+            EXPECT_GT(rest, 0.005) << medium.g;
         }
     }
 }

@@ -30,8 +30,10 @@ Result solve(const P1Case& c, const Lit& lit, ClosureOptions options)
         add_beam(coarse, depths, e1, {{&first, lit.sun}});
         add_beam(p1, depths, e, {{&base, lit.sun}});
         add_beam_profile(p1, depths, e, {{&base, lit.sun}});
-        early = beam_fluence(coarse, depths, e1);
-        late = beam_fluence(p1, depths, e);
+        const auto centre =
+            periodic ? periodic_centre_depths(c.index, c.density, sun) : centre_depths(c.index, BrickMap(*c.grid), sun);
+        early = beam_fluence(coarse, depths, centre, e1);
+        late = beam_fluence(p1, depths, centre, e);
         closure.add_uncollided(sun, late, lit.sun);
     }
     if (lit.sky > 0) {
@@ -45,9 +47,7 @@ Result solve(const P1Case& c, const Lit& lit, ClosureOptions options)
     EXPECT_TRUE(solve_p1(coarse, multigrid1, p1_source, r.phi, tight).converged);
     r.p1_budget = budget(coarse, p1_source, r.phi);
     r.phi_p1 = r.phi;
-    auto flux = cell_flux(coarse, p1_source, r.phi);
-    limit_flux(coarse, r.phi, flux);
-    closure.start_with_flux(flux);
+    closure.start_with_flux(cell_flux(coarse, p1_source, r.phi));
     if (lit.sun > 0) {
         for (size_t n = 0; n < early.size(); ++n) {
             early[n] -= late[n];

@@ -28,19 +28,24 @@ void add_absorbed(const P1Operator& p1, size_t slot, double deposit, P1Source& t
     if (!to.beam_absorbed.empty()) to.beam_absorbed[slot] += (1 - p1.scaling(slot).albedo) * deposit;
 }
 
+/// The slot of the voxel that a point source is in; an inactive one where it is in none.
+size_t slot_of_source(const VoxelIndex& index, const Light& light)
+{
+    const auto point = light->source();
+    if (!point) return index.blocks().count() * 512;
+    const Vec3d from_origin = point->position - index.world(Vec3d(0, 0, 0));
+    Vec3i voxel;
+    for (int a = 0; a < 3; ++a) voxel[a] = int(std::floor(from_origin.dot(index.axis(a)) / index.spacing()[a] + 0.5));
+    return index.blocks().slot(voxel);
+}
+
 /// A point source inside a voxel deposits its whole power there; the flux through the faces subtracts what leaves.
 void add_source_inside(const P1Operator& p1, const Light& light,
                        const std::vector<std::pair<P1Source*, double>>& channels)
 {
-    const auto point = light->source();
-    if (!point) return;
-    const VoxelIndex& index = p1.index();
-    const Vec3d from_origin = point->position - index.world(Vec3d(0, 0, 0));
-    Vec3i voxel;
-    for (int a = 0; a < 3; ++a) voxel[a] = int(std::floor(from_origin.dot(index.axis(a)) / index.spacing()[a] + 0.5));
-    const size_t slot = index.blocks().slot(voxel);
-    if (!index.blocks().active(slot)) return;
-    const double power = point->power, w0 = p1.scaling(slot).albedo;
+    const size_t slot = slot_of_source(p1.index(), light);
+    if (!p1.blocks().active(slot)) return;
+    const double power = light->source()->power, w0 = p1.scaling(slot).albedo;
     for (const auto& [to, strength] : channels) {
         to->rhs[slot] += strength * w0 * power / (p1.hbar() * p1.hbar());
         to->beam_in += strength * power;
@@ -79,13 +84,12 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
     const FreeFlux free(p1, depths.light);
     const double unit = p1.hbar() * p1.hbar();
     const bool forward = p1.mean_cosine() != 0;
-    for (const auto& [source, strength] : channels)
-        for (auto& additive : source->additive)
-            if (forward && additive.empty()) additive.assign(blocks.slots(), 0.0f);
 
     std::vector<double> u(blocks.slots(), 0.0), upper(p1.exposed().size(), 0.0);
     add_source_inside(p1, depths.light, channels);
     for (int a = 0; a < 3; ++a) {
+        for (const auto& [source, strength] : channels)
+            if (forward) source->through_faces(a);
         each_active(blocks, [&](size_t slot) {
             u[slot] = free(slot, a, 0) * std::exp(-extinction * double(depths.lower[a][slot]));
         });
@@ -112,17 +116,17 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
                 const double deposit = u[slot] - (has_above ? u[above] : 0.0);  // exposed upper faces follow below
                 const double w0 = p1.scaling(slot).albedo;
                 scattered[b] += w0 * deposit;
-                double source = w0 * deposit, mean = 0;
+                double source = w0 * deposit, lower = 0;  // and Q1's flux through the lower face
                 if (forward) {
                     const double al = has_below ? q_face(below, slot) * u[slot] : 0.0;
                     const double au = has_above ? q_face(slot, above) * u[above] : 0.0;
                     source += al - au;
-                    mean = (al + au) / 2 / p1.face_area(a);
+                    lower = al / p1.face_area(a);
                 }
                 for (const auto& [to, strength] : channels) {
                     to->rhs[slot] += strength * source;
                     add_absorbed(p1, slot, strength * deposit, *to);
-                    if (forward) to->additive[a][slot] += float(strength * mean);
+                    if (forward) to->through[a][slot] += float(strength * lower);
                 }
             }
         });
@@ -141,9 +145,6 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
                     to->rhs[voxel.slot] += strength * source;
                     if (up) add_absorbed(p1, voxel.slot, -strength * upper[k], *to);
                     to->outflow[k][2 * a + up] += strength * leaving;
-                    if (forward)
-                        to->additive[a][voxel.slot] +=
-                            float(strength * (up ? leaving : -leaving) / 2 / p1.face_area(a));
                 }
             }
         }
@@ -176,9 +177,6 @@ void add_beam_profile(const P1Operator& p1, const BeamDepths& depths, double ext
 {
     const Blocks& blocks = p1.blocks();
     const FreeFlux free(p1, depths.light);
-    for (const auto& [source, strength] : channels)
-        for (auto& additive : source->additive)
-            if (additive.empty()) additive.assign(blocks.slots(), 0.0f);
     const auto factor = [&](size_t slot) { return p1.scaling(slot).albedo + p1.q1_factor(slot) / p1.sigma_tr(slot); };
     for (int a = 0; a < 3; ++a) {
         std::vector<double> lower(blocks.slots(), 0.0), upper(blocks.slots(), 0.0), flux(blocks.slots(), 0.0);
@@ -202,13 +200,14 @@ void add_beam_profile(const P1Operator& p1, const BeamDepths& depths, double ext
                           other * factor(below) * half_cell_deviation(lower[slot], lower[below])) /
                          (own + other);
         });
-        for (const auto& [to, strength] : channels)
+        for (const auto& [to, strength] : channels) {
+            std::vector<float>& through = to->through_faces(a);
             each_active(blocks, [&, to = to, strength = strength](size_t slot) {
                 const size_t above = blocks.neighbour(slot, 2 * a + 1);
-                const double through = blocks.active(above) ? flux[above] : 0.0;
-                to->rhs[slot] += strength * (flux[slot] - through);
-                to->additive[a][slot] += float(strength * (flux[slot] + through) / 2 / p1.face_area(a));
+                to->rhs[slot] += strength * (flux[slot] - (blocks.active(above) ? flux[above] : 0.0));
+                through[slot] += float(strength * flux[slot] / p1.face_area(a));
             });
+        }
         for (size_t k = 0; k < p1.exposed().size(); ++k)
             for (int up = 0; up < 2; ++up) {
                 const ExposedVoxel& voxel = p1.exposed()[k];
@@ -220,13 +219,12 @@ void add_beam_profile(const P1Operator& p1, const BeamDepths& depths, double ext
                 for (const auto& [to, strength] : channels) {
                     to->rhs[voxel.slot] -= strength * leaving;
                     to->outflow[k][2 * a + up] += float(strength * leaving);
-                    to->additive[a][voxel.slot] += float(strength * (up ? leaving : -leaving) / 2 / p1.face_area(a));
                 }
             }
     }
 }
 
-std::vector<float> beam_fluence(const P1Operator& p1, const BeamDepths& depths, double extinction)
+std::vector<float> mean_fluence(const P1Operator& p1, const BeamDepths& depths, double extinction)
 {
     const Blocks& blocks = p1.blocks();
     const FreeFlux free(p1, depths.light);
@@ -270,6 +268,22 @@ std::vector<float> beam_fluence(const P1Operator& p1, const BeamDepths& depths, 
         const double free_of_medium = depths.light->irradiance(p1.index().world(as_double(blocks.voxel(slot))));
         const double most = std::exp(-extinction * double(least[slot])) * free_of_medium;
         fluence[slot] = float(inside > 0 ? mean : std::min(mean, most));
+    });
+    return fluence;
+}
+
+std::vector<float> beam_fluence(const P1Operator& p1, const BeamDepths& depths, const std::vector<float>& centre,
+                                double extinction)
+{
+    std::vector<float> fluence = mean_fluence(p1, depths, extinction);
+    const Blocks& blocks = p1.blocks();
+    const size_t of_lamp = slot_of_source(p1.index(), depths.light);
+    each_active(blocks, [&](size_t slot) {
+        if (slot == of_lamp) return;
+        const double x = p1.scaling(slot).extinction * p1.sigma_t(slot) * p1.hbar();
+        const double free_of_medium = depths.light->irradiance(p1.index().world(as_double(blocks.voxel(slot))));
+        const double chord = free_of_medium * std::exp(-extinction * double(centre[slot])) / (1 + x * x / 12);
+        fluence[slot] = float(chord + diffusive(x) * (fluence[slot] - chord));
     });
     return fluence;
 }

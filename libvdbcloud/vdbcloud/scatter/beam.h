@@ -39,6 +39,12 @@ BeamDepths periodic_beam_depths(const VoxelIndex& index, const std::vector<Expos
 double periodic_depth(const VoxelIndex& index, const std::vector<float>& density, const Light& light,
                       const Vec3d& point);
 
+/// Depths at the centres of the active slots, for beam_fluence(): in the trilinear medium, and in a periodic one.
+std::vector<float> centre_depths(const VoxelIndex& index, const BrickMap& density, const Light& light,
+                                 int rays_per_voxel = 2);
+std::vector<float> periodic_centre_depths(const VoxelIndex& index, const std::vector<float>& density,
+                                          const Light& light);
+
 /// Density depth [density x world unit] of parallel lines that cross the whole medium along a light of one direction,
 /// and the area [world unit^2] per line. They measure the power that the light loses independently of voxel faces. In a
 /// periodic medium the lines cover one period.
@@ -68,7 +74,15 @@ void add_beam(const P1Operator&, const BeamDepths&, double extinction,
 /// Mean uncollided fluence of each cell at strength 1: the power that the cell removes from the beam, divided by
 /// sigma_t' and the cell's volume. sigma_t' times this fluence is then the collision rate of P1's source at any
 /// sigma h. Values are capped at the beam's fluence on the cell's brightest face.
-std::vector<float> beam_fluence(const P1Operator&, const BeamDepths&, double extinction);
+std::vector<float> mean_fluence(const P1Operator&, const BeamDepths&, double extinction);
+
+/// Uncollided fluence of each cell at strength 1 as the sweeps take it, linear from centre to centre.
+///
+/// Where voxels are optically thin it is U at the centre (by centre_depths()) divided by 1 + x^2 / 12, x = sigma_t' h:
+/// the chord of an exponential from centre to centre has that much more area than the exponential. Where voxels are
+/// thick it is mean_fluence(). The weight is diffusive(x), of the medium alone. The cell of a lamp has its mean.
+std::vector<float> beam_fluence(const P1Operator&, const BeamDepths&, const std::vector<float>& centre,
+                                double extinction);
 
 /// Correction of add_beam() in optically thick voxels, where the beam is scattered near the face that it enters by and
 /// not in the middle. U falls exponentially from face to face, so the mean collided flux between two centres differs

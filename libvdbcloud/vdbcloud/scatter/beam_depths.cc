@@ -257,6 +257,35 @@ double periodic_depth(const VoxelIndex& index, const std::vector<float>& density
     return PeriodicMarch(index, density, light)(point);
 }
 
+std::vector<float> centre_depths(const VoxelIndex& index, const BrickMap& density, const Light& light,
+                                 int rays_per_voxel)
+{
+    const Blocks& blocks = index.blocks();
+    std::vector<float> centre(blocks.slots(), 0.0f);
+    if (const auto to_light = light->common_direction()) {
+        std::vector<Vec3i> all;
+        for (size_t b = 0; b < blocks.count(); ++b) all.push_back(blocks.at(b));
+        centre = lattice_depths(density, *to_light, all, {rays_per_voxel, Vec3d(0.0)}, {});
+        centre.resize(blocks.slots(), 0.0f);
+    } else {
+        const Light clear = clear_of_faces(light, index);
+        each_active(blocks, [&](size_t slot) {
+            centre[slot] = float(depth_to_light(density, *clear, index.world(as_double(blocks.voxel(slot)))));
+        });
+    }
+    return centre;
+}
+
+std::vector<float> periodic_centre_depths(const VoxelIndex& index, const std::vector<float>& density,
+                                          const Light& light)
+{
+    const PeriodicMarch march(index, density, light);
+    std::vector<float> centre(index.blocks().slots(), 0.0f);
+    each_active(index.blocks(),
+                [&](size_t slot) { centre[slot] = float(march(as_double(index.blocks().voxel(slot)))); });
+    return centre;
+}
+
 LineDepths line_depths(const VoxelIndex& index, const BrickMap& density, const Light& light)
 {
     LineDepths lines;

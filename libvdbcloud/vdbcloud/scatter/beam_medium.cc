@@ -43,6 +43,12 @@ BeamDepths BeamMedium::depths(const std::vector<ExposedVoxel>& exposed, const Li
                    : periodic_beam_depths(index_, exposed, values(), light);
 }
 
+std::vector<float> BeamMedium::centres(const Light& light, int rays_per_voxel) const
+{
+    return bricks_ ? centre_depths(index_, *bricks_, light, rays_per_voxel)
+                   : periodic_centre_depths(index_, values(), light);
+}
+
 double BeamMedium::lost_by_lines(const Light& light) const
 {
     return lost_power(bricks_ ? line_depths(index_, *bricks_, light) : periodic_line_depths(index_, values(), light),

@@ -18,6 +18,8 @@ public:
     double extinction() const { return extinction_; }  ///< sigma_t' at density 1 [1/world unit]
 
     BeamDepths depths(const std::vector<ExposedVoxel>&, const Light&, int rays_per_voxel, const Progress&) const;
+    /// Depths at the centres of the active slots, for beam_fluence().
+    std::vector<float> centres(const Light&, int rays_per_voxel) const;
     /// Power that a light of strength 1 loses, by lines. Requires a light of one direction.
     double lost_by_lines(const Light&) const;
     /// Density depth from a point (voxel coordinates) to a light.

@@ -108,10 +108,10 @@ private:
     BeamMedium beam_medium(const P1Operator& p1) const { return BeamMedium(index_, grid_, density_, p1); }
 
     /// Adds the beams of all lights in the medium of a channel. Density depths are cached if all channels share them.
-    /// `note`, if given, is called with each light, its depths and the extinction.
+    /// `note`, if given, is called with each light, its depths at faces and at centres, and the extinction.
     void add_beams(const P1Operator& p1, const std::vector<std::pair<P1Source*, int>>& sources,
                    const Progress& progress,
-                   const std::function<void(const Light&, const BeamDepths&, double)>& note = {})
+                   const std::function<void(const BeamDepths&, const std::vector<float>&, double)>& note = {})
     {
         if (beams_.empty()) return;
         const BeamMedium medium = beam_medium(p1);
@@ -125,7 +125,7 @@ private:
             std::vector<std::pair<P1Source*, double>> channels;
             for (const auto& [source, channel] : sources) channels.emplace_back(source, light.strength()[channel]);
             add_beam(p1, depths, medium.extinction(), channels);
-            if (note) note(light, depths, medium.extinction());
+            if (note) note(depths, medium.centres(light, o_.rays_per_voxel), medium.extinction());
             if (!light->common_direction() || !o_.line_rays) continue;
             const double lost = medium.lost_by_lines(light);
             for (const auto& [source, channel] : sources) {
@@ -263,9 +263,11 @@ private:
         closure.start_with_flux(flux);
         const double lines = report.lines;  // add_beams() measures them again
         P1Source unused(p1);
-        add_beams(p1, {{&unused, c}}, {}, [&](const Light& light, const BeamDepths& depths, double extinction) {
-            closure.add_uncollided(light, beam_fluence(p1, depths, extinction), light.strength()[c]);
-        });
+        add_beams(p1, {{&unused, c}}, {},
+                  [&](const BeamDepths& depths, const std::vector<float>& centre, double extinction) {
+                      closure.add_uncollided(depths.light, beam_fluence(p1, depths, centre, extinction),
+                                             depths.light.strength()[c]);
+                  });
         report.lines = lines;
         if (emission(c)) closure.add_emission(*emission(c), 1);
         closure.sweep_planes(phi, planes);
@@ -324,27 +326,25 @@ private:
         const P1Operator fine(index_, density_, exposed, medium);
         SecondMoment closure(fine, o_.closure, frame_of(index_, o_.periodic, o_.up));
         if (!o_.sky.dark()) closure.set_sky(sky_along(index_, o_.sky, c, closure.set().direction));
-        // Shortening the flux so that the first radiance is nonnegative saves three iterations: at g = 0.85 errors of
-        // P1's flux where light enters decay slowly.
-        auto flux = cell_flux(p1, p1_source, phi);
-        limit_flux(p1, phi, flux);
-        closure.start_with_flux(flux);
+        closure.start_with_flux(cell_flux(p1, p1_source, phi), 0.5);
         P1Source base = source_of(fine);
         report.lines = -1;
-        add_beams(fine, {{&base, c}}, {}, [&](const Light& light, const BeamDepths& depths, double extinction) {
-            const double strength = light.strength()[c];
-            add_beam_profile(fine, depths, extinction, {{&base, strength}});
-            const auto late = beam_fluence(fine, depths, extinction);
-            closure.add_uncollided(light, late, strength);
-            if (medium.degree == 1 || !medium.delta || !p1.uniform_albedo()) return;
-            // Light that is uncollided under P1's scaling but collided under this scaling starts along the beam.
-            auto early = beam_fluence(p1, depths, medium.sigma_t_per_density * p1.scaling(0).extinction);
-            for (size_t slot = 0; slot < early.size(); ++slot) {
-                early[slot] -= late[slot];
-                phi[slot] += strength * early[slot];
-            }
-            closure.start_with(light, early, strength);
-        });
+        add_beams(
+            fine, {{&base, c}}, {}, [&](const BeamDepths& depths, const std::vector<float>& centre, double extinction) {
+                const Light& light = depths.light;
+                const double strength = light.strength()[c];
+                add_beam_profile(fine, depths, extinction, {{&base, strength}});
+                const auto late = beam_fluence(fine, depths, centre, extinction);
+                closure.add_uncollided(light, late, strength);
+                if (medium.degree == 1 || !medium.delta || !p1.uniform_albedo()) return;
+                // Light that is uncollided under P1's scaling but collided under this scaling starts along the beam.
+                auto early = beam_fluence(p1, depths, centre, medium.sigma_t_per_density * p1.scaling(0).extinction);
+                for (size_t slot = 0; slot < early.size(); ++slot) {
+                    early[slot] -= late[slot];
+                    phi[slot] += strength * early[slot];
+                }
+                closure.start_with(light, early, strength);
+            });
         add_sky_and_glow(fine, c, base);
         if (emission(c)) closure.add_emission(*emission(c), 1);
         Multigrid multigrid(fine.stencil());

@@ -32,6 +32,12 @@ double total(const Blocks& blocks, const F& f)
 
 }  // namespace
 
+double diffusive(double thickness)
+{
+    constexpr double half = 0.5;
+    return thickness * thickness / (half * half + thickness * thickness);
+}
+
 P1Operator::P1Operator(const VoxelIndex& index, const std::vector<float>& density,
                        const std::vector<ExposedVoxel>& exposed, const P1Medium& medium)
     : index_(index), density_(density), exposed_(exposed), medium_(medium),
@@ -99,6 +105,13 @@ double P1Operator::boundary_flux(const ExposedVoxel& voxel, int axis, double a, 
 }
 
 P1Source::P1Source(const P1Operator& of) : rhs(of.blocks().slots(), 0.0), outflow(of.exposed().size()) {}
+
+std::vector<float>& P1Source::through_faces(int axis)
+{
+    auto& faces = through[size_t(axis)];
+    if (faces.empty()) faces.assign(rhs.size(), 0.0f);
+    return faces;
+}
 
 void add_sky(const P1Operator& p1, double radiance, P1Source& source)
 {
@@ -204,23 +217,25 @@ std::array<std::vector<float>, 3> cell_flux(const P1Operator& p1, const P1Source
     const Blocks& blocks = p1.blocks();
     std::array<std::vector<float>, 3> flux;
     for (int a = 0; a < 3; ++a) {
-        if (source.additive[a].empty())
-            flux[a].assign(blocks.slots(), 0.0f);
-        else
-            flux[a] = source.additive[a];
+        const std::vector<float>& through = source.through[a];
+        flux[a].assign(blocks.slots(), 0.0f);
         each_active(blocks, [&](size_t slot) {
             const size_t lower = blocks.neighbour(slot, 2 * a), upper = blocks.neighbour(slot, 2 * a + 1);
             double f = 0;
             if (blocks.active(lower)) f += double(p1.stencil().face[a][lower]) * (phi[lower] - phi[slot]);
             if (blocks.active(upper)) f += double(p1.stencil().face[a][slot]) * (phi[slot] - phi[upper]);
-            flux[a][slot] += float(f / 2 / p1.face_area(a));
+            f /= p1.face_area(a);
+            if (!through.empty()) f += double(through[slot]) + (blocks.active(upper) ? through[upper] : 0.0f);
+            flux[a][slot] = float(f / 2);
         });
     }
-    for (const ExposedVoxel& voxel : p1.exposed())
+    for (size_t k = 0; k < p1.exposed().size(); ++k)
         for (int face = 0; face < 6; ++face) {
+            const ExposedVoxel& voxel = p1.exposed()[k];
             if (!(voxel.faces >> face & 1)) continue;
             const int a = face / 2;
-            const double out = p1.conductance(voxel, a) / p1.face_area(a) * (phi[voxel.slot] - source.sky_inflow[face]);
+            const double free = p1.conductance(voxel, a) * (phi[voxel.slot] - source.sky_inflow[face]);
+            const double out = (free + source.outflow[k][face]) / p1.face_area(a);
             flux[a][voxel.slot] += float((face % 2 ? out : -out) / 2);
         }
     return flux;

@@ -29,6 +29,9 @@ void estimate_error(ClosureReport& report)
 int mixing_depth(double g) { return g == 0 ? 8 : 5; }
 size_t mixed_arrays(double g) { return g == 0 ? 1 : 4; }
 
+/// A weight of the medium alone, so that light adds up.
+double blend(double weight, double diffusion, double sweep) { return sweep + weight * (diffusion - sweep); }
+
 Vec3d index_components(const VoxelIndex& index, const Vec3d& world)
 {
     return {world.dot(index.axis(0)), world.dot(index.axis(1)), world.dot(index.axis(2))};
@@ -85,6 +88,12 @@ SecondMoment::SecondMoment(const P1Operator& p1, const ClosureOptions& options, 
             if (voxel.faces >> face & 1) faces_.push_back({voxel.slot, uint8_t(face)});
     sigma_.assign(blocks.slots(), 0.0f);
     each_active(blocks, [&](size_t slot) { sigma_[slot] = float(p1.scaling(slot).extinction * p1.sigma_t(slot)); });
+    thickest_ = sigma_;
+    each_active(blocks, [&](size_t slot) {
+        for (int face = 0; face < 6; ++face)
+            if (const size_t beside = blocks.neighbour(slot, face); blocks.active(beside))
+                thickest_[slot] = std::max(thickest_[slot], sigma_[beside] / 8);
+    });
     source_.assign(size_t(terms_), std::vector<float>(blocks.slots(), 0.0f));
     uncollided_ = source_;
     swept_.moments.assign(size_t(set_.moment_terms), std::vector<float>(blocks.slots(), 0.0f));
@@ -117,9 +126,9 @@ void SecondMoment::start_with(const Light& light, const std::vector<float>& flue
     add_beam_moments(light, fluence, strength, swept_.moments);
 }
 
-void SecondMoment::start_with_flux(const std::array<std::vector<float>, 3>& flux)
+void SecondMoment::start_with_flux(const std::array<std::vector<float>, 3>& flux, double factor)
 {
-    const double scale = std::sqrt(3 / (4 * pi));
+    const double scale = factor * std::sqrt(3 / (4 * pi));
     const int of_axis[3] = {harmonic(1, 1), harmonic(1, -1), harmonic(1, 0)};
     for (int a = 0; a < 3; ++a)
         each_active(p1_.blocks(),
@@ -134,20 +143,19 @@ void SecondMoment::add_emission(const std::vector<float>& emission, double facto
     });
 }
 
-/// Scales all moments of the sweep by the ratio of P1's phi to the sweep's phi, so that they belong to one radiance.
-/// Where light goes forward, backward radiance is a small difference of moments. Replacing phi alone, by a value one
-/// per cent off, would make backward radiance negative.
 void SecondMoment::take_phi(const std::vector<double>& phi)
 {
-    each_active(p1_.blocks(), [&](size_t slot) {
-        const double own = phi[slot] / std::sqrt(4 * pi), theirs = swept_.moments[0][slot];
-        if (theirs > 0) {
-            const float ratio = float(std::clamp(own / theirs, 0.25, 4.0));
-            for (size_t k = 1; k < swept_.moments.size(); ++k) swept_.moments[k][slot] *= ratio;
-        }
-        swept_.moments[0][slot] = float(own);
-    });
+    each_active(p1_.blocks(), [&](size_t slot) { swept_.moments[0][slot] = float(phi[slot] / std::sqrt(4 * pi)); });
 }
+
+/// phi = phi_L + `excess`.
+void SecondMoment::take_excess(const std::vector<double>& excess, std::vector<double>& phi)
+{
+    each_active(p1_.blocks(), [&](size_t slot) { phi[slot] = fluence(slot) + excess[slot]; });
+    take_phi(phi);
+}
+
+double SecondMoment::fluence(size_t slot) const { return std::sqrt(4 * pi) * double(swept_.moments[0][slot]); }
 
 void SecondMoment::build_source()
 {
@@ -193,43 +201,74 @@ double SecondMoment::cross_gradient(int axis, size_t slot) const
     return sum;
 }
 
+/// Component of the sweep's current at a voxel's centre.
+double SecondMoment::current(int axis, size_t slot) const
+{
+    static constexpr int order[3] = {1, -1, 0};
+    return std::sqrt(4 * pi / 3) * double(swept_.moments[size_t(harmonic(1, order[axis]))][slot]);
+}
+
+/// The sweep's current through the lower face of a voxel: by four centres, or two where there are no more.
+double SecondMoment::current_through(int axis, size_t below, size_t slot) const
+{
+    const Blocks& blocks = p1_.blocks();
+    const double inner = current(axis, below) + current(axis, slot);
+    const size_t first = blocks.neighbour(below, 2 * axis), last = blocks.neighbour(slot, 2 * axis + 1);
+    if (!blocks.active(first) || !blocks.active(last)) return inner / 2;
+    return (9 * inner - current(axis, first) - current(axis, last)) / 16;
+}
+
+/// Weight of diffusion on a face between two voxels. A thin voxel beside a far thicker one counts for an eighth of
+/// that: its light comes from there, with the errors it has there. (Without that pores in thick matter converge
+/// slowly.)
+double SecondMoment::weight_between(int axis, size_t below, size_t slot) const
+{
+    return diffusive((double(thickest_[below]) + thickest_[slot]) / 2 * p1_.index().spacing()[axis]);
+}
+
 void SecondMoment::close_face(P1Source& source, size_t exposed, int face, const FaceTally& tally) const
 {
     const ExposedVoxel& voxel = p1_.exposed()[exposed];
     const int axis = face / 2, outward = face % 2 ? 1 : -1;
-    const double h = p1_.index().spacing()[axis], area = p1_.face_area(axis);
+    const double h = p1_.index().spacing()[axis], area = p1_.face_area(axis), sky = source.sky_inflow[size_t(face)];
+    const double g = p1_.conductance(voxel, axis);
+    double& outflow = source.outflow[exposed][size_t(face)];
     const double normal = (tally.second - tensor(axis, axis, voxel.slot)) / (h / 2);
     const double additive = -(normal + outward * cross_gradient(axis, voxel.slot)) / p1_.sigma_tr(voxel.slot);
-    const double correction =
-        tally.current - voxel.weight[axis] * (tally.fluence - source.sky_inflow[size_t(face)]) / 2;
-    const double leaving = p1_.boundary_flux(voxel, axis, additive, correction) * area;
-    source.rhs[voxel.slot] -= leaving;
-    source.outflow[exposed][size_t(face)] += float(leaving);
-    source.additive[size_t(axis)][voxel.slot] += float(outward * leaving / 2 / area);
+    const double correction = tally.current - voxel.weight[axis] * (tally.fluence - sky) / 2;
+    const double diffusion =
+        g * (fluence(voxel.slot) - sky) + outflow + p1_.boundary_flux(voxel, axis, additive, correction) * area;
+    const double leaving = blend(weight_between(axis, voxel.slot, voxel.slot), diffusion, tally.current * area);
+    source.rhs[voxel.slot] -= leaving - outflow + g * sky;  // the source's own are in rhs
+    outflow = leaving - g * (fluence(voxel.slot) - sky);
 }
 
-/// Adds div t and the boundary's correction to a P1 source.
+/// Turns the source of phi into that of phi - phi_L, and completes source.outflow.
 void SecondMoment::close(P1Source& source) const
 {
     const Blocks& blocks = p1_.blocks();
     for (int a = 0; a < 3; ++a) {
-        if (source.additive[size_t(a)].empty()) source.additive[size_t(a)].assign(blocks.slots(), 0.0f);
         const double h = p1_.index().spacing()[a], area = p1_.face_area(a);
-        std::vector<float> lower(blocks.slots(), 0.0f);  // additive flux through the lower face
+        const std::vector<float>& beam = source.through[size_t(a)];
+        std::vector<float> lower(blocks.slots(), 0.0f);  // flux through the lower face, without the beam's part
         each_active(blocks, [&](size_t slot) {
             const size_t below = blocks.neighbour(slot, 2 * a);
             if (!blocks.active(below) || below == slot) return;
             const double gradient = (tensor(a, a, slot) - tensor(a, a, below)) / h +
                                     (cross_gradient(a, slot) + cross_gradient(a, below)) / 2;
-            lower[slot] = float(-gradient * 2 / (p1_.sigma_tr(slot) + p1_.sigma_tr(below)));
+            const double conductance = double(p1_.stencil().face[size_t(a)][below]) / area;
+            const double diffusion = conductance * (fluence(below) - fluence(slot)) -
+                                     gradient * 2 / (p1_.sigma_tr(slot) + p1_.sigma_tr(below));
+            const double own = current_through(a, below, slot) - (beam.empty() ? 0.0f : beam[slot]);
+            lower[slot] = float(blend(weight_between(a, below, slot), diffusion, own));
         });
         each_active(blocks, [&](size_t slot) {
             const size_t above = blocks.neighbour(slot, 2 * a + 1);
             const double upper = blocks.active(above) && above != slot ? lower[above] : 0.0f;
             source.rhs[slot] += (double(lower[slot]) - upper) * area;
-            source.additive[size_t(a)][slot] += float((lower[slot] + upper) / 2);
         });
     }
+    each_active(blocks, [&](size_t slot) { source.rhs[slot] -= p1_.sigma_a(slot) * p1_.hbar() * fluence(slot); });
     size_t n = 0;
     for (size_t k = 0; k < p1_.exposed().size(); ++k)
         for (int face = 0; face < 6; ++face)
@@ -248,7 +287,6 @@ void SecondMoment::sweep(TransportSweep* fast, SweepResult& to, PlaneLight* plan
 
 void SecondMoment::sweep_planes(const std::vector<double>& phi, PlaneLight& planes)
 {
-    std::fill(swept_.moments[0].begin(), swept_.moments[0].end(), 0.0f);
     take_phi(phi);
     build_source();
     const bool periodic = p1_.blocks().period() != Vec3i(0, 0, 0);
@@ -266,8 +304,8 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
     const bool periodic = index.blocks().period() != Vec3i(0, 0, 0);
     const auto fast = periodic ? nullptr : std::make_unique<TransportSweep>(index, faces_);
     bool has_planes = false;
-    std::fill(swept_.moments[0].begin(), swept_.moments[0].end(), 0.0f);
     take_phi(phi);
+    std::vector<double> excess;
     Mixing mixing(index.blocks().slots(), mixed_arrays(p1_.mean_cosine()), mixing_depth(p1_.mean_cosine()));
     for (int k = 0; k < o_.iterations && !report.converged; ++k) {
         const auto start = std::chrono::steady_clock::now();
@@ -281,8 +319,8 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
         close(source);
         SolveOptions solve = options;
         solve.progress = {};
-        report.solves.push_back(solve_p1(p1_, multigrid, source, phi, solve));
-        take_phi(phi);
+        report.solves.push_back(solve_p1(p1_, multigrid, source, excess, solve));
+        take_excess(excess, phi);
         report.change.push_back(mixing.after(swept_.moments));
         ++report.iterations;
         report.converged = report.change.back() < o_.change;
@@ -301,7 +339,7 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
 size_t SecondMoment::bytes() const
 {
     const size_t slots = p1_.blocks().slots();
-    return 4 * slots * (size_t(2 * terms_) + size_t(set_.moment_terms) + 1 + (emission_.empty() ? 0 : 1)) +
+    return 4 * slots * (size_t(2 * terms_) + size_t(set_.moment_terms) + 2 + (emission_.empty() ? 0 : 1)) +
            mixing_bytes(slots, p1_.mean_cosine()) + faces_.size() * (sizeof(SweepFace) + sizeof(FaceTally));
 }
 

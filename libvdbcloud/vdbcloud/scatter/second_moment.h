@@ -50,26 +50,34 @@ std::vector<ExposedVoxel> closure_exposed(const P1Operator&);
 
 /// Second-moment method for one channel.
 ///
-/// Each iteration sweeps radiance through the voxels (sweep/transport_sweep.h) with the source
+/// Each iteration sweeps radiance L through the voxels (sweep/transport_sweep.h) with the source
 ///
 ///     q = S / sigma_t' = w0' sum over l <= degree of m_l' sum over m of Y_lm(s) (M_lm + U_lm) + j / sigma_t'
 ///
 /// with m_l' the scaled moments of the phase function (optics/delta_scaling.h), U the moments of the uncollided light,
-/// M_00 from P1, and the higher M_lm from the previous sweep, rescaled to P1's phi. Then P1 is solved again with the
-/// sweep's second moment t = int (s s - I/3) L in the cells and on exposed faces, which enters as
+/// sqrt(4 pi) M_00 = phi, and the higher M_lm the previous sweep's. Then the balance of each cell is solved for phi,
 ///
-///     F = -(grad phi / 3 + div t) / sigma_tr + Q1 / sigma_tr,
+///     div F + sigma_a phi = Q0,   F = J + W (F_P1 - J) - (grad phi - grad phi_L) / (3 sigma_tr),
+///     F_P1 = -(grad phi_L / 3 + div t) / sigma_tr + Q1 / sigma_tr
 ///
-/// and on exposed faces c = F.n - w (phi / 2 - 2 J). phi comes from P1, which is conservative at any optical depth of a
-/// voxel and converges in a few iterations at any albedo; sweeps alone need hundreds. P1's own F is not fed back: at
-/// g = 0.85 that iteration diverges. A white furnace stays exact: t and c are 0.
+/// where phi_L, J = int s L and t = int (s s - I/3) L are the sweep's. On exposed faces J is the sweep's current, F_P1
+/// is c + w (phi_b / 2 - 2 J_sky) with c = J.n - w (int L / 2 - 2 J_sky), and phi - phi_L leaves as in P1.
+///
+/// At the fixed point phi is the sweep's wherever that is a solution of the balance, so in voxels that are optically
+/// thin: there P1's law of the flux with t from differences of voxels is the worse of the two. Where voxels are thick
+/// it is P1's, which has the diffusion limit at any thickness. The weight W (diffusive()) is of the medium alone, so
+/// light is linear in its sources: two suns add up to `change`. The balance holds exactly in either case, and a white
+/// furnace stays exact: J, t and phi - phi_L are 0.
+///
+/// phi comes from P1's matrix, so iterations are few at any albedo; sweeps alone need hundreds. Higher moments come
+/// from the sweep as they are: at g = 0.85 the iteration would diverge with P1's flux in them.
 ///
 /// The next sweep's start is mixed from the last few results (mixing.h), for two reasons. In thick parts the error of
 /// moments of degree 1 falls only by the factor m_1' per iteration. With density jumps of 1e6 the plain iteration may
-/// diverge (Warsa, Wareing & Morel 2004). run() returns P1's own solution, not a mixture.
+/// diverge (Warsa, Wareing & Morel 2004). run() returns the last solution, not a mixture.
 ///
 /// Source: Kajiya & Von Herzen 1984, section 4, is the equation; Lewis & Miller 1976 (second-moment method); Wiscombe
-/// 1977 (delta-M).
+/// 1977 (delta-M); W: none, measured on slabs and clouds (docs/scattering.md).
 class SecondMoment {
 public:
     /// Keeps references. Requires `p1.medium().degree` == `options.degree` and exposed voxels from closure_exposed().
@@ -87,26 +95,31 @@ public:
     /// Adds moments of `fluence` times `strength` along the light's beam to the collided light from which the first
     /// sweep starts. phi itself is not changed.
     void start_with(const Light& light, const std::vector<float>& fluence, double strength);
-    /// Adds P1's flux, as moments of degree 1, to the collided light from which the first sweep starts.
-    void start_with_flux(const std::array<std::vector<float>, 3>& flux);
+    /// Adds `factor` times P1's flux, as moments of degree 1, to the collided light from which the first sweep starts.
+    void start_with_flux(const std::array<std::vector<float>, 3>& flux, double factor = 1);
 
     /// Iterates. `base` is P1's source (beams, sky, emission). phi is the start on entry and the result on return.
-    /// On return `source` is the source of the last P1 solve with all terms (its rhs overwritten), for budget() and
-    /// cell_flux(). `planes`, if given, is the last sweep's light through the planes of the box about the voxels.
+    /// On return `source` has what budget() takes. ClosureReport::solves tell of the solve for phi - phi_L, to the
+    /// tolerance in `options` of that difference. `planes`, if given, is the last sweep's light through the planes of
+    /// the box about the voxels.
     ClosureReport run(Multigrid&, const SolveOptions&, const P1Source& base, std::vector<double>& phi, P1Source& source,
                       PlaneLight* planes = nullptr);
     /// One sweep of the light that phi and the starts above give, on the planes alone.
     void sweep_planes(const std::vector<double>& phi, PlaneLight& planes);
 
-    /// Moments of collided light in real spherical harmonics about the index axes (harmonics.h): degree 0 is P1's phi /
-    /// sqrt(4 pi). Higher degrees are the last sweep's moments times the ratio of P1's phi to the sweep's phi.
-    /// harmonic_count(max(degree, 2)) arrays.
+    /// Moments of collided light in real spherical harmonics about the index axes (harmonics.h): degree 0 is phi /
+    /// sqrt(4 pi), higher degrees are the last sweep's. harmonic_count(max(degree, 2)) arrays.
     const std::vector<std::vector<float>>& moments() const { return swept_.moments; }
     const Ordinates& set() const { return ordinates_; }
     size_t bytes() const;
 
 private:
     void take_phi(const std::vector<double>& phi);
+    void take_excess(const std::vector<double>& excess, std::vector<double>& phi);
+    double fluence(size_t slot) const;
+    double current(int axis, size_t slot) const;
+    double current_through(int axis, size_t below, size_t slot) const;
+    double weight_between(int axis, size_t below, size_t slot) const;
     void build_source();
     void sweep(TransportSweep* fast, SweepResult& to, PlaneLight* planes) const;
     void close(P1Source& source) const;
@@ -121,8 +134,8 @@ private:
     Ordinates ordinates_;
     std::vector<SweepFace> faces_;
     SweepSet set_;
-    int terms_;  // harmonics of the source: up to the last nonzero scaled moment
-    std::vector<float> sigma_;
+    int terms_;                            // harmonics of the source: up to the last nonzero scaled moment
+    std::vector<float> sigma_, thickest_;  // sigma_t', and the largest of a voxel's and its neighbours'
     std::vector<std::vector<float>> uncollided_, source_;
     std::vector<float> emission_;
     SweepResult swept_;

@@ -215,13 +215,15 @@ VDBCLOUD_CLONES void sweep_planes(const Traversal& traversal, int d, Scratch& s)
             const Lanes sigma_u = before(s.sigma), source_u = before(s.source);
             const Lanes own = load(from + p * q_plane + r * q_row), sigma = load(s.sigma + here);
             const Lanes t = (sigma_u + sigma) * half;
-            // 1 / sigma_u and 1 / t by one division.
+            // 1 / sigma_u, 1 / t and 1 / lean by one division.
             const Lanes divisor = at_least(sigma_u, 1e-30f), length = at_least(t, series_below);
-            const Lanes inverse = all(1.0f) / (divisor * length);
-            const Lanes q_u = sigma_u > all(0.0f) ? source_u * (inverse * length) : own;
+            const Lanes lean = all(6.0f) + t * (all(3.0f) + t), both = divisor * length;
+            const Lanes inverse = all(1.0f) / (both * lean), inverse_both = inverse * lean;
+            const Lanes q_u = sigma_u > all(0.0f) ? source_u * (inverse_both * length) : own;
             const Lanes q = sigma > all(0.0f) ? own : q_u;
             const Lanes e = exp_minus(at_most(t, 80.0f)), lost = all(1.0f) - e;
-            store(s.radiance + here, radiance * e + q * lost + (q_u - q) * ramp(t, inverse * divisor, lost, e));
+            const Lanes weight = ramp(t, inverse_both * divisor, lost, e) - (sigma - sigma_u) * half * (inverse * both);
+            store(s.radiance + here, radiance * e + q * lost + (q_u - q) * weight);
         }
     }
     float* out = s.out[d];

@@ -149,7 +149,8 @@ private:
         const double before = sigma > 0 ? source / sigma : q_[slot], q = sigma_[slot] > 0 ? q_[slot] : before;
         const double tau = 0.5 * (sigma + sigma_[slot]) * ds, e = std::exp(-tau);
         const double lost = -std::expm1(-tau), slope = tau > 1e-5 ? lost / tau - e : tau / 2;
-        return radiance * e + q * lost + (before - q) * slope;
+        const double lean = 0.5 * (sigma_[slot] - sigma) * ds / (6 + tau * (3 + tau));
+        return radiance * e + q * lost + (before - q) * (slope - lean);
     }
 
     const Blocks& blocks_;

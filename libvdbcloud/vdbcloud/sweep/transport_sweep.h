@@ -50,16 +50,19 @@ struct SweepResult {
 ///
 /// L lives at voxel centres. A voxel's characteristic is followed back to the plane of centres before it, across the
 /// axis along which the direction crosses most voxels. There L, sigma_t and S are interpolated bilinearly from four
-/// voxels; from there on sigma_t is linear in length and q = S / sigma_t linear in optical depth:
+/// voxels; from there on sigma_t and q = S / sigma_t are linear in length, as a picture's rays see them:
 ///
-///     tau = (sigma_u + sigma) ds / 2,   L = L_u e^-tau + q (1 - e^-tau) + (q_u - q) ((1 - e^-tau) / tau - e^-tau)
+///     tau = (sigma_u + sigma) ds / 2,   L = L_u e^-tau + q (1 - e^-tau) + (q_u - q) w,
+///     w = (1 - e^-tau) / tau - e^-tau - (sigma - sigma_u) ds / (12 + 6 tau + 2 tau^2)
 ///
-/// which is exact for such q. Weights are >= 0 and sum to 1: L is a mean of inflow and q, so a furnace is kept to
-/// rounding and nothing is negative. q_u is S_u / sigma_u; where one of the two ends is void q is that of the other.
-/// Bilinear interpolation from plane to plane spreads a beam: first order in the voxel. The scheme is not conservative;
-/// whoever needs balance takes ratios from it (scatter/second_moment.h). Voxels that are not active have sigma_t = 0;
-/// inside blocks light crosses them the same way, outside blocks by rays (void_rays.h) that end at a block's face or in
-/// the sky. Light that leaves a block into the void has crossed the half voxel about its last centres.
+/// The first two terms of w are exact for uniform sigma_t. The last is how the emission leans with sigma_t: first
+/// order in its change, second in tau, and of the right size at large tau. Weights are >= 0 and sum to 1: L is a mean
+/// of inflow and q, so a furnace is kept to rounding and nothing is negative. q_u is S_u / sigma_u; where one of the
+/// two ends is void q is that of the other. Bilinear interpolation from plane to plane spreads a beam: first order in
+/// the voxel. The scheme is not conservative; whoever needs balance takes ratios from it (scatter/second_moment.h).
+/// Voxels that are not active have sigma_t = 0; inside blocks light crosses them the same way, outside blocks by rays
+/// (void_rays.h) that end at a block's face or in the sky. Light that leaves a block into the void has crossed the half
+/// voxel about its last centres.
 ///
 /// On faces L is that of the middle: taken where light passed the plane of centres half a voxel before, at most one
 /// voxel aside, from the four about it; outward, of the voxel's own plane and after half a voxel of it. (From the
