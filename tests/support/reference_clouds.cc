@@ -12,31 +12,27 @@ namespace vdbcloud::test {
 
 namespace {
 
-constexpr int voxels = 48, puffs = 14, blobs = 6;
+constexpr int voxels = 48;
 
-double density_of_puffs(const Vec3d& x)
-{
-    double sum = 0;
-    for (uint64_t k = 0; k < puffs; ++k) {
-        const Vec3d centre(0.25 + 0.5 * uniform(hash_bits(1, k)), 0.25 + 0.5 * uniform(hash_bits(2, k)),
-                           0.25 + 0.5 * uniform(hash_bits(3, k)));
-        const double d = (x - centre).length() / (0.05 + 0.07 * uniform(hash_bits(4, k)));
-        sum += std::exp(-d * d);
-    }
-    return sum > 0.15 ? sum - 0.1 : 0.0;
-}
+/// Where Gaussians may stand and how wide they are: from `low` and up to `more` further along each axis, the same for
+/// the radius. Random but fixed, by `seed`.
+struct Gaussians {
+    uint64_t seed, count;
+    double low, more, radius, more_radius;
 
-double density_of_blobs(const Vec3d& x)
-{
-    double sum = 0;
-    for (uint64_t k = 0; k < blobs; ++k) {
-        const Vec3d centre(0.32 + 0.36 * uniform(hash_bits(21, k)), 0.32 + 0.36 * uniform(hash_bits(22, k)),
-                           0.32 + 0.36 * uniform(hash_bits(23, k)));
-        const double d = (x - centre).length() / (0.11 + 0.085 * uniform(hash_bits(24, k)));
-        sum += std::exp(-d * d);
+    double operator()(const Vec3d& x) const
+    {
+        double sum = 0;
+        for (uint64_t k = 0; k < count; ++k) {
+            const auto place = [&](uint64_t axis) { return low + more * uniform(hash_bits(seed + axis, k)); };
+            const Vec3d centre(place(0), place(1), place(2));
+            const double d = (x - centre).length() / (radius + more_radius * uniform(hash_bits(seed + 3, k)));
+            sum += std::exp(-d * d);
+        }
+        return sum;
     }
-    return sum;
-}
+};
+constexpr Gaussians puffs{1, 14, 0.25, 0.5, 0.05, 0.07}, blobs{21, 6, 0.32, 0.36, 0.11, 0.085};
 
 FloatGridPtr sampled(const std::function<double(const Vec3d&)>& density)
 {
@@ -46,17 +42,22 @@ FloatGridPtr sampled(const std::function<double(const Vec3d&)>& density)
 
 }  // namespace
 
-FloatGridPtr cloud_of_puffs() { return sampled(density_of_puffs); }
+FloatGridPtr cloud_of_puffs()
+{
+    return sampled([](const Vec3d& x) {
+        const double density = puffs(x);
+        return density > 0.15 ? density - 0.1 : 0.0;
+    });
+}
 
 FloatGridPtr cloud_of_blobs()
 {
     double peak = 0;
     for (int n = 0; n < voxels * voxels * voxels; ++n)
-        peak = std::max(
-            peak,
-            density_of_blobs((Vec3d(n / (voxels * voxels), n / voxels % voxels, n % voxels) + Vec3d(0.5)) / voxels));
+        peak = std::max(peak,
+                        blobs((Vec3d(n / (voxels * voxels), n / voxels % voxels, n % voxels) + Vec3d(0.5)) / voxels));
     return sampled([&](const Vec3d& x) {
-        const double density = density_of_blobs(x);
+        const double density = blobs(x);
         return density < 0.15 * peak ? 0.0 : density;
     });
 }

@@ -47,7 +47,7 @@ std::vector<float> periodic_centre_depths(const VoxelIndex& index, const std::ve
 
 /// Density depth [density x world unit] of parallel lines that cross the whole medium along a light of one direction,
 /// and the area [world unit^2] per line. They measure the power that the light loses independently of voxel faces. In a
-/// periodic medium the lines cover one period.
+/// periodic medium the lines cover one period. Requires a light of one direction.
 struct LineDepths {
     std::vector<double> depth;
     double area = 0;  ///< of one line

@@ -1,7 +1,7 @@
 #include "vdbcloud/scatter/beam.h"
 
-#include "vdbcloud/core/error.h"
 #include "vdbcloud/optics/optical_depth.h"
+#include "vdbcloud/optics/periodic_light.h"
 #include "vdbcloud/scatter/active_slots.h"
 #include "vdbcloud/sweep/light_lattice.h"
 
@@ -43,21 +43,17 @@ Vec3d index_travel(const VoxelIndex& index, const Vec3d& world_travel)
     return d.unit();
 }
 
-/// Towards a light of one direction. Throws InputError for any other light.
-Vec3d direction_of(const Light& light)
-{
-    const auto to_light = light->common_direction();
-    if (!to_light) throw InputError("light '" + light.name + "': in a periodic medium expected a light at infinity");
-    return *to_light;
-}
-
 /// Sums density x length from a point towards the light through voxels of constant density, wrapping periodic axes.
 class PeriodicMarch {
 public:
     PeriodicMarch(const VoxelIndex& of, const std::vector<float>& values, const Light& light)
         : index_(of), density_(values)
     {
-        const Vec3d to = direction_of(light);
+        const Vec3d h = of.spacing();
+        const Affine to_voxels{{of.axis(0) / h[0], of.axis(1) / h[1], of.axis(2) / h[2]}, {}};
+        const Vec3i& period = of.blocks().period();
+        require_light_that_leaves(light, to_voxels, {period[0] != 0, period[1] != 0, period[2] != 0});
+        step_ = to_voxels.vector(*light->common_direction());
         lo_ = Vec3i(std::numeric_limits<int>::max());
         hi_ = Vec3i(std::numeric_limits<int>::min());
         for (size_t b = 0; b < of.blocks().count(); ++b)
@@ -70,16 +66,8 @@ public:
             lo_[a] = 0;  // a period may begin or end with empty voxels
             hi_[a] = 8 * of.blocks().period()[a] - 1;
         }
-        bool leaves = false;
-        for (int a = 0; a < 3; ++a) {
-            step_[a] = to.dot(of.axis(a)) / of.spacing()[a];
+        for (int a = 0; a < 3; ++a)
             if (std::abs(step_[a]) < 1e-12) step_[a] = 0;
-            leaves = leaves || (of.blocks().period()[a] == 0 && step_[a] != 0);
-        }
-        if (!leaves)
-            throw InputError("light '" + light.name +
-                             "': in a periodic medium expected a light that is not "
-                             "parallel to every axis that ends");
     }
 
     /// Depth from a point (block coordinates) to infinity.
@@ -289,7 +277,7 @@ std::vector<float> periodic_centre_depths(const VoxelIndex& index, const std::ve
 LineDepths line_depths(const VoxelIndex& index, const BrickMap& density, const Light& light)
 {
     LineDepths lines;
-    const Vec3d z = direction_of(light);
+    const Vec3d z = *light->common_direction();
     const Vec3d x = (std::abs(z[0]) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).cross(z).unit(), y = z.cross(x);
     const double spacing = std::cbrt(index.spacing()[0] * index.spacing()[1] * index.spacing()[2]);
     lines.area = spacing * spacing;
@@ -329,7 +317,7 @@ LineDepths periodic_line_depths(const VoxelIndex& index, const std::vector<float
         if (index.blocks().period()[a] == 0 && march.step()[a] != 0) across = a;
     const int b = (across + 1) % 3, c = (across + 2) % 3;
     const Vec3d h = index.spacing();
-    lines.area = h[b] * h[c] * std::abs(direction_of(light).dot(index.axis(across)));
+    lines.area = h[b] * h[c] * std::abs(light->common_direction()->dot(index.axis(across)));
     Vec3d from;
     from[across] = march.step()[across] > 0 ? march.lo()[across] - 0.5 : march.hi()[across] + 0.5;
     for (int i = march.lo()[b]; i <= march.hi()[b]; ++i)

@@ -135,7 +135,7 @@ private:
     std::vector<SweepFace> faces_;
     SweepSet set_;
     int terms_;                            // harmonics of the source: up to the last nonzero scaled moment
-    std::vector<float> sigma_, thickest_;  // sigma_t', and the largest of a voxel's and its neighbours'
+    std::vector<float> sigma_, thickest_;  // sigma_t', and the largest of a voxel's and an eighth of its neighbours'
     std::vector<std::vector<float>> uncollided_, source_;
     std::vector<float> emission_;
     SweepResult swept_;
