@@ -17,6 +17,10 @@ constexpr double far = std::numeric_limits<double>::infinity();
 /// Share of a path's first weight below which Russian roulette decides whether the path goes on.
 constexpr double small = 0.25;
 
+/// Transmittance below which Russian roulette ends the march for emission: on rays that the phase function drew, and on
+/// rays that were drawn towards emission. A lower limit costs time in proportion to its logarithm on each ray.
+constexpr double dim_by_chance = 0.1, dim_on_purpose = 1e-4;
+
 double largest(const Vec3d& v) { return std::max({v[0], v[1], v[2]}); }
 
 double sum(const Vec3d& v) { return v[0] + v[1] + v[2]; }
@@ -41,7 +45,7 @@ int chosen_channel(const Vec3d& weight, double u)
 
 }  // namespace
 
-PathTracer::PathTracer(const PathScene& scene) : scene_(scene), media_(scene), aside_(scene) {}
+PathTracer::PathTracer(const PathScene& scene) : scene_(scene), media_(scene), aside_(scene), emission_(scene) {}
 
 void PathTracer::operator()(const WorldRay& ray, PathRandom random, RayResult& result)
 {
@@ -62,7 +66,7 @@ void PathTracer::operator()(const WorldRay& ray, PathRandom random, RayResult& r
         path.hero = chosen_channel(opacities, random.next());
         collides = media_.collide_surely(path.hero, depths_, random, hit);
     }
-    if (scene_.emits) result.emission = emitted_to_camera(collides ? hit.t : far, result.tau, random);
+    if (!scene_.emission.dark()) result.emission = emission_.exact(media_);
     if (!collides) return;
 
     Leg leg;
@@ -77,24 +81,23 @@ void PathTracer::operator()(const WorldRay& ray, PathRandom random, RayResult& r
         if (!survives(path, random)) return;
         for (size_t l = 0; l < scene_.lights.size(); ++l)
             if (scene_.is_lamp[l]) result.multiple += lamp_beyond(l, x, incoming, volume, path, random);
+        const bool towards_emission = scene_.emission.sampled(x);
+        if (towards_emission) result.multiple += emission_beyond(x, incoming, volume, path, random);
 
         const double u = random.next(), v = random.next();
         const Vec3d outgoing = volume.phase.sample(incoming, u, v);
-        leg = {scene_.has_lamp ? volume.phase(std::clamp(incoming.dot(outgoing), -1.0, 1.0)) : 1, path.share, false};
+        leg = {scene_.has_lamp || towards_emission ? volume.phase(std::clamp(incoming.dot(outgoing), -1.0, 1.0)) : 1,
+               path.share, false};
         media_.set({x, outgoing});
         collides = media_.collide(path.hero, random, hit);
-        if (scene_.emits) {
-            double from = 0;
-            Path at = path;
-            result.multiple += emitted(collides ? hit.t : far, random, [&](double t) {
-                if (t < from) {  // the next volume
-                    from = 0;
-                    at = path;
-                }
-                if (!scene_.media.grey) attenuate(at, attenuation(media_.optical_depth(from, t)));
-                from = t;
-                return at.worth();
-            });
+        if (towards_emission) {
+            // The part of the ray's emission that emission_beyond() does not bring.
+            const double share = leg.phase / (leg.phase + scene_.emission.density(media_.ray()));
+            result.multiple += path.worth() * share * emission_.sampled(media_, dim_by_chance, random);
+        } else if (!scene_.emission.dark()) {
+            result.multiple += path.worth() * (scene_.media.grey && scene_.emission.often_met(x)
+                                                   ? emission_.unattenuated(media_, collides ? hit.t : far)
+                                                   : emission_.sampled(media_, dim_by_chance, random));
         }
         if (collides) continue;
         if (scene_.sky.dark()) return;
@@ -214,60 +217,19 @@ Vec3d PathTracer::lamp_beyond(size_t light, const Vec3d& x, const Vec3d& incomin
            lamp_on(light, {x, direction}, leg, density_near_lamp(to_lamp / distance, direction), random);
 }
 
-/// The emission of the ray's first `end`. `weight`: of a point of the ray, asked for in the order of each volume's
-/// cells. Where extinction is grey the weight is constant and each cell is integrated in closed form; else one random
-/// point of a cell stands for it.
-template<typename Weight>
-Vec3d PathTracer::emitted(double end, PathRandom& random, const Weight& weight)
+/// Emission that one ray beyond a collision at x, towards a point that emits, brings to the path.
+Vec3d PathTracer::emission_beyond(const Vec3d& x, const Vec3d& incoming, const PreparedVolume& volume, const Path& path,
+                                  PathRandom& random)
 {
-    Vec3d all(0);
-    for (size_t v = 0; v < scene_.media.volumes.size(); ++v) {
-        const PreparedVolume& volume = scene_.media.volumes[v];
-        if (!volume.emission) continue;
-        const IndexRay& index = media_.index_ray(v);
-        march_cells(volume.density, index, 0, end, [&](double t0, double t1, const float*, const Vec3i& cell) {
-            const Vec3i at = volume.emission->period().home(cell);
-            const float* corners = volume.emission->find(Vec3i(at[0] >> 3, at[1] >> 3, at[2] >> 3));
-            if (!corners) return true;
-            corners += (at[0] & 7) * BrickMap::sx + (at[1] & 7) * BrickMap::sy + (at[2] & 7);
-            const Vec3d p = index.at(t0) - Vec3d(cell[0], cell[1], cell[2]), d = (t1 - t0) * index.direction;
-            const double s = scene_.media.grey ? 0 : random.next();
-            Vec3d emission;
-            for (int c = 0; c < 3; ++c) {
-                const Cubic j = along(corners + 729 * c, p, d);
-                emission[c] = scene_.media.grey ? j.integral(1) : j.at(s);
-            }
-            all += (t1 - t0) * emission * weight(t0 + s * (t1 - t0));
-            return true;
-        });
-    }
-    return all;
-}
-
-/// Emission that reaches the camera unscattered. `end`: where the camera ray, forced to collide, does. A share T of the
-/// whole ray's emission and a share 1 - T of that before the collision have the mean of emission times transmittance.
-Vec3d PathTracer::emitted_to_camera(double end, const Vec3d& tau, PathRandom& random)
-{
-    const Vec3d through = attenuation(tau), opacities = opacity(tau);
-    // A ray along a periodic medium ends only where the medium is opaque.
-    const bool sees_all = !scene_.media.repeats || largest(through) > std::exp(-opaque);
-    const Vec3d whole = sees_all ? emitted(far, random, [&](double) { return through; }) : Vec3d(0.0);
-    if (!(sum(opacities) > 0)) return whole;
-    double from = 0;
-    Vec3d depth(0);
-    return whole + emitted(end, random, [&](double t) {
-               if (scene_.media.grey) return opacities;
-               if (t < from) {
-                   from = 0;
-                   depth = Vec3d(0.0);
-               }
-               depth += media_.optical_depth(from, t);
-               from = t;
-               // Of channel c the part that collides beyond t, over the density with which any hero does.
-               const Vec3d beyond = attenuation(depth) * opacity(tau - depth);
-               const double all = sum(beyond);
-               return all > 0 ? beyond * (sum(opacities) / all) : Vec3d(0.0);
-           });
+    const double u = random.next(), in_x = random.next(), in_y = random.next(), in_z = random.next();
+    const Vec3d to = scene_.emission.point(u, Vec3d(in_x, in_y, in_z)) - x;
+    const double distance = to.length();
+    if (!(distance > 0)) return Vec3d(0.0);
+    const WorldRay ray{x, to / distance};
+    const double phase = volume.phase(std::clamp(incoming.dot(ray.direction), -1.0, 1.0)),
+                 density = scene_.emission.density(ray);
+    aside_.set(ray);
+    return path.worth() * (phase / (phase + density)) * emission_.sampled(aside_, dim_on_purpose, random);
 }
 
 }  // namespace vdbcloud

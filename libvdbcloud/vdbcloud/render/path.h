@@ -1,5 +1,6 @@
 #pragma once
 // Unbiased light transport by paths from the camera: the reference for the other integrators. Private to render/.
+#include "vdbcloud/render/emission_march.h"
 #include "vdbcloud/render/path_media.h"
 
 namespace vdbcloud {
@@ -23,7 +24,10 @@ namespace vdbcloud {
 /// are also sampled by equal angles on the camera ray, and beyond each collision on a ray that prefers the lamp's
 /// direction (light_sampling.h); the balance heuristic joins both.
 ///
-/// Emission is integrated along the path's segments, cell by cell in closed form where extinction is grey.
+/// Emission is integrated times transmittance along whole rays (emission_march.h), not only up to their collisions: the
+/// camera ray, the ray of each segment, and beyond each collision a ray towards a point that emits (emission_field.h).
+/// The balance heuristic joins the two rays that leave a collision. So light behind deep matter is not left to paths
+/// that get there by chance.
 ///
 /// Holds scratch memory: one object per thread.
 class PathTracer {
@@ -65,13 +69,12 @@ private:
                       PathRandom&);
     void collide(const Collision&, const Leg&, Path&, PathRandom&, RayResult&);
     bool survives(Path&, PathRandom&) const;
-    template<typename Weight>
-    Vec3d emitted(double end, PathRandom&, const Weight& weight);
-    Vec3d emitted_to_camera(double end, const Vec3d& tau, PathRandom&);
+    Vec3d emission_beyond(const Vec3d& x, const Vec3d& incoming, const PreparedVolume&, const Path&, PathRandom&);
     void attenuate(Path&, const Vec3d& factor) const;
 
     const PathScene& scene_;
-    PathMedia media_, aside_;  // the path's ray; a ray towards a light or past a lamp
+    PathMedia media_, aside_;  // the path's ray; a ray towards a light or emission, or past a lamp
+    EmissionMarch emission_;
     std::vector<double> depths_;
 };
 

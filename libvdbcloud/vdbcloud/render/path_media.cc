@@ -52,7 +52,7 @@ Vec3d attenuation(const Vec3d& tau)
 }
 
 PathScene::PathScene(const Scene& scene)
-    : media(true_medium(scene), IntegratorOptions()), lights(scene.lights), sky(scene.sky)
+    : media(true_medium(scene), IntegratorOptions()), lights(scene.lights), sky(scene.sky), emission(media)
 {
     for (const Light& light : lights) {
         for (const Volume& volume : scene.volumes)
@@ -61,10 +61,7 @@ PathScene::PathScene(const Scene& scene)
         is_lamp.push_back(bool(light->source()));
         has_lamp = has_lamp || is_lamp.back();
     }
-    for (const PreparedVolume& volume : media.volumes) {
-        emits = emits || volume.emission;
-        collisions.emplace_back(volume.density);
-    }
+    for (const PreparedVolume& volume : media.volumes) collisions.emplace_back(volume.density);
 }
 
 PathMedia::PathMedia(const PathScene& scene)
@@ -87,6 +84,17 @@ Vec3d PathMedia::optical_depth(double t0, double t1) const
         if (volume.sigma_t != Vec3d(0.0)) tau += volume.sigma_t * depth_up_to(volume.density, index_[v], t0, t1, far);
     }
     return tau;
+}
+
+double PathMedia::end() const
+{
+    double t = far;
+    for (size_t v = 0; v < index_.size(); ++v) {
+        const PreparedVolume& volume = scene_.media.volumes[v];
+        const double least = std::min({volume.sigma_t[0], volume.sigma_t[1], volume.sigma_t[2]});
+        if (least > 0) t = std::min(t, travel(volume.density, index_[v], 0, t, opaque / least).t);
+    }
+    return t;
 }
 
 bool PathMedia::bounds(double& t0, double& t1) const

@@ -1,6 +1,7 @@
 #pragma once
 // The true medium of a scene, as light paths ask for it: free paths, optical depths, coefficients at a point. Private
 // to render/.
+#include "vdbcloud/render/emission_field.h"
 #include "vdbcloud/render/media.h"
 #include "vdbcloud/render/null_collisions.h"
 #include "vdbcloud/render/path_random.h"
@@ -16,7 +17,7 @@ Vec3d attenuation(const Vec3d& tau);
 /// A scene without light grids, collided light and delta scaling, shared by all threads.
 struct PathScene {
     explicit PathScene(const Scene&);
-    PathScene(const PathScene&) = delete;  // `collisions` point into `media`
+    PathScene(const PathScene&) = delete;  // `collisions` and `emission` point into `media`
     PathScene& operator=(const PathScene&) = delete;
 
     PreparedScene media;                     ///< no lights, no scaling
@@ -24,7 +25,7 @@ struct PathScene {
     std::vector<Light> lights;
     std::vector<char> is_lamp;  ///< for each light: it has a source() at a finite distance
     Sky sky;                    ///< lights the media; dark: does not
-    bool emits = false;
+    EmissionField emission;     ///< of media
     bool has_lamp = false;
 };
 
@@ -50,6 +51,8 @@ public:
 
     /// Optical depth of t0..t1; t1 may be infinite.
     Vec3d optical_depth(double t0, double t1) const;
+    /// Where a medium that repeats is opaque in all channels; infinite where it is not.
+    double end() const;
     /// The part of the ray that can meet extinction; false if there is none.
     bool bounds(double& t0, double& t1) const;
     double density(size_t volume, double t) const;
