@@ -127,5 +127,45 @@ TEST(PathDeepEmission, OfASmallBodyLightsAsALamp)
     expect_equal(found, expected, 0.04);
 }
 
+TEST(PathDeepEmission, RouletteKeepsTheMean)
+{
+    // Emission at optical depth 4.3: marches that end at random below a transmittance of 0.1 get there once in 7.
+    Scene scene;
+    scene.volumes.push_back(volume_of(layer(40), medium(Vec3d(5, 5.5, 6), Vec3d(0), 0)));
+    scene.volumes[0].emission = glowing(*scene.volumes[0].density, 5, Vec3d(1, 2, 3));
+    const PathScene prepared(scene);
+    EmissionMarch march(prepared);
+    PathMedia media(prepared);
+    media.set({Vec3d(0, 5, 0), Vec3d(0, -1, 0)});
+    const Vec3d expected = march.exact(media);
+    const Estimate e = estimate(20000, [&](int k) {
+        PathRandom random(1, 0, 0, uint64_t(k));
+        return march.sampled(media, 0.1, random);
+    });
+    expect_mean(e, expected, 0.03);
+    EXPECT_GT(e.error[0], 0.01 * expected[0]) << "marches end at random";
+}
+
+TEST(PathDeepEmission, KirchhoffsLawHoldsInTheMeanWhereEmissionIsSparse)
+{
+    // Two clouds far apart emit (1 - albedo) sigma_t B in a sky of radiance B: radiance B everywhere. Rays towards
+    // emission and rays of the phase function meet the same emission.
+    const Vec3d albedo(0.9, 0.5, 0.7), b(1, 2, 3), sigma_t(4, 5, 6);
+    Scene scene = one_clump(sigma_t, albedo, 0.6);
+    scene.volumes.push_back(volume_of(clump(14, 0.11, 3, Vec3d(5, 5, 5)), medium(sigma_t, albedo, 0.6)));
+    for (Volume& volume : scene.volumes) {
+        volume.emission = Vec3SGrid::create(Vec3f(0));
+        volume.emission->setTransform(volume.density->transform().copy());
+        for (auto v = volume.density->cbeginValueOn(); v; ++v)
+            volume.emission->tree().setValueOn(v.getCoord(), Vec3f(*v * (Vec3d(1) - albedo) * sigma_t * b));
+    }
+    scene.sky = Sky::constant(b);
+    ASSERT_TRUE(PathScene(scene).emission.sampled(Vec3d(0)));
+    const WorldRay ray{Vec3d(-3, -2.1, -2.4), Vec3d(3, 2, 2.5).unit()};
+    const Estimate e = traced(scene, sized(6000, 200000), ray,
+                              [&](const RayResult& r) { return r.multiple + r.emission + attenuation(r.tau) * b; });
+    expect_mean(e, b, 0.02);
+}
+
 }  // namespace
 }  // namespace vdbcloud
