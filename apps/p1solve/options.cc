@@ -153,6 +153,7 @@ void read_closure(app::App& app, P1solveOptions& o)
         throw UsageError("--series with --limiter: expected one of them, the series needs linear equations");
     if (o.scatter.limiter && o.scatter.solver != P1Solver::Multigrid)
         throw UsageError("--limiter with --solver relaxation: expected multigrid");
+    o.scatter.emission_by_rays = o.series.order == 0;
     if (c.iterations == 0 && !o.scatter.flux_map) return;
     if (c.iterations > 0 && o.series.order > 0)
         throw UsageError("--iterations and --series: expected one of them, the series expands P1");

@@ -62,6 +62,8 @@ nlohmann::json described(const ChannelReport& c, int top)
         r["budget"]["faces_against_lines"] = c.lines > 0 ? c.deposited / c.lines - 1 : 0.0;
     }
     if (c.reentry >= 0) r["budget"]["share_that_would_enter_again_and_is_lost"] = c.reentry;
+    if (c.emission_by_rays)
+        r["emission"] = {{"scaled_by", c.emission_scaled_by}, {"collisions", c.emission_collisions}};
     if (c.closure.iterations > 0) r["sweeps"] = described(c.closure);
     if (c.limiter.iterations > 0)
         r["limiter"] = {{"iterations", c.limiter.iterations},

@@ -16,6 +16,8 @@ public:
     BeamMedium(const VoxelIndex& index, const FloatGrid& grid, const std::vector<float>& density, const P1Operator&);
 
     double extinction() const { return extinction_; }  ///< sigma_t' at density 1 [1/world unit]
+    /// The trilinear density of which extinction() is the factor; null for a periodic medium.
+    const BrickMap* bricks() const { return bricks_ ? &*bricks_ : nullptr; }
 
     BeamDepths depths(const std::vector<ExposedVoxel>&, const Light&, int rays_per_voxel, const Progress&) const;
     /// Depths at the centres of the active slots, for beam_fluence().

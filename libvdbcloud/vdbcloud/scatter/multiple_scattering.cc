@@ -12,6 +12,7 @@
 #include "vdbcloud/scatter/channel_groups.h"
 #include "vdbcloud/scatter/channel_report.h"
 #include "vdbcloud/scatter/collided_grids.h"
+#include "vdbcloud/scatter/emitted_light.h"
 #include "vdbcloud/scatter/heating.h"
 #include "vdbcloud/scatter/world_axes.h"
 
@@ -139,6 +140,44 @@ private:
             if (lamps) report_.channel[channel].lines = -1;
     }
 
+    bool by_rays() const { return o_.emission_by_rays && !o_.limiter && !periodic_ && !given; }
+
+    /// Follows the emission of a group's channels by rays.
+    void follow_emission(const P1Operator& p1, const ChannelGroup& group)
+    {
+        std::vector<const std::vector<float>*> of;
+        std::vector<int> channels;
+        for (const ChannelGroup::Solve& solve : group.solves)
+            if (emission(solve.channel)) {
+                of.push_back(emission(solve.channel));
+                channels.push_back(solve.channel);
+            }
+        if (of.empty() || !by_rays() || !is_compact(index_.blocks(), of)) return;
+        P1Medium medium = p1.medium();
+        medium.degree = degree();
+        const P1Operator scaled(index_, density_, exposed_, medium);
+        auto light = emitted_light(scaled, beam_medium(scaled), of);
+        for (size_t k = 0; k < channels.size(); ++k) {
+            ChannelReport& report = report_.channel[channels[k]];
+            report.emission_by_rays = true;
+            report.emission_scaled_by = light[k].scaled_by;
+            report.emission_collisions = light[k].collisions;
+            emitted_[channels[k]] = std::move(light[k]);
+        }
+    }
+
+    const EmittedLight* emitted(int channel) const { return emitted_[channel] ? &*emitted_[channel] : nullptr; }
+
+    /// Emission as the sweeps take it.
+    void add_emission_to(SecondMoment& closure, int c) const
+    {
+        if (const EmittedLight* light = emitted(c)) {
+            closure.add_uncollided(light->moments);
+            closure.add_emission(light->followed, -1);
+        } else if (emission(c))
+            closure.add_emission(*emission(c), 1);
+    }
+
     void note_bytes(const P1Operator& p1, size_t sources, size_t besides)
     {
         const size_t slots = index_.blocks().slots();
@@ -159,6 +198,7 @@ private:
         for (size_t k = 0; k < sources.size(); ++k) lit.emplace_back(&sources[k], group.solves[k].channel);
         const auto part = [&](double f) { return !progress || progress((done + f) / count); };
         add_beams(p1, lit, [&](double f) { return part(0.3 * f); });
+        follow_emission(p1, group);
         for (size_t k = 0; k < sources.size(); ++k) add_sky_and_glow(p1, group.solves[k].channel, sources[k]);
         std::optional<Multigrid> multigrid;
         if (o_.solver == P1Solver::Multigrid) {
@@ -187,6 +227,9 @@ private:
                 keep_p1(p1, sources[k], c, phi, report);
             }
             solution_[c].phi.assign(phi.begin(), phi.end());
+            if (const EmittedLight* light = emitted(c))
+                for (size_t slot = 0; slot < phi.size(); ++slot) solution_[c].phi[slot] += light->fluence[slot];
+            emitted_[c].reset();
             share_[c] = {c, 1};
             for (const auto& [channel, scale] : group.solves[k].shared) share(c, channel, scale);
             ++report_.solves;
@@ -196,7 +239,10 @@ private:
     void add_sky_and_glow(const P1Operator& p1, int c, P1Source& source) const
     {
         if (!o_.sky.dark()) add_sky(p1, sky_on_faces(index_, o_.sky, c), source);
-        if (emission(c)) add_emission(p1, *emission(c), 1, source);
+        if (const EmittedLight* light = emitted(c))
+            add_emitted(p1, *light, source);
+        else if (emission(c))
+            add_emission(p1, *emission(c), 1, source);
     }
 
     void keep_p1(const P1Operator& p1, const P1Source& source, int c, const std::vector<double>& phi,
@@ -206,11 +252,23 @@ private:
         PlaneLight planes;
         if (o_.flux_map) sweep_planes(p1, c, phi, flux, planes, report);
         finish(p1, source, c, phi, &flux, o_.flux_map ? &planes : nullptr, report);
+        std::vector<double> whole = phi;
+        if (const EmittedLight* light = emitted(c)) add_light(*light, whole, flux);
         if (p1.mean_cosine() != 0) {
             auto shortened = flux;  // as pictures will
-            report.flux_limited = limit_flux(p1, phi, shortened);
+            report.flux_limited = limit_flux(p1, whole, shortened);
         }
         solution_[c].flux = flux_in_world(index_, std::move(flux));
+    }
+
+    /// Adds uncollided light to collided light, components along the index axes.
+    void add_light(const EmittedLight& light, std::vector<double>& phi, std::array<std::vector<float>, 3>& flux) const
+    {
+        const auto own = flux_of(light.moments);
+        for (size_t slot = 0; slot < phi.size(); ++slot) {
+            phi[slot] += light.fluence[slot];
+            for (size_t a = 0; a < 3; ++a) flux[a][slot] += own[a][slot];
+        }
     }
 
     /// Flux-limited diffusion of one channel: solves repeatedly, each time with factors from the last solution.
@@ -269,7 +327,7 @@ private:
                                              depths.light.strength()[c]);
                   });
         report.lines = lines;
-        if (emission(c)) closure.add_emission(*emission(c), 1);
+        add_emission_to(closure, c);
         closure.sweep_planes(phi, planes);
     }
 
@@ -286,21 +344,30 @@ private:
         const OutflowRays rays =
             trace_outflow(p1, source, phi, flux, o_.sky.dark() ? nullptr : &o_.sky, c, o_.reentry_rays);
         report.reentry = rays.reentry;
+        P1Budget collided = report.budget;
+        for (size_t face = 0; face < 6; ++face) collided.out[face] -= source.emission_out[face];
         if (swept)
-            report.planes = planes_by_sweep(index_, *swept, report.budget, flux ? std::max(rays.reentry, 0.0) : 0.0);
+            report.planes = planes_by_sweep(index_, *swept, collided, flux ? std::max(rays.reentry, 0.0) : 0.0);
         else if (rays.reentry >= 0)
-            report.planes = planes_by_rays(p1, source, report.budget, rays, o_.sky, c);
+            report.planes = planes_by_rays(p1, source, collided, rays, o_.sky, c);
+        const PlanePower of_collided = report.planes;
+        if (const EmittedLight* light = emitted(c); light && report.planes.known)
+            for (size_t face = 0; face < 6; ++face) report.planes.out[face] += light->out_by_plane[face];
         set_sides(index_, lights_.empty() ? std::nullopt : lights_[0]->common_direction(), report_.top, report);
         if (o_.heating || o_.flux_map) solution_[c].heating = heating_rate(p1, source, phi);
-        if (o_.flux_map) fill_map(p1, c, *swept, report.planes);
+        if (o_.flux_map) fill_map(p1, c, *swept, of_collided);
     }
 
     void fill_map(const P1Operator& p1, int c, const PlaneLight& swept, const PlanePower& planes)
     {
         FluxMap& map = *report_.flux_map;
         FluxMap::Channel& channel = map.channel[size_t(c)];
-        channel.diffuse_up = by_pixel(map, plane_flux(swept, planes, map.top));
-        channel.diffuse_down = by_pixel(map, plane_flux(swept, planes, map.base));
+        for (const int face : {map.top, map.base}) {
+            std::vector<float> flux = plane_flux(swept, planes, face);
+            if (const EmittedLight* light = emitted(c))
+                for (size_t cell = 0; cell < flux.size(); ++cell) flux[cell] += light->planes[size_t(face)][cell];
+            (face == map.top ? channel.diffuse_up : channel.diffuse_down) = by_pixel(map, flux);
+        }
         add_absorbed(index_, solution_[c].heating, map, channel);
         add_direct(index_, beam_medium(p1), beams_, c, map, channel);
     }
@@ -349,7 +416,7 @@ private:
                 closure.start_with(light, early, strength);
             });
         add_sky_and_glow(fine, c, base);
-        if (emission(c)) closure.add_emission(*emission(c), 1);
+        add_emission_to(closure, c);
         Multigrid multigrid(fine.stencil());
         note_bytes(fine, 3, multigrid.bytes() + closure.bytes() + 20 * index_.blocks().slots());
         P1Source source(fine);
@@ -359,7 +426,11 @@ private:
             if (!solve.converged) report.solve = solve;
         finish(fine, source, c, phi, nullptr, &planes, report);
         const int kept = std::min(o_.closure.degree, std::max(o_.keep_moments, 1));
-        solution_[c].moments = moments_in_world(index_, closure.moments(), kept);
+        auto moments = closure.moments();
+        if (const EmittedLight* light = emitted(c))
+            for (size_t k = 0; k < std::min(moments.size(), light->moments.size()); ++k)
+                for (size_t slot = 0; slot < moments[k].size(); ++slot) moments[k][slot] += light->moments[k][slot];
+        solution_[c].moments = moments_in_world(index_, moments, kept);
         solution_[c].flux = flux_of(solution_[c].moments);
     }
 
@@ -401,6 +472,7 @@ private:
     std::vector<float> tint_[3], emission_[3];
     std::array<Solution, 3> solution_;
     std::array<Share, 3> share_;
+    std::array<std::optional<EmittedLight>, 3> emitted_;  // of the solve at work
 };
 
 }  // namespace
@@ -422,6 +494,7 @@ CollidedLight p1_light(const FloatGrid& density, const Vec3SGrid* emission, cons
     p1.solver = P1Solver::Multigrid;
     p1.closure.iterations = 0;
     p1.limiter = false;
+    p1.emission_by_rays = false;
     p1.reentry_rays = p1.line_rays = 0;
     p1.flux_map = p1.heating = false;
     Scattering scattering(density, nullptr, emission, medium, lights, p1, report);

@@ -36,11 +36,14 @@ struct ScatterOptions {
     /// through; 0: none.
     int reentry_rays = 20000;
     ClosureOptions closure;  ///< transport sweeps that close P1
-    Vec3d up{0, 1, 0};       ///< [world]; the sweeps' polar axis is the index axis nearest to `up`
-    int keep_moments = 7;    ///< highest degree of moments written as grids; 1: phi and flux only
-    int line_rays = 1;       ///< 1: measure each sun's lost power by lines through the medium; 0: do not
-    bool flux_map = false;   ///< make ScatterReport::flux_map. For P1 alone: by one sweep of closure.directions
-    bool heating = false;    ///< make ScatterReport::heating
+    /// Follow emission by rays up to its first collision where few voxels emit (emitted_light.h). Else, with `limiter`,
+    /// and in a periodic medium emission is a source of P1 and the sweeps, as the series takes it.
+    bool emission_by_rays = true;
+    Vec3d up{0, 1, 0};      ///< [world]; the sweeps' polar axis is the index axis nearest to `up`
+    int keep_moments = 7;   ///< highest degree of moments written as grids; 1: phi and flux only
+    int line_rays = 1;      ///< 1: measure each sun's lost power by lines through the medium; 0: do not
+    bool flux_map = false;  ///< make ScatterReport::flux_map. For P1 alone: by one sweep of closure.directions
+    bool heating = false;   ///< make ScatterReport::heating
 };
 
 /// Result and power balance of one channel. Powers in units of radiance x (world unit)^2.
@@ -54,7 +57,10 @@ struct ChannelReport {
     double deposited = 0;  ///< power that the beams lose in the medium, by voxel faces
     double lines = -1;     ///< power that the suns lose, by lines through the medium; -1: not measured (or a lamp)
     double beam_in = 0, beam_out = 0, emitted = 0;
-    PlanePower planes;  ///< not known for P1 alone without reentry_rays and flux_map
+    bool emission_by_rays = false;
+    double emission_scaled_by = 0;  ///< change of uncollided emission that makes its powers balance (emitted_light.h)
+    int emission_collisions = 0;    ///< collisions within emitting voxels that were followed by rays
+    PlanePower planes;              ///< not known for P1 alone without reentry_rays and flux_map
     /// Diffuse power out through the planes that face the first sun (without a sun: the plane that faces up), and
     /// through the other planes. 0 where the planes are not known.
     double reflected = 0, transmitted = 0;

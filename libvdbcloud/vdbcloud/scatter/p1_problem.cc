@@ -191,23 +191,28 @@ P1Budget budget(const P1Operator& p1, const P1Source& source, const std::vector<
             gross_sky += unit * inflow;
         }
     }
+    for (size_t face = 0; face < 6; ++face) b.out[face] += source.emission_out[face];
     b.sky_in = gross_sky;
-    b.absorbed = source.deposited - source.first_scatter +
+    b.absorbed = source.deposited - source.first_scatter + source.emission_absorbed +
                  unit * total(blocks, [&](size_t slot) { return p1.sigma_a(slot) * p1.hbar() * phi[slot]; });
     const double in = source.deposited + source.emitted + b.sky_in;
     double out = b.absorbed;
     for (double o : b.out) out += o;
     b.defect = in != 0 ? std::abs(in - out) / std::abs(in) : 0.0;
 
+    const auto fluence = [&](size_t slot) {
+        return phi[slot] + (source.uncollided ? (*source.uncollided)[slot] : 0.0f);
+    };
     bool first = true;
     for (size_t slot = 0; slot < blocks.count() * 512; ++slot) {
         if (!blocks.active(slot)) continue;
-        b.smallest = first ? phi[slot] : std::min(b.smallest, phi[slot]);
-        b.largest = first ? phi[slot] : std::max(b.largest, phi[slot]);
+        b.smallest = first ? fluence(slot) : std::min(b.smallest, fluence(slot));
+        b.largest = first ? fluence(slot) : std::max(b.largest, fluence(slot));
         first = false;
     }
+    const double rounding = 1e-7 * std::max(std::abs(b.largest), std::abs(b.smallest));
     for (size_t slot = 0; slot < blocks.count() * 512; ++slot)
-        b.negative += blocks.active(slot) && phi[slot] < -1e-7 * std::max(std::abs(b.largest), std::abs(b.smallest));
+        b.negative += blocks.active(slot) && fluence(slot) < -rounding;
     return b;
 }
 

@@ -107,11 +107,16 @@ struct P1Source {
     std::vector<std::array<double, 6>> outflow;
     /// Part of `deposited` that each cell absorbs [power / hbar^2]. add_beam() fills it where it has slots() values.
     std::vector<double> beam_absorbed;
-    double deposited = 0;                ///< power taken from the (scaled) beams inside the cells
-    double first_scatter = 0;            ///< scattered part of `deposited`: the fraction w0'
-    double beam_in = 0;                  ///< beam power through exposed faces into cells
-    double beam_out = 0;                 ///< beam power through exposed faces out of cells
-    double emitted = 0;                  ///< power of emission
+    double deposited = 0;      ///< power taken from the (scaled) beams inside the cells
+    double first_scatter = 0;  ///< scattered part of `deposited`: the fraction w0'
+    double beam_in = 0;        ///< beam power through exposed faces into cells
+    double beam_out = 0;       ///< beam power through exposed faces out of cells
+    double emitted = 0;        ///< power of emission
+    /// Of emission whose light is followed by rays up to its first collision (emitted_light.h): absorbed power, power
+    /// out through exposed faces by Blocks::Face, and fluence by slot (null: none). phi is collided light without it.
+    double emission_absorbed = 0;
+    std::array<double, 6> emission_out{};
+    const std::vector<float>* uncollided = nullptr;
     std::array<double, 6> sky_inflow{};  ///< 4 J by Blocks::Face; 4 pi L of a uniform sky
 };
 
@@ -126,10 +131,10 @@ void add_emission(const P1Operator&, const std::vector<float>& emission, double 
 struct P1Budget {
     std::array<double, 6> out{};       ///< diffuse power out through exposed faces, by Blocks::Face
     double sky_in = 0;                 ///< power of the sky on exposed faces
-    double absorbed = 0;               ///< of collided light, and of the beam at its first collision
+    double absorbed = 0;               ///< of collided light, and of beams and emission at their first collision
     double defect = 0;                 ///< |in - out - absorbed| / in
-    double smallest = 0, largest = 0;  ///< of phi
-    /// Cells with phi < -1e-7 of the largest phi: more negative than rounding and solver tolerance explain.
+    double smallest = 0, largest = 0;  ///< of phi and P1Source::uncollided together
+    /// Cells with that sum < -1e-7 of its largest value: more negative than rounding and solver tolerance explain.
     int64_t negative = 0;
 };
 

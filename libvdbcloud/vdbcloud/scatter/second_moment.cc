@@ -121,6 +121,12 @@ void SecondMoment::add_uncollided(const Light& light, const std::vector<float>& 
     add_beam_moments(light, fluence, strength, uncollided_);
 }
 
+void SecondMoment::add_uncollided(const std::vector<std::vector<float>>& moments)
+{
+    for (size_t k = 0; k < std::min(moments.size(), uncollided_.size()); ++k)
+        each_active(p1_.blocks(), [&](size_t slot) { uncollided_[k][slot] += moments[k][slot]; });
+}
+
 void SecondMoment::start_with(const Light& light, const std::vector<float>& fluence, double strength)
 {
     add_beam_moments(light, fluence, strength, swept_.moments);

@@ -86,6 +86,8 @@ public:
 
     /// Adds a light's uncollided fluence (beam_fluence()) times `strength`, along the light's beam.
     void add_uncollided(const Light& light, const std::vector<float>& fluence, double strength);
+    /// Adds moments of uncollided light about the index axes, by harmonic; those beyond the source's are left out.
+    void add_uncollided(const std::vector<std::vector<float>>& moments);
     /// Adds emission j [radiance / world unit] times `factor`.
     void add_emission(const std::vector<float>& emission, double factor);
     /// Sets the radiance that enters along each of set().direction: one value for a uniform sky, or one per direction.
