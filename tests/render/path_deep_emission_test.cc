@@ -102,7 +102,7 @@ TEST(PathDeepEmission, ThroughALayerThatScattersIsThatOfAddingAndDoubling)
         Scene scene;
         scene.volumes.push_back(volume_of(layer(n), medium(Vec3d(tau), Vec3d(albedo), 0)));
         scene.volumes[0].emission = glowing(*scene.volumes[0].density, j);
-        const Estimate e = traced(scene, sized(12000, 1000000), {Vec3d(0, 5, 0), Vec3d(0, -1, 0)});
+        const Estimate e = traced(scene, sized(6000, 400000), {Vec3d(0, 5, 0), Vec3d(0, -1, 0)});
         expect_mean(e, Vec3d(expected), 0.06, Vec3d(1e-3 * expected), std::to_string(albedo));
     }
 }
@@ -122,8 +122,8 @@ TEST(PathDeepEmission, OfASmallBodyLightsAsALamp)
     body->tree().setValueOn({0, 0, 0}, Vec3f(1, 2, 3));
     scene.volumes[0].emission = body;
     const WorldRay ray{Vec3d(-3, -2.1, -2.4), Vec3d(3, 2, 2.5).unit()};
-    const Estimate found = traced(scene, sized(10000, 400000), ray),
-                   expected = traced(lamp, sized(20000, 800000), ray, all_light, 2);
+    const Estimate found = traced(scene, sized(5000, 160000), ray),
+                   expected = traced(lamp, sized(10000, 320000), ray, all_light, 2);
     expect_equal(found, expected, 0.04);
 }
 
@@ -162,7 +162,7 @@ TEST(PathDeepEmission, KirchhoffsLawHoldsInTheMeanWhereEmissionIsSparse)
     scene.sky = Sky::constant(b);
     ASSERT_TRUE(PathScene(scene).emission.sampled(Vec3d(0)));
     const WorldRay ray{Vec3d(-3, -2.1, -2.4), Vec3d(3, 2, 2.5).unit()};
-    const Estimate e = traced(scene, sized(6000, 200000), ray,
+    const Estimate e = traced(scene, sized(3000, 80000), ray,
                               [&](const RayResult& r) { return r.multiple + r.emission + attenuation(r.tau) * b; });
     expect_mean(e, b, 0.02);
 }

@@ -63,7 +63,7 @@ TEST(PathEmission, KirchhoffsLawHoldsInTheMean)
         Scene scene = one_clump(sigma_t, albedo, 0.6);
         scene.volumes[0].emission = proportional(*scene.volumes[0].density, (Vec3d(1) - albedo) * sigma_t * b);
         scene.sky = Sky::constant(b);
-        const Estimate e = traced(scene, sized(20000, 400000), oblique, [&](const RayResult& r) {
+        const Estimate e = traced(scene, sized(9000, 160000), oblique, [&](const RayResult& r) {
             Vec3d sum = r.multiple + r.emission;
             for (int c = 0; c < 3; ++c) sum[c] += std::exp(-r.tau[c]) * b[c];
             return sum;
@@ -118,7 +118,7 @@ TEST(PathLamp, WithinFogScattersOnceAsByQuadrature)
         const Vec3d w = Vec3d(1, 0.4, -0.3).unit(), aside = w.cross(Vec3d(0, 1, 0)).unit();
         const WorldRay ray{lamp + miss * aside - 4 * w, w};
         const double expected = lamp_by_quadrature(*scene.volumes[0].density, scene.volumes[0].medium, lamp, ray);
-        expect_mean(traced(scene, 40000, ray, scattered_once), Vec3d(expected), 0.02, Vec3d(1e-3 * expected),
+        expect_mean(traced(scene, 20000, ray, scattered_once), Vec3d(expected), 0.02, Vec3d(1e-3 * expected),
                     std::to_string(miss));
     }
 }
@@ -143,7 +143,7 @@ TEST(PathLamp, AllPowerLeavesAConservativeMedium)
             const PathScene prepared(scene);
             PathTracer trace(prepared);
             RayResult r;
-            const Estimate collided = estimate(sized(120000, 2000000), [&](int k) {
+            const Estimate collided = estimate(sized(60000, 1000000), [&](int k) {
                 const Vec3d w = direction(uint64_t(k) + 12345678);
                 const double b = reach * uniform(hash_bits(61, uint64_t(k))),
                              a = 2 * pi * uniform(hash_bits(62, uint64_t(k)));
@@ -156,7 +156,7 @@ TEST(PathLamp, AllPowerLeavesAConservativeMedium)
                 const double power = uncollided.mean[c] + collided.mean[c],
                              error = std::hypot(uncollided.error[c], collided.error[c]);
                 EXPECT_NEAR(power, 1, sigmas * error) << g << ' ' << c;
-                EXPECT_LT(error, 0.04) << g << ' ' << c;
+                EXPECT_LT(error, 0.06) << g << ' ' << c;
                 EXPECT_LT(uncollided.mean[c], 0.8) << g << ' ' << c;  // much is scattered
             }
         }
@@ -169,7 +169,7 @@ TEST(PathLamp, TwoLampsAreTheSumOfEach)
                 b = make_lamp(Vec3d(0, 2, 1), Vec3d(4), "lamp1");
     const auto light = [&](const std::vector<Light>& lights, uint64_t seed) {
         scene.lights = lights;
-        return traced(scene, sized(30000, 400000), oblique, all_light, seed);
+        return traced(scene, sized(14000, 160000), oblique, all_light, seed);
     };
     const Estimate both = light({a, b}, 1), first = light({a}, 2), second = light({b}, 3);
     Vec3d error;

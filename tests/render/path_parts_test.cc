@@ -152,6 +152,28 @@ TEST(FreePath, CollisionsFollowTheExponentialLaw)
         }
 }
 
+TEST(NullCollisions, DepthThroughUniformBricksIsTheIntegralOfTheInterpolant)
+{
+    // Density 0.7 within, clumps about; 4^3 of the bricks are uniform. Bricks that do not align with the box, too.
+    const auto grid = box({56, 56, 56}, 0.05, [](openvdb::Coord ijk) {
+        const bool within = ijk[0] > 9 && ijk[1] > 9 && ijk[2] > 9 && ijk[0] < 46 && ijk[1] < 46 && ijk[2] < 46;
+        return within ? 0.7 : clumps(ijk, 3, 1);
+    });
+    const BrickMap map(*grid);
+    const NullCollisions medium(map);
+    for (int k = 0; k < 100; ++k) {
+        WorldRay ray = crossing(k);
+        ray.origin += Vec3d(1.4);
+        const IndexRay index(map.index_from_world(), ray);
+        const double whole = integral_of_interpolant(*grid, ray, 0, 9),
+                     part = integral_of_interpolant(*grid, ray, 2.1, 2.9);
+        EXPECT_NEAR(medium.depth_up_to(index, 0, 9, 1e9), whole, 1e-10 * (1 + whole)) << k;
+        EXPECT_NEAR(medium.depth_up_to(index, 2.1, 2.9, 1e9), part, 1e-10) << k;
+        EXPECT_GT(whole, 0.2);
+        EXPECT_GT(medium.depth_up_to(index, 0, 9, 0.5 * whole), 0.5 * whole);
+    }
+}
+
 TEST(PathMedia, TransmittanceHasTheRightMeanBeyondRoulette)
 {
     Scene scene = one_clump(Vec3d(40, 50, 60), Vec3d(1), 0);
@@ -167,9 +189,9 @@ TEST(PathMedia, TransmittanceHasTheRightMeanBeyondRoulette)
             return media.transmittance(9, random);
         });
         for (int c = 0; c < 3; ++c)
-            EXPECT_NEAR(e.mean[c], exact[c], sigmas * std::max(e.error[c], 0.02 / 5000) + 1e-12) << k;
-        deep += exact[0] < 0.015 && exact[0] > 1e-4;
-        if (exact[0] >= 0.02) {
+            EXPECT_NEAR(e.mean[c], exact[c], sigmas * std::max(e.error[c], 0.3 / 5000) + 1e-12) << k;
+        deep += exact[0] < 0.2 && exact[0] > 1e-4;
+        if (exact[0] >= 0.3) {
             EXPECT_LT(e.error[0], 1e-12);  // exact where light is bright
         }
     }

@@ -55,7 +55,7 @@ TEST(PathPeriodic, ReflectedAndTransmittedPowerOfALosslessFieldAddUpToWhatFalls)
     for (const double g : {0.0, 0.7}) {
         const Scene scene = true_medium({}, Vec3d(0.7), 1, g);
         const double mu0 = scene.lights[0].place()[1];
-        const int count = sized(30000, 400000);
+        const int count = sized(14000, 160000);
         const auto power = [&](bool above) {
             return traced(scene, count, [&](int k) { return lambertian(k, above, 16); });
         };
@@ -101,7 +101,7 @@ TEST(PathPeriodic, SlabMatchesAddingAndDoubling)
                 return WorldRay{Vec3d(3 * a, 0.4, 0) - 30 * w, w};
             };
             const double expected = above ? exact.emergent_top(k) : exact.emergent_bottom(k);
-            expect_mean(traced(scene, sized(15000, 400000), ray), Vec3d(expected), 0.05, Vec3d(1e-4 * expected),
+            expect_mean(traced(scene, sized(7000, 160000), ray), Vec3d(expected), 0.05, Vec3d(1e-4 * expected),
                         (above ? "above " : "below ") + std::to_string(mu));
         }
 }
@@ -152,7 +152,7 @@ TEST(PathPeriodic, EmissionIsThatOfCells)
 TEST(PathPeriodic, AFieldMovedAcrossItsSeamIsTheSame)
 {
     const Vec3i shift(3, 0, -5);
-    const int count = sized(40000, 400000);
+    const int count = sized(18000, 160000);
     for (const double g : {0.0, 0.7}) {
         const Estimate still =
             traced(true_medium({}, Vec3d(0.5), 0.98, g), count, [](int k) { return lambertian(k % 50, k % 2, 16); });
@@ -170,7 +170,7 @@ TEST(PathPeriodic, AFieldMovedAcrossItsSeamIsTheSame)
 TEST(PathPeriodic, ATilingTendsToIt)
 {
     // Near the middle of 7 x 7 copies; what leaves the sides and does not come back is below 1 %.
-    const int count = sized(40000, 400000);
+    const int count = sized(18000, 160000);
     const Estimate one =
         traced(true_medium({}, Vec3d(0.7), 0.9, 0.3), count, [](int k) { return lambertian(k % 50, k % 2, 16); });
     const Estimate many = traced(

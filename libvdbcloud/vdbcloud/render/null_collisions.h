@@ -1,5 +1,6 @@
 #pragma once
-// Free paths by null collisions with a majorant for each brick: no cell is marched. Private to render/.
+// Free paths by null collisions with a majorant for each brick, and optical depths that march few cells. Private to
+// render/.
 #include "vdbcloud/optics/cell_march.h"
 #include "vdbcloud/render/path_random.h"
 
@@ -7,7 +8,8 @@
 
 namespace vdbcloud {
 
-/// The largest density of each brick of 8^3 cells. Holds a pointer to the map, which must outlive it.
+/// The largest density of each brick of 8^3 cells, and which bricks are uniform. Holds a pointer to the map, which must
+/// outlive it.
 ///
 /// A ray is given tentative collisions by the majorant, each of which is real with probability density / majorant, so
 /// that real collisions have the distribution of the medium's own free paths exactly (Woodcock et al. 1965). Costs a
@@ -24,9 +26,14 @@ public:
     /// The first real collision on t0..t1 at extinction `sigma_t` per density > 0; false if there is none.
     bool collide(const IndexRay&, double t0, double t1, double sigma_t, PathRandom&, Hit&) const;
 
+    /// The density depth of t0..t1, or any number above `most` as soon as the depth exceeds `most`: depth_up_to() of
+    /// free_path.h to rounding. A brick whose corners are all equal, as within many clouds, costs as much as one cell.
+    double depth_up_to(const IndexRay&, double t0, double t1, double most) const;
+
 private:
     const BrickMap* map_;
     std::vector<float> majorants_;  // by slot
+    std::vector<char> uniform_;     // by slot: all corners are equal
 };
 
 }  // namespace vdbcloud

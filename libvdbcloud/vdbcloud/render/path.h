@@ -68,6 +68,7 @@ private:
     Vec3d lamp_beyond(size_t light, const Vec3d& x, const Vec3d& incoming, const PreparedVolume&, const Path&,
                       PathRandom&);
     void collide(const Collision&, const Leg&, Path&, PathRandom&, RayResult&);
+    void follow(Path, Vec3d x, Vec3d incoming, size_t volume, PathRandom&, RayResult&);
     bool survives(Path&, PathRandom&) const;
     Vec3d emission_beyond(const Vec3d& x, const Vec3d& incoming, const PreparedVolume&, const Path&, PathRandom&);
     void attenuate(Path&, const Vec3d& factor) const;

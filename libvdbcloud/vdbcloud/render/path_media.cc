@@ -16,7 +16,7 @@ namespace {
 constexpr double far = std::numeric_limits<double>::infinity();
 
 /// Transmittance below which Russian roulette decides whether a march towards a light goes on.
-constexpr double dim = 0.02;
+constexpr double dim = 0.3;
 
 /// Density depth at which each channel that a volume attenuates is opaque: to rounding all of its rays collide.
 double opaque_depth(const PreparedVolume& volume)
@@ -81,7 +81,8 @@ Vec3d PathMedia::optical_depth(double t0, double t1) const
     Vec3d tau(0);
     for (size_t v = 0; v < index_.size(); ++v) {
         const PreparedVolume& volume = scene_.media.volumes[v];
-        if (volume.sigma_t != Vec3d(0.0)) tau += volume.sigma_t * depth_up_to(volume.density, index_[v], t0, t1, far);
+        if (volume.sigma_t != Vec3d(0.0))
+            tau += volume.sigma_t * scene_.collisions[v].depth_up_to(index_[v], t0, t1, far);
     }
     return tau;
 }
@@ -183,7 +184,8 @@ void PathMedia::depths(std::vector<double>& out) const
     for (size_t v = 0; v < index_.size(); ++v) {
         const PreparedVolume& volume = scene_.media.volumes[v];
         if (volume.sigma_t != Vec3d(0.0))
-            out[v] = depth_up_to(volume.density, index_[v], 0, far, scene_.media.repeats ? opaque_depth(volume) : far);
+            out[v] =
+                scene_.collisions[v].depth_up_to(index_[v], 0, far, scene_.media.repeats ? opaque_depth(volume) : far);
     }
 }
 
@@ -198,7 +200,7 @@ Vec3d PathMedia::transmittance(double distance, PathRandom& random) const
         double most = 0;
         for (int c = 0; c < 3; ++c)
             most = std::max(most, volume.sigma_t[c] > 0 ? (deepest - tau[c]) / volume.sigma_t[c] : far);
-        tau += volume.sigma_t * depth_up_to(volume.density, index_[v], 0, distance, most);
+        tau += volume.sigma_t * scene_.collisions[v].depth_up_to(index_[v], 0, distance, most);
         if (std::min({tau[0], tau[1], tau[2]}) > deepest) return Vec3d(0.0);
     }
     const double thinnest = std::min({tau[0], tau[1], tau[2]});

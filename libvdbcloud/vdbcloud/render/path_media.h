@@ -66,7 +66,7 @@ public:
     /// Density depth of the whole ray in each volume; in a periodic medium up to where the volume is opaque.
     void depths(std::vector<double>&) const;
 
-    /// Transmittance over the ray's first `distance`, in the mean: where every channel is below 0.02 the march ends at
+    /// Transmittance over the ray's first `distance`, in the mean: where every channel is below 0.3 the march ends at
     /// random, with a probability that keeps the mean (Russian roulette).
     Vec3d transmittance(double distance, PathRandom&) const;
 
