@@ -96,11 +96,11 @@ TEST(Passes, PartsOfDisjointOffsetsAreOneRun)
 
 TEST(Passes, StandardErrorIsThatOfTheMeans)
 {
-    // 200 runs of 16 samples: the variance of their means against the mean square of the error they tell. The variance
-    // of so many pixels' 200 values has a relative standard error of about sqrt(2 / 199 / 20), pixels being unequal.
+    // 100 runs of 16 samples: the variance of their means against the mean square of the error they tell. The variance
+    // of so many pixels' 100 values has a relative standard error of about sqrt(2 / 99 / 20), pixels being unequal.
     double told = 0, found = 0, noise = 0;
     std::vector<double> sum(n * n, 0.0), squares(n * n, 0.0);
-    constexpr int runs = 200;
+    constexpr int runs = 100;
     for (int r = 0; r < runs; ++r) {
         PassOptions part;
         part.offset = uint64_t(r) * 16;

@@ -124,7 +124,7 @@ TEST(FreePath, CollisionsFollowTheExponentialLaw)
             Uniformity lengths;
             double in_second = 0, expected_in_second = 0, variance = 0, collided = 0, expected = 0, spread = 0;
             std::vector<double> depths;
-            for (int k = 0; k < 8000; ++k) {
+            for (int k = 0; k < sized(5000, 40000); ++k) {
                 const WorldRay ray = crossing(k);
                 const double whole = law(scene, ray, c, 9);
                 if (!(whole > 0)) continue;
@@ -214,7 +214,7 @@ TEST(LightSampling, EqualAnglesHaveTheirDensity)
         }
         EXPECT_NEAR(sum, 1, 1e-4);
         EXPECT_EQ(points.density(t1 + 0.1), 0);
-        for (int k = 0; k < 8000; ++k) {
+        for (int k = 0; k < sized(5000, 40000); ++k) {
             const double t = points.sample(uniform(hash_bits(3, uint64_t(k))));
             ASSERT_GE(t, t0);
             ASSERT_LE(t, t1);
@@ -229,7 +229,7 @@ TEST(LightSampling, DirectionsNearALampHaveTheirDensity)
     const Vec3d to_lamp = Vec3d(0.3, -0.8, 0.5).unit();
     Uniformity angle, azimuth;
     const Vec3d x = to_lamp.cross(Vec3d(1, 0, 0)).unit(), y = to_lamp.cross(x);
-    for (int k = 0; k < 8000; ++k) {
+    for (int k = 0; k < sized(5000, 40000); ++k) {
         const Vec3d w =
             direction_near_lamp(to_lamp, uniform(hash_bits(1, uint64_t(k))), uniform(hash_bits(2, uint64_t(k))));
         EXPECT_NEAR(w.length(), 1, 1e-12);
