@@ -163,6 +163,15 @@ double SlabExact::transmitted_of_isotropic() const
     return flux;
 }
 
+double SlabExact::reflected_of_isotropic() const
+{
+    const Layer whole = doubled_to(o_.tau);
+    double flux = 0;
+    for (int i = 0; i < n_; ++i)
+        for (int j = 0; j < n_; ++j) flux += 4 * mu_[i] * w_[i] * whole.r[i * size_ + j] * mu_[j] * w_[j];
+    return flux;
+}
+
 SlabExact::Inside SlabExact::at(double depth) const
 {
     const int beam = n_;

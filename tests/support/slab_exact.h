@@ -38,6 +38,8 @@ public:
     Inside at(double depth) const;
     /// Diffuse transmittance for isotropic radiance 1 / pi (incident flux 1), the unscattered part included.
     double transmitted_of_isotropic() const;
+    /// Reflectance for the same light.
+    double reflected_of_isotropic() const;
 
 private:
     using Matrix = std::vector<double>;  // size_ x size_

@@ -64,6 +64,7 @@ std::vector<LayerSpec> render_layers(const Scene& scene, const std::vector<std::
     for (const auto& light : scene.lights) possible.push_back({"direct_" + light.name, rgb, true, Combine::Mean});
     possible.push_back({"multiscatter", rgb, true, Combine::Mean});
     possible.push_back({"emission", rgb, true, Combine::Mean});
+    if (scene.ground) possible.push_back({"ground", rgb, true, Combine::Mean});
     possible.push_back({"variance", {"Y"}, false, Combine::Mean});
     const bool path = kind == Integrator::Path;
     if (path) {
@@ -79,7 +80,7 @@ std::vector<LayerSpec> render_layers(const Scene& scene, const std::vector<std::
         if (!known)
             throw UsageError("layer '" + printable(w) +
                              "': expected all, direct, direct_<light>, multiscatter, "
-                             "emission, transmittance, Z or variance" +
+                             "emission, ground over a ground, transmittance, Z or variance" +
                              (path ? ", standard_error or seconds" : "; standard_error and seconds need path"));
     }
     for (const auto& p : possible)

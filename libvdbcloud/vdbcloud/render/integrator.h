@@ -6,11 +6,13 @@
 #include "vdbcloud/render/film.h"
 #include "vdbcloud/render/passes.h"
 #include "vdbcloud/scene/camera.h"
+#include "vdbcloud/scene/ground.h"
 #include "vdbcloud/scene/light.h"
 #include "vdbcloud/scene/sky.h"
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,6 +42,11 @@ struct Scene {
     /// Index axes along which the media repeat without end, at most two. Each volume repeats by the rule of
     /// period_of(); volumes have equal periods in world space. Lights are at infinity, and not along these axes.
     std::array<bool, 3> periodic{false, false, false};
+    /// Beneath all matter; none: light that leaves the media downwards is lost. Lights are above it.
+    std::optional<Ground> ground;
+    /// What the ground sends upwards, for all integrators but Path: radiance at the voxels of the layer on the ground,
+    /// in the lattice of the first volume; interpolated along the layer, and repeated as the media are.
+    Vec3SGridPtr ground_radiance;
 };
 
 enum class Integrator {
@@ -65,17 +72,20 @@ struct IntegratorOptions {
 /// The layers render_image fills, for a scene, in the order of the film:
 ///
 ///     ""               R G B A  premultiplied, WITHOUT the background; A = 1 - mean of T over r, g, b
-///     "background"     R G B    background seen through the medium, T L_sky: picture = RGB + background, per sample
+///     "background"     R G B    background seen through the medium, T L_sky: picture = RGB + background, per sample.
+///                               None where the ray meets the ground; A is 1 there
 ///     "Z"              Z        depth along the view axis at which the mean T of the ray falls to 0.5; 1e30 if it does not
 ///     "transmittance"  R G B    T of the whole ray, without delta scaling; alpha and background use the scaled one
 ///     "direct_<light>" R G B    light scattered once
 ///     "multiscatter"   R G B    from phi and flux; Path: light scattered more than once, and the sky's scattered light
 ///     "emission"       R G B    not scattered
+///     "ground"         R G B    from the ground, not scattered in the media; only where the scene has a ground
 ///     "variance"       Y        made by expose()
 ///     "standard_error" R G B    Path alone: see passes.h
 ///     "seconds"        Y        Path alone: see passes.h
 ///
-/// RGB = sum of direct_* + multiscatter + emission. "" and "background" always; the others if they are in `wanted`
+/// RGB = sum of direct_* + multiscatter + emission + ground. "" and "background" always; the others if they are in
+/// `wanted`
 /// ("direct" stands for the layers of all lights, "all" for every layer but seconds, which depends on the clock).
 /// Path's layers are stored as float, so that pictures of different samples merge without loss. Throws UsageError
 /// naming what is not in this list.

@@ -1,5 +1,6 @@
 #include "vdbcloud/render/layer_places.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace vdbcloud {
@@ -26,14 +27,16 @@ LayerPlaces::LayerPlaces(const Film& film, const Scene& scene)
     transmittance = place("transmittance");
     multiple = place("multiscatter");
     emission = place("emission");
+    ground = place("ground");
     for (const auto& light : scene.lights) direct.push_back(place("direct_" + light.name));
 }
 
 void LayerPlaces::put(const RayResult& result, const CameraView& view, const Sky& sky, double x, double y,
                       const Vec3d& direction, double* out) const
 {
-    const Vec3d through(std::exp(-result.tau[0]), std::exp(-result.tau[1]), std::exp(-result.tau[2]));
-    Vec3d sum = result.multiple + result.emission;
+    Vec3d through(std::exp(-result.tau[0]), std::exp(-result.tau[1]), std::exp(-result.tau[2]));
+    if (result.to_ground < 1e30) through = Vec3d(0);
+    Vec3d sum = result.multiple + result.emission + result.ground;
     for (size_t l = 0; l < result.direct.size(); ++l) {
         sum += result.direct[l];
         put_colour(out, direct[l], result.direct[l]);
@@ -45,7 +48,9 @@ void LayerPlaces::put(const RayResult& result, const CameraView& view, const Sky
     put_colour(out, transmittance, {std::exp(-tau[0]), std::exp(-tau[1]), std::exp(-tau[2])});
     put_colour(out, multiple, result.multiple);
     put_colour(out, emission, result.emission);
-    if (depth >= 0) out[depth] = result.half_way < 1e30 ? view.depth(x, y, result.half_way) : 1e30;
+    put_colour(out, ground, result.ground);
+    const double seen = std::min(result.half_way, result.to_ground);
+    if (depth >= 0) out[depth] = seen < 1e30 ? view.depth(x, y, seen) : 1e30;
 }
 
 }  // namespace vdbcloud

@@ -14,7 +14,7 @@ struct LayerPlaces {
     void put(const RayResult&, const CameraView&, const Sky& background, double x, double y, const Vec3d& direction,
              double* out) const;
 
-    int beauty, background, depth, transmittance, multiple, emission;
+    int beauty, background, depth, transmittance, multiple, emission, ground;
     std::vector<int> direct;
 };
 

@@ -407,8 +407,8 @@ Vec3d RayMedia::peak(size_t light, size_t volume, double t, const Vec3d& albedo,
 void RayResult::clear(size_t lights)
 {
     direct.assign(lights, Vec3d(0));
-    multiple = emission = tau = true_tau = Vec3d(0);
-    half_way = 1e30;
+    multiple = emission = ground = tau = true_tau = Vec3d(0);
+    half_way = to_ground = 1e30;
     cells = 0;
     converged = true;
 }

@@ -1,5 +1,6 @@
 #include "vdbcloud/render/path.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/render/cell_rule.h"
 #include "vdbcloud/render/light_sampling.h"
@@ -54,6 +55,10 @@ PathTracer::PathTracer(const PathScene& scene) : scene_(scene), media_(scene), a
 void PathTracer::operator()(const WorldRay& ray, PathRandom random, RayResult& result)
 {
     result.clear(scene_.lights.size());
+    if (scene_.ground && scene_.ground->height(ray.origin) < 0) {
+        result.to_ground = 0;
+        return;
+    }
     media_.set(ray);
     media_.depths(depths_);
     for (size_t v = 0; v < depths_.size(); ++v) result.tau += scene_.media.volumes[v].sigma_t * depths_[v];
@@ -71,59 +76,121 @@ void PathTracer::operator()(const WorldRay& ray, PathRandom random, RayResult& r
         collides = media_.collide_surely(path.hero, depths_, random, hit);
     }
     if (!scene_.emission.dark()) result.emission = emission_.exact(media_);
-    if (!collides) return;
-
-    Leg leg;
-    leg.share = Vec3d(1 / path.start);
-    for (size_t l = 0; l < scene_.lights.size(); ++l)
-        if (scene_.is_lamp[l]) result.direct[l] = lamp_on(l, ray, leg, 1, random);
-    ++result.cells;
-    collide(hit, leg, path, random, result);
-    path.weight /= branches;
-    path.start /= branches;
-    const Vec3d x = ray.at(hit.t);
-    for (int n = 0; n < branches; ++n) follow(path, x, ray.direction, hit.volume, random, result);
+    if (collides) {
+        Leg leg;
+        leg.share = Vec3d(1 / path.start);
+        for (size_t l = 0; l < scene_.lights.size(); ++l)
+            if (scene_.is_lamp[l]) result.direct[l] = lamp_on(l, ray, leg, 1, random);
+        ++result.cells;
+        collide(hit, leg, path, random, result.multiple, result);
+        path.weight /= branches;
+        path.start /= branches;
+        const Vec3d x = ray.at(hit.t);
+        for (int n = 0; n < branches; ++n) follow(path, x, ray.direction, hit.volume, random, result.multiple, result);
+    }
+    if (scene_.ground) see_ground(ray, random, result);
 }
 
-/// The path beyond a collision at x, with volume `v`.
-void PathTracer::follow(Path path, Vec3d x, Vec3d incoming, size_t v, PathRandom& random, RayResult& result)
+/// What the ground sends along the camera ray, where the ray meets it.
+void PathTracer::see_ground(const WorldRay& ray, PathRandom& random, RayResult& result)
+{
+    const double to_ground = scene_.ground->distance(ray);
+    if (!(to_ground < far)) return;
+    result.to_ground = to_ground;
+    const Vec3d through = attenuation(result.tau);
+    Path path;
+    path.start = sum(through);
+    if (!(path.start > 0)) return;
+    path.weight = Vec3d(path.start);
+    path.share = through / path.start;
+    path.hero = chosen_channel(through, random.next());
+    Leg leg;
+    Collision hit;
+    if (!meet_ground(ray.at(to_ground), path, leg, random, result.ground) ||
+        !travel_on(path, leg, hit, random, result.ground))
+        return;
+    ++result.cells;
+    collide(hit, leg, path, random, result.ground, result);
+    follow(path, media_.ray().at(hit.t), media_.ray().direction, hit.volume, random, result.ground, result);
+}
+
+/// The path beyond a collision at x, with volume `v`, to its end. `light` takes what is not scattered once, by a light,
+/// towards the camera.
+void PathTracer::follow(Path path, Vec3d x, Vec3d incoming, size_t v, PathRandom& random, Vec3d& light,
+                        RayResult& result)
 {
     while (survives(path, random)) {
         const PreparedVolume& volume = scene_.media.volumes[v];
+        const auto phase = [&](const Vec3d& outgoing) {
+            return volume.phase(std::clamp(incoming.dot(outgoing), -1.0, 1.0));
+        };
         for (size_t l = 0; l < scene_.lights.size(); ++l)
-            if (scene_.is_lamp[l]) result.multiple += lamp_beyond(l, x, incoming, volume, path, random);
+            if (scene_.is_lamp[l]) light += lamp_beyond(l, x, phase, path, random);
         const bool towards_emission = scene_.emission.sampled(x);
-        if (towards_emission) result.multiple += emission_beyond(x, incoming, volume, path, random);
+        if (towards_emission) light += emission_beyond(x, phase, path, random);
 
         const double u1 = random.next(), u2 = random.next();
         const Vec3d outgoing = volume.phase.sample(incoming, u1, u2);
-        const Leg leg{scene_.has_lamp || towards_emission ? volume.phase(std::clamp(incoming.dot(outgoing), -1.0, 1.0))
-                                                          : 1,
-                      path.share, false};
+        Leg leg{scene_.has_lamp || towards_emission ? phase(outgoing) : 1, path.share, false, towards_emission};
         media_.set({x, outgoing});
         Collision hit;
-        const bool collides = media_.collide(path.hero, random, hit);
-        if (towards_emission) {
-            // The part of the ray's emission that emission_beyond() does not bring.
-            const double share = leg.phase / (leg.phase + scene_.emission.density(media_.ray()));
-            result.multiple += path.worth() * share * emission_.sampled(media_, dim_by_chance, random);
-        } else if (!scene_.emission.dark()) {
-            result.multiple += path.worth() * (scene_.media.grey && scene_.emission.often_met(x)
-                                                   ? emission_.unattenuated(media_, collides ? hit.t : far)
-                                                   : emission_.sampled(media_, dim_by_chance, random));
-        }
-        if (!collides) {
-            if (scene_.sky.dark()) return;
-            if (!scene_.media.grey) attenuate(path, attenuation(media_.optical_depth(0, far)));
-            result.multiple += path.worth() * scene_.sky.radiance(outgoing);
-            return;
+        // A path may come to the ground any number of times.
+        while (!travel_on(path, leg, hit, random, light)) {
+            const double to_ground = scene_.ground ? scene_.ground->distance(media_.ray()) : far;
+            if (!(to_ground < far) || !meet_ground(media_.ray().at(to_ground), path, leg, random, light)) return;
         }
         x = media_.ray().at(hit.t);
-        incoming = outgoing;
+        incoming = media_.ray().direction;
         v = hit.volume;
         ++result.cells;
-        collide(hit, leg, path, random, result);
+        collide(hit, leg, path, random, light, result);
     }
+}
+
+/// Finds the next collision of media_'s ray. Without one false: the path's share is then that of the whole ray, and the
+/// sky has been added where the ray meets it. Emission on the way is added.
+bool PathTracer::travel_on(Path& path, const Leg& leg, Collision& hit, PathRandom& random, Vec3d& light)
+{
+    const bool collides = media_.collide(path.hero, random, hit);
+    if (leg.towards_emission) {
+        // The part of the ray's emission that emission_beyond() does not bring.
+        const double share = leg.phase / (leg.phase + scene_.emission.density(media_.ray()));
+        light += path.worth() * share * emission_.sampled(media_, dim_by_chance, random);
+    } else if (!scene_.emission.dark()) {
+        light += path.worth() * (scene_.media.grey && scene_.emission.often_met(media_.ray().origin)
+                                     ? emission_.unattenuated(media_, collides ? hit.t : far)
+                                     : emission_.sampled(media_, dim_by_chance, random));
+    }
+    if (collides) return true;
+    const bool to_sky = !scene_.ground || !(scene_.ground->distance(media_.ray()) < far);
+    if (to_sky && scene_.sky.dark()) return false;
+    if (!scene_.media.grey) attenuate(path, attenuation(media_.optical_depth(0, far)));
+    if (to_sky) light += path.worth() * scene_.sky.radiance(media_.ray().direction);
+    return false;
+}
+
+/// The path reaches the ground at x: its weight takes up the albedo, the lights are added, and media_ has the next ray,
+/// whose directions have the density cosine / pi. False if the path ends.
+bool PathTracer::meet_ground(const Vec3d& x, Path& path, Leg& leg, PathRandom& random, Vec3d& light)
+{
+    const Ground& ground = *scene_.ground;
+    path.weight *= ground.albedo;
+    if (!(ground.albedo > 0)) return false;
+    const auto lambert = [&](const Vec3d& outgoing) { return std::max(outgoing.dot(ground.up), 0.0) / pi; };
+    for (size_t l = 0; l < scene_.lights.size(); ++l) light += path.worth() * light_at(l, x, lambert, random);
+    if (!survives(path, random)) return false;
+    for (size_t l = 0; l < scene_.lights.size(); ++l)
+        if (scene_.is_lamp[l]) light += lamp_beyond(l, x, lambert, path, random);
+    const bool towards_emission = scene_.emission.sampled(x);
+    if (towards_emission) light += emission_beyond(x, lambert, path, random);
+    const double u = random.next(), angle = 2 * pi * random.next();
+    const Vec3d a = (std::abs(ground.up[0]) < 0.8 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).cross(ground.up).unit(),
+                b = ground.up.cross(a);
+    const Vec3d outgoing =
+        (std::sqrt(1 - u) * ground.up + std::sqrt(u) * (std::cos(angle) * a + std::sin(angle) * b)).unit();
+    leg = {lambert(outgoing), path.share, false, towards_emission};
+    media_.set({x, outgoing});
+    return true;
 }
 
 /// Each channel's path density takes up a factor.
@@ -135,7 +202,8 @@ void PathTracer::attenuate(Path& path, const Vec3d& factor) const
 }
 
 /// The path reaches a collision: its weight takes up the albedo, and the lights are added.
-void PathTracer::collide(const Collision& hit, const Leg& leg, Path& path, PathRandom& random, RayResult& result)
+void PathTracer::collide(const Collision& hit, const Leg& leg, Path& path, PathRandom& random, Vec3d& others,
+                         RayResult& result)
 {
     const PreparedVolume& volume = scene_.media.volumes[hit.volume];
     double path_density = 0;
@@ -149,10 +217,14 @@ void PathTracer::collide(const Collision& hit, const Leg& leg, Path& path, PathR
         }
     }
     path.weight *= media_.albedo(hit.volume, hit.t);
+    const Vec3d& incoming = media_.ray().direction;
+    const auto phase = [&](const Vec3d& to_light) {
+        return volume.phase(std::clamp(to_light.dot(incoming), -1.0, 1.0));
+    };
     for (size_t l = 0; l < scene_.lights.size(); ++l) {
-        Vec3d light = path.worth() * light_at(l, volume, media_.ray(), hit.t, random);
+        Vec3d light = path.worth() * light_at(l, media_.ray().at(hit.t), phase, random);
         if (scene_.is_lamp[l]) light *= path_density / (path_density + density_of_lamp_sampling(l, leg, hit.t));
-        (leg.camera ? result.direct[l] : result.multiple) += light;
+        (leg.camera ? result.direct[l] : others) += light;
     }
 }
 
@@ -166,18 +238,20 @@ bool PathTracer::survives(Path& path, PathRandom& random) const
     return true;
 }
 
-/// Radiance that a volume scatters towards the ray's origin at t from one light, over its albedo.
-Vec3d PathTracer::light_at(size_t light, const PreparedVolume& volume, const WorldRay& ray, double t,
-                           PathRandom& random)
+/// Radiance that a point of a volume or of the ground sends along the path from one light, over its albedo. `scatter`:
+/// probability density of the direction towards the light.
+template<typename Scatter>
+Vec3d PathTracer::light_at(size_t light, const Vec3d& x, const Scatter& scatter, PathRandom& random)
 {
     const Light& from = scene_.lights[light];
-    const Vec3d x = ray.at(t);
     const double u = random.next(), v = random.next();
     const Sight sight = from->sample(x, u, v);
     if (!(sight.distance > 0)) return Vec3d(0.0);
+    // The part of a sun's disc that is below the horizon.
+    if (scene_.ground && !(sight.distance < far) && sight.direction.dot(scene_.ground->up) < 0) return Vec3d(0.0);
     aside_.set({x, sight.direction});
-    return volume.phase(std::clamp(sight.direction.dot(ray.direction), -1.0, 1.0)) * from->irradiance(x) *
-           from.strength() * aside_.transmittance(sight.distance, random);
+    return scatter(sight.direction) * from->irradiance(x) * from.strength() *
+           aside_.transmittance(sight.distance, random);
 }
 
 /// Density with which lamp_on() or lamp_beyond() sample the point at t of the path's ray.
@@ -222,31 +296,32 @@ Vec3d PathTracer::lamp_on(size_t light, const WorldRay& ray, const Leg& leg, dou
     return transmittance * scattered * from->irradiance(x) * from.strength() * aside_.transmittance(distance, random);
 }
 
-/// The same for the ray beyond a collision at x, in a direction that prefers the lamp.
-Vec3d PathTracer::lamp_beyond(size_t light, const Vec3d& x, const Vec3d& incoming, const PreparedVolume& volume,
-                              const Path& path, PathRandom& random)
+/// The same for the ray beyond a collision or a point of the ground, x, in a direction that prefers the lamp.
+template<typename Scatter>
+Vec3d PathTracer::lamp_beyond(size_t light, const Vec3d& x, const Scatter& scatter, const Path& path,
+                              PathRandom& random)
 {
     const Vec3d to_lamp = scene_.lights[light]->source()->position - x;
     const double u = random.next(), v = random.next(), distance = to_lamp.length();
     if (!(distance > 0)) return Vec3d(0.0);
     const Vec3d direction = direction_near_lamp(to_lamp / distance, u, v);
-    const double phase = volume.phase(std::clamp(incoming.dot(direction), -1.0, 1.0));
-    const Leg leg{phase, path.share, false};
-    return path.worth() * phase *
+    const double density = scatter(direction);
+    const Leg leg{density, path.share, false};
+    return path.worth() * density *
            lamp_on(light, {x, direction}, leg, density_near_lamp(to_lamp / distance, direction), random);
 }
 
-/// Emission that one ray beyond a collision at x, towards a point that emits, brings to the path.
-Vec3d PathTracer::emission_beyond(const Vec3d& x, const Vec3d& incoming, const PreparedVolume& volume, const Path& path,
-                                  PathRandom& random)
+/// Emission that one ray beyond a collision or a point of the ground, x, towards a point that emits, brings to the
+/// path.
+template<typename Scatter>
+Vec3d PathTracer::emission_beyond(const Vec3d& x, const Scatter& scatter, const Path& path, PathRandom& random)
 {
     const double u = random.next(), in_x = random.next(), in_y = random.next(), in_z = random.next();
     const Vec3d to = scene_.emission.point(u, Vec3d(in_x, in_y, in_z)) - x;
     const double distance = to.length();
     if (!(distance > 0)) return Vec3d(0.0);
     const WorldRay ray{x, to / distance};
-    const double phase = volume.phase(std::clamp(incoming.dot(ray.direction), -1.0, 1.0)),
-                 density = scene_.emission.density(ray);
+    const double phase = scatter(ray.direction), density = scene_.emission.density(ray);
     aside_.set(ray);
     return path.worth() * (phase / (phase + density)) * emission_.sampled(aside_, dim_on_purpose, random);
 }

@@ -29,13 +29,17 @@ namespace vdbcloud {
 /// The balance heuristic joins the two rays that leave a collision. So light behind deep matter is not left to paths
 /// that get there by chance.
 ///
+/// Ground. The part of the camera ray that passes the media goes on from the ground as a path of its own, with the
+/// transmittance as weight. A path that reaches the ground samples each light there and goes on by the cosine.
+///
 /// Holds scratch memory: one object per thread.
 class PathTracer {
 public:
     explicit PathTracer(const PathScene&);
 
     /// One sample. Sets direct (scattered once, by light), multiple (the sky's light and all light scattered more than
-    /// once), emission (not scattered), tau, true_tau, and cells, which counts collisions.
+    /// once), emission (not scattered), ground (that left the ground towards the camera and was not scattered after),
+    /// tau, true_tau, to_ground, and cells, which counts collisions. A ray from beneath the ground sees nothing.
     void operator()(const WorldRay&, PathRandom, RayResult&);
 
 private:
@@ -54,6 +58,7 @@ private:
         double phase = 1;      // density of its direction; 1 for a camera ray
         Vec3d share{1, 1, 1};  // times the extinction and transmittance of each channel: density of a collision
         bool camera = true;
+        bool towards_emission = false;  // its start samples rays towards emission, too
 
         /// Density over the leg's points (and directions) with which a path collides.
         double density(const Vec3d& sigma_t, const Vec3d& transmittance) const
@@ -62,15 +67,20 @@ private:
         }
     };
 
-    Vec3d light_at(size_t light, const PreparedVolume&, const WorldRay&, double t, PathRandom&);
+    void see_ground(const WorldRay&, PathRandom&, RayResult&);
+    void follow(Path, Vec3d x, Vec3d incoming, size_t v, PathRandom&, Vec3d& light, RayResult&);
+    bool travel_on(Path&, const Leg&, Collision&, PathRandom&, Vec3d& light);
+    bool meet_ground(const Vec3d& x, Path&, Leg&, PathRandom&, Vec3d& light);
+    template<typename Scatter>
+    Vec3d light_at(size_t light, const Vec3d& x, const Scatter&, PathRandom&);
     double density_of_lamp_sampling(size_t light, const Leg&, double t) const;
     Vec3d lamp_on(size_t light, const WorldRay&, const Leg&, double direction_density, PathRandom&);
-    Vec3d lamp_beyond(size_t light, const Vec3d& x, const Vec3d& incoming, const PreparedVolume&, const Path&,
-                      PathRandom&);
-    void collide(const Collision&, const Leg&, Path&, PathRandom&, RayResult&);
-    void follow(Path, Vec3d x, Vec3d incoming, size_t volume, PathRandom&, RayResult&);
+    template<typename Scatter>
+    Vec3d lamp_beyond(size_t light, const Vec3d& x, const Scatter&, const Path&, PathRandom&);
+    void collide(const Collision&, const Leg&, Path&, PathRandom&, Vec3d& others, RayResult&);
     bool survives(Path&, PathRandom&) const;
-    Vec3d emission_beyond(const Vec3d& x, const Vec3d& incoming, const PreparedVolume&, const Path&, PathRandom&);
+    template<typename Scatter>
+    Vec3d emission_beyond(const Vec3d& x, const Scatter&, const Path&, PathRandom&);
     void attenuate(Path&, const Vec3d& factor) const;
 
     const PathScene& scene_;

@@ -52,12 +52,14 @@ Vec3d attenuation(const Vec3d& tau)
 }
 
 PathScene::PathScene(const Scene& scene)
-    : media(true_medium(scene), IntegratorOptions()), lights(scene.lights), sky(scene.sky), emission(media)
+    : media(true_medium(scene), IntegratorOptions()), lights(scene.lights), sky(scene.sky), ground(scene.ground),
+      emission(media)
 {
     for (const Light& light : lights) {
         for (const Volume& volume : scene.volumes)
             require_light_that_leaves(light, index_from_world(volume.density->transform(), volume.density->getName()),
                                       scene.periodic);
+        if (ground) require_light_above(light, *ground);
         is_lamp.push_back(bool(light->source()));
         has_lamp = has_lamp || is_lamp.back();
     }

@@ -25,7 +25,8 @@ struct PathScene {
     std::vector<Light> lights;
     std::vector<char> is_lamp;  ///< for each light: it has a source() at a finite distance
     Sky sky;                    ///< lights the media; dark: does not
-    EmissionField emission;     ///< of media
+    std::optional<Ground> ground;
+    EmissionField emission;  ///< of media
     bool has_lamp = false;
 };
 

@@ -82,6 +82,11 @@ std::string scene_digest(const Scene& scene, const CameraView& view, const Sampl
     // Parts of one picture from before media could repeat still merge.
     if (scene.periodic != std::array<bool, 3>{}) digest.add_text(periodic_text(scene.periodic));
     for (const Light& light : scene.lights) add(digest, light);
+    if (scene.ground) {
+        digest.add_value(scene.ground->albedo);
+        add(digest, scene.ground->point);
+        add(digest, scene.ground->up);
+    }
     add(digest, scene.sky);
     add(digest, scene.background);
     add(digest, view);
