@@ -4,6 +4,7 @@
 //   fractalgen -o - | illuminate - --sun 0.3,1,0.2 -o - | p1solve - --albedo 0.9999 --g 0.85 -o - | render - -o cloud.exr
 //   p1solve low.vdb high.vdb --sun 0,1,0 -o both.vdb         several files as one medium
 //   p1solve slab.vdb --sun 0.5,1,0 --periodic xz -o slab.lit.vdb        a cloud layer without end
+//   p1solve slab.vdb --sun 0.5,1,0 --periodic xz --ground-albedo 0.8 -o snow.vdb        the same over snow
 //
 //   p1solve light.vdb --g 0.85 --iterations 5 --directions 64 --degree 3 -o lit.vdb    on to the transport equation, by sweeps
 //
@@ -34,6 +35,7 @@ void solve(app::App& app, P1solveOptions& o)
     finish(app, o);
     app::MediumInput in = app::read_one_medium(app, o, o.medium);
     o.scatter.periodic = in.periodic;
+    choose_ground(o, in.periodic);
     GridFile& file = in.file;
     const FloatGridPtr density = in.density;
     const Medium& medium = in.medium;
@@ -45,7 +47,7 @@ void solve(app::App& app, P1solveOptions& o)
     o.disc_samples.check_effect(
         std::any_of(lights.begin(), lights.end(), [](const Light& light) { return light.has_extent(); }),
         "--sun-diameter above 0");
-    const UpAxis up = app::settled_up(app, o.up, file, sky_wanted(o));
+    const UpAxis up = app::settled_up(app, o.up, file, sky_wanted(o) || o.ground.given());
     o.scatter.up = vector_of(up);
     o.scatter.sky = chosen_sky(o, lights, o.scatter.up);
     if (app.dry_run()) return estimate(app, o, medium, *density, lights.size());
@@ -67,8 +69,11 @@ void solve(app::App& app, P1solveOptions& o)
     if (o.series.order > 0 && light.phi) add_series(app, o, file, *density, emission.get(), medium, lights, light);
     if (light.phi) app::tell_accuracy(app, "multiple scattering", accuracy_of(report, lights), *light.phi);
     put_collided_light(file, light);
-    remove_grids(file, [](const std::string& name) { return schema::has_role(name, schema::Role::Heating); });
-    if (report.heating) put_grid(file, report.heating);
+    remove_grids(file, [](const std::string& name) {
+        return schema::has_role(name, schema::Role::Heating) || schema::has_role(name, schema::Role::GroundRadiance);
+    });
+    for (const GridBasePtr& grid : {report.heating, report.ground})
+        if (grid) put_grid(file, grid);
     write_flux_map(app, o, report, get_text(*file.metadata, schema::history, ""));
     app.write(o.output, file);
 }

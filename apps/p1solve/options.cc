@@ -1,6 +1,7 @@
 #include "options.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/grid/sources.h"
 #include "vdbcloud/render/image_out.h"
 
 namespace vdbcloud {
@@ -153,6 +154,9 @@ void read_closure(app::App& app, P1solveOptions& o)
         throw UsageError("--series with --limiter: expected one of them, the series needs linear equations");
     if (o.scatter.limiter && o.scatter.solver != P1Solver::Multigrid)
         throw UsageError("--limiter with --solver relaxation: expected multigrid");
+    if (o.ground.given() && (o.scatter.limiter || o.series.order > 0))
+        throw UsageError(std::string("--ground-albedo with ") + (o.scatter.limiter ? "--limiter" : "--series") +
+                         ": expected one of them");
     o.scatter.emission_by_rays = o.series.order == 0;
     if (c.iterations == 0 && !o.scatter.flux_map) return;
     if (c.iterations > 0 && o.series.order > 0)
@@ -184,6 +188,16 @@ void declare(app::App& app, P1solveOptions& o)
         ->group("Lights");
     app::declare_sky_shape(app, o.sky_shape, "Lights");
     o.sky_shape.option.haze.only_with([&o] { return o.sky == "day" || app::sky_asked(o.sky_shape); }, "--sky day");
+    o.ground =
+        app.add_option("--ground-albedo", o.ground_albedo,
+                       "albedo of a Lambertian ground beneath the medium, 0 to 1: an endless plane one voxel below the "
+                       "centres of the lowest voxels, which reflects direct and diffuse light and hides the sky below "
+                       "the horizon. For media of --periodic along both horizontal axes; without it light that leaves "
+                       "downwards is lost. With gaps in the lowest layer give --iterations 5, too")
+            ->check(app::within(0, 1))
+            ->default_str("")
+            ->group("Lights");
+    o.sky_shape.option.ground.not_with([&o] { return o.ground.given(); }, "--ground-albedo");
     declare_method(app, o);
     declare_series(app, o);
     declare_closure(app, o);
@@ -237,6 +251,16 @@ void check_heating(const P1solveOptions& o, const Medium& medium, bool tinted)
 {
     const Vec3d& w0 = medium.albedo;
     o.heating.check_effect(tinted || w0[0] < 1 || w0[1] < 1 || w0[2] < 1, "an --albedo below 1 or a grid Cd");
+}
+
+void choose_ground(P1solveOptions& o, const app::Axes& periodic)
+{
+    if (!o.ground.given()) return;
+    if (periodic[0] + periodic[1] + periodic[2] != 2)
+        throw UsageError("--ground-albedo with --periodic " + periodic_text(periodic) +
+                         ": expected a medium periodic along both horizontal axes, such as --periodic xz. For other "
+                         "media: render --integrator path");
+    o.scatter.ground_albedo = o.ground_albedo;
 }
 
 void finish(app::App& app, P1solveOptions& o)

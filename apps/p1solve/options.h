@@ -2,6 +2,7 @@
 // The options of p1solve.
 #include "light_options.h"
 #include "medium_options.h"
+#include "periodic_option.h"
 #include "sky_options.h"
 #include "stage_options.h"
 
@@ -18,8 +19,9 @@ struct P1solveOptions : app::StageOptions {
     std::string sky;  ///< "day", a colour, or empty: no sky unless an option of sky_shape is given
     app::SkyOptions sky_shape;
     ScatterOptions scatter;
-    app::Option rays_per_voxel, delta, disc_samples, keep_moments, heating;
-    std::string flux_map;  ///< .exr to write; empty: none
+    app::Option rays_per_voxel, delta, disc_samples, keep_moments, heating, ground;
+    double ground_albedo = 0;  ///< where `ground` is given
+    std::string flux_map;      ///< .exr to write; empty: none
     bool allow_unconverged = false, series_raw = false;
     SeriesOptions series;
 
@@ -42,6 +44,10 @@ void check_phase(const P1solveOptions&, const PhaseFunction&);
 
 /// Throws UsageError for --heating where nothing absorbs.
 void check_heating(const P1solveOptions&, const Medium&, bool tinted);
+
+/// Sets ScatterOptions::ground_albedo. Throws UsageError for a ground under a medium that does not repeat along two
+/// axes.
+void choose_ground(P1solveOptions&, const app::Axes& periodic);
 
 /// Checks the name of --flux-map, and --limiter, --series and --iterations against the other options. Says how many
 /// directions are taken if their number was rounded up. Throws UsageError.

@@ -41,6 +41,7 @@ void add_planes(const ChannelReport& c, int top, nlohmann::json& to)
     to["sky_into_box"] = sky;
     to["entered_again"] = p.reentered;
     to["planes_scaled_by"] = p.scaled_by;
+    to["from_ground"] = p.from_ground;
 }
 
 nlohmann::json described(const ChannelReport& c, int top)
@@ -57,6 +58,11 @@ nlohmann::json described(const ChannelReport& c, int top)
         {"beam_lost_in_medium", c.deposited}, {"sky_in", b.sky_in}, {"emitted", c.emitted}, {"absorbed", b.absorbed},
         {"out_by_face", numbers(b.out)},      {"defect", b.defect}};
     if (c.planes.known) add_planes(c, top, r["budget"]);
+    if (const GroundPower& ground = c.ground; ground.direct + ground.diffuse > 0) {
+        r["budget"]["direct_on_ground"] = ground.direct;
+        r["budget"]["from_ground"] = ground.sent_up;
+        r["budget"]["absorbed_by_ground"] = ground.absorbed;
+    }
     if (c.lines >= 0) {
         r["budget"]["beam_lost_by_lines"] = c.lines;
         r["budget"]["faces_against_lines"] = c.lines > 0 ? c.deposited / c.lines - 1 : 0.0;

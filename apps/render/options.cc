@@ -159,7 +159,8 @@ void declare_picture(app::App& app, RenderOptions& o)
     app.add_option(
            "--aov", o.aovs,
            "layers of the .exr beside R,G,B,A: Z, transmittance, direct, direct_<light>, multiscatter, emission, "
-           "variance, background, all, none; with --integrator path standard_error and, which all leaves out, seconds "
+           "ground, variance, background, all, none; with --integrator path standard_error and, which all leaves out, "
+           "seconds "
            "of "
            "each pixel; commas between, or again")
         ->only_with(exr, "an .exr for --output")
@@ -174,6 +175,7 @@ void declare_picture(app::App& app, RenderOptions& o)
     for (const app::Option& shape : {o.sky.option.zenith, o.sky.option.horizon, o.sky.option.ground, o.sky.option.haze})
         shape.only_with([&o] { return o.background.empty() || o.background == "sky" || traces_paths(o); },
                         "--background sky");
+    o.sky.option.ground.not_with([&o] { return o.option.ground.given(); }, "--ground-albedo");
     o.sky.option.haze.only_with(
         [&o, exr] {
             const bool drawn = !o.background.empty() || app::sky_asked(o.sky);
@@ -244,6 +246,15 @@ void declare(app::App& app, RenderOptions& o)
     app::declare_periodic(app, o.periodic, "Medium");
     app::declare_medium(app, o.medium);
     app::declare_lights(app, o.lights);
+    o.option.ground =
+        app.add_option("--ground-albedo", o.ground_albedo,
+                       "albedo of a Lambertian ground beneath the media, 0 to 1: an endless, opaque plane one voxel "
+                       "below the centres of the lowest voxels. Without it the ground that p1solve --ground-albedo put "
+                       "into the file, else none. Other integrators than path draw the ground of the file alone")
+            ->check(app::within(0, 1))
+            ->only_with([&o] { return traces_paths(o); }, "--integrator path")
+            ->default_str("")
+            ->group("Medium");
     declare_camera(app, o);
     declare_sampling(app, o);
     declare_picture(app, o);

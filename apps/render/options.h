@@ -40,12 +40,13 @@ struct RenderOptions {
 
     std::string background;  ///< "none", "sky", or a colour; empty: none in exr, sky in png
     app::SkyOptions sky;
+    double ground_albedo = 0;  ///< where it is given
 
     ViewOptions view;
     int png_bits = 8;
 
     struct {
-        app::Option camera, look_at, direction, ortho_width, fidelity, exposure, samples;
+        app::Option camera, look_at, direction, ortho_width, fidelity, exposure, samples, ground;
     } option;
 };
 

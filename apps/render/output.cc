@@ -38,6 +38,8 @@ ImageMetadata image_metadata(const app::App& app, const RenderOptions& o, const 
                  {"vdbcloud:Z", "depth along the view axis where the transmittance falls to 0.5; 1e30: it does not"}};
     if (loaded.scene.periodic != std::array<bool, 3>{})
         out.texts.push_back({"vdbcloud:periodic", periodic_text(loaded.scene.periodic)});
+    if (loaded.scene.ground)
+        out.texts.push_back({"vdbcloud:ground_albedo", app::shortest(loaded.scene.ground->albedo)});
     for (const Light& light : loaded.scene.lights)
         out.texts.push_back({"vdbcloud:light_" + light.name, app::described(light) + ", " + strength_name(light) + " " +
                                                                  app::shortest(light.strength())});

@@ -173,6 +173,34 @@ void require_same_up(const GridFile& file, const std::optional<Sky>& lit_by, UpA
                      " is up here: run p1solve again with --up, or give --up here");
 }
 
+/// The ground beneath the media: the one asked for, else that of the file's multiple scattering, with its light.
+/// Throws UsageError for a solution over another axis than the picture's.
+void choose_ground(const RenderOptions& o, const std::vector<GridFile>& files, LoadedScene& out)
+{
+    std::optional<double> albedo;
+    if (o.option.ground.given()) albedo = o.ground_albedo;
+    for (const GridFile& file : files) {
+        const GridBasePtr phi = fluence_grid(file);
+        const auto stored = phi ? read_ground(*phi) : std::nullopt;
+        if (!stored || albedo) continue;
+        albedo = stored;
+        if (traces_paths(o)) continue;
+        const Vec3d up = get_vector(*phi, schema::lit_sky_up, vector_of(out.up));
+        if (up.unit().dot(vector_of(out.up)) < 1 - 1e-6)
+            throw UsageError(file.path + ": multiple scattering was computed over a ground across the axis " +
+                             app::brief(up) + ", and " + up_axis_words.word(out.up) +
+                             " is up here: run p1solve again with --up, or give --up here");
+        out.scene.ground_radiance = openvdb::gridPtrCast<Vec3SGrid>(find_grid(file, schema::ground_radiance));
+        if (!out.scene.ground_radiance)
+            throw UsageError(file.path + ": multiple scattering was computed over a ground, and the grid '" +
+                             schema::ground_radiance + "' is missing: run p1solve again");
+    }
+    if (!albedo) return;
+    std::vector<const FloatGrid*> densities;
+    for (const Volume& volume : out.scene.volumes) densities.push_back(volume.density.get());
+    out.scene.ground = ground_beneath(densities, vector_of(out.up), *albedo);
+}
+
 }  // namespace
 
 LoadedScene load_scene(app::App& app, RenderOptions& o)
@@ -199,6 +227,7 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
         }
 
     if (!traces_paths(o)) require_one_solution(files, out.scene);
+    choose_ground(o, files, out);
     out.scene.lights = app::lights_asked(o.lights);
     if (out.scene.lights.empty()) out.scene.lights = app::inherited_lights(app::lights_found(files));
     // A medium with phi is visible without a sun.

@@ -63,6 +63,7 @@ TEST(Registry, MapsEachNameToItsRole)
                                                              {"series_phi_0", Role::SeriesFluence},
                                                              {"series_I_3", Role::SeriesOrder},
                                                              {"heating", Role::Heating},
+                                                             {"ground_radiance", Role::GroundRadiance},
                                                              {"solid", Role::Solid},
                                                              {"qt", Role::Water},
                                                              {"rain", Role::Rain},

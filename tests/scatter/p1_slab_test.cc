@@ -113,7 +113,7 @@ TEST(Slab, TransmissionOfIsotropicInflowMatchesTheClosedForm)
         const P1Operator p1(c.index, c.density, c.exposed, {tau, 1, nullptr, test::hg(g), true});
         P1Source source(p1);  // sky from above only: inflow 4 J = 4 through the top faces
         for (const ExposedVoxel& voxel : c.exposed)
-            if (voxel.faces >> Blocks::YPlus & 1) source.rhs[voxel.slot] += 4 * p1.conductance(voxel, 1);
+            if (voxel.faces >> Blocks::YPlus & 1) source.rhs[voxel.slot] += 4 * p1.conductance(voxel, Blocks::YPlus);
         const Solved s = solve(p1, source);
         // No source between the faces: the discrete flux is exact.
         EXPECT_NEAR(s.budget.out[Blocks::YMinus] / 0.0625, exact.transmitted(), 1e-6);
@@ -131,7 +131,7 @@ TEST(Layers, LayersInSeriesAreExact)
     for (int j = 0; j < n; ++j) tau += sigma[j / 5 % 2] * h;
     P1Source source(p1);
     for (const ExposedVoxel& voxel : c.exposed)
-        if (voxel.faces >> Blocks::YPlus & 1) source.rhs[voxel.slot] += 4 * p1.conductance(voxel, 1);
+        if (voxel.faces >> Blocks::YPlus & 1) source.rhs[voxel.slot] += 4 * p1.conductance(voxel, Blocks::YPlus);
     const Solved s = solve(p1, source);
     EXPECT_NEAR(s.budget.out[Blocks::YMinus] / (64 * h * h) * (1 + 0.75 * tau), 1, 1e-5);
 }

@@ -63,6 +63,7 @@ enum class Role {
     SeriesFluence,
     SeriesOrder,
     Heating,
+    GroundRadiance,
     Solid,
     Water,
     Rain,

@@ -46,6 +46,8 @@ inline constexpr const char* accuracy_prefix = "vdbcloud:accuracy_";
 inline constexpr const char* left_out = "vdbcloud:left_out";
 // string: index axes along which the medium repeats, of "xyz"; absent: none
 inline constexpr const char* periodic = "vdbcloud:periodic";
+// double: albedo of the ground beneath the medium; absent: no ground
+inline constexpr const char* ground_albedo = "vdbcloud:ground_albedo";
 // string: the lights of the solution (lights_text)
 inline constexpr const char* lit_by = "vdbcloud:lights";
 // vec3d: incident sky radiance from the zenith

@@ -55,6 +55,18 @@ std::array<bool, 3> read_periodic(const MetaMap& from)
     return periodic;
 }
 
+void write_ground(MetaMap& to, const std::optional<double>& albedo)
+{
+    to.removeMeta(schema::ground_albedo);
+    if (albedo) set_number(to, schema::ground_albedo, *albedo);
+}
+
+std::optional<double> read_ground(const MetaMap& from)
+{
+    if (!has_meta(from, schema::ground_albedo)) return std::nullopt;
+    return get_number(from, schema::ground_albedo, 0);
+}
+
 std::string periodic_text(const std::array<bool, 3>& periodic)
 {
     std::string axes;

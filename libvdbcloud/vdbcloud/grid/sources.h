@@ -3,6 +3,7 @@
 #include "vdbcloud/core/fwd.h"
 
 #include <array>
+#include <optional>
 #include <string>
 
 namespace vdbcloud {
@@ -26,6 +27,10 @@ std::string changed_source(const MetaMap& result, const Sources& now);
 /// Stores along which index axes the medium of a result repeats (schema::periodic), and reads it.
 void write_periodic(MetaMap&, const std::array<bool, 3>&);
 std::array<bool, 3> read_periodic(const MetaMap&);
+/// Stores the albedo of the ground beneath the medium of a result (schema::ground_albedo), and reads it; none: there is
+/// no ground.
+void write_ground(MetaMap&, const std::optional<double>& albedo);
+std::optional<double> read_ground(const MetaMap&);
 /// The axes as metadata and command lines have them: "xz"; "none".
 std::string periodic_text(const std::array<bool, 3>&);
 

@@ -3,6 +3,7 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/core/words.h"
+#include "vdbcloud/render/ground_light.h"
 #include "vdbcloud/render/layer_places.h"
 #include "vdbcloud/render/media.h"
 #include "vdbcloud/render/path_image.h"
@@ -96,6 +97,7 @@ RenderCost render_image(Film& film, const Scene& scene, const CameraView& view, 
     check(options);
     if (options.kind == Integrator::Path) return render_paths(film, scene, view, sampling, options.passes, progress);
     const PreparedScene prepared(scene, options);
+    const GroundLight ground(scene);
     const LayerPlaces places(film, scene);
     std::atomic<uint64_t> rays{0}, cells{0}, unconverged{0};
 
@@ -105,6 +107,7 @@ RenderCost render_image(Film& film, const Scene& scene, const CameraView& view, 
         return [&, integrate, result](double x, double y, double* out) {
             const WorldRay ray = view.ray(x, y);
             (*integrate)(ray, *result);
+            ground.add(ray, *result);
             places.put(*result, view, scene.background, x, y, ray.direction, out);
             rays.fetch_add(1, std::memory_order_relaxed);
             cells.fetch_add(result->cells, std::memory_order_relaxed);

@@ -138,7 +138,8 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
             for (int up = 0; up < 2; ++up) {
                 if (!(voxel.faces >> (2 * a + up) & 1)) continue;
                 const double outward = up ? upper[k] : -u[voxel.slot];
-                const double leaving = p1.boundary_flux(voxel, a, q * outward / p1.face_area(a)) * p1.face_area(a);
+                const double leaving =
+                    p1.boundary_flux(voxel, 2 * a + up, q * outward / p1.face_area(a)) * p1.face_area(a);
                 const double source = (up ? -w0 * upper[k] : 0.0) - leaving;
                 if (up) first_scatter -= w0 * upper[k];
                 for (const auto& [to, strength] : channels) {
@@ -215,7 +216,7 @@ void add_beam_profile(const P1Operator& p1, const BeamDepths& depths, double ext
                 const double lo = lower[voxel.slot], hi = upper[voxel.slot];
                 const double outward =
                     factor(voxel.slot) * (up ? half_cell_deviation(hi, lo) : -half_cell_deviation(lo, hi));
-                const double leaving = p1.boundary_flux(voxel, a, outward / p1.face_area(a)) * p1.face_area(a);
+                const double leaving = p1.boundary_flux(voxel, 2 * a + up, outward / p1.face_area(a)) * p1.face_area(a);
                 for (const auto& [to, strength] : channels) {
                     to->rhs[voxel.slot] -= strength * leaving;
                     to->outflow[k][2 * a + up] += float(strength * leaving);

@@ -52,7 +52,7 @@ std::vector<ExposedVoxel> exposed_voxels(const VoxelIndex& index, const std::vec
         const Surroundings around(blocks, b);
         for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
             if (!blocks.active(slot)) continue;
-            ExposedVoxel voxel{uint32_t(slot), 0, {1, 1, 1}};
+            ExposedVoxel voxel{uint32_t(slot), 0, {1, 1, 1}, 0};
             for (int face = 0; face < 6; ++face)
                 if (!blocks.active(blocks.neighbour(slot, face))) voxel.faces |= uint8_t(1 << face);
             if (!voxel.faces) continue;

@@ -7,8 +7,9 @@ namespace vdbcloud {
 /// An active voxel with at least one face to an inactive voxel.
 struct ExposedVoxel {
     uint32_t slot;
-    uint8_t faces;    ///< bit f: face f (Blocks::Face) is exposed
-    float weight[3];  ///< |n . e_axis| of the faces across each axis, n the direction of the density gradient
+    uint8_t faces;         ///< bit f: face f (Blocks::Face) is exposed
+    float weight[3];       ///< |n . e_axis| of the faces across each axis, n the direction of the density gradient
+    uint8_t grounded = 0;  ///< bit f: face f lies on a ground (ground.h)
 };
 
 /// All exposed voxels, in the order of their slots.

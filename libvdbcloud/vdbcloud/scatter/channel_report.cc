@@ -8,7 +8,8 @@ ChannelReport multiple_of(const ChannelReport& from, double scale)
     r.scale = scale;
     for (double* power :
          {&r.deposited, &r.beam_in, &r.beam_out, &r.emitted, &r.reflected, &r.transmitted, &r.budget.sky_in,
-          &r.budget.absorbed, &r.budget.smallest, &r.budget.largest, &r.planes.reentered})
+          &r.budget.to_ground, &r.budget.absorbed, &r.budget.smallest, &r.budget.largest, &r.planes.reentered,
+          &r.planes.from_ground, &r.ground.direct, &r.ground.diffuse, &r.ground.sent_up, &r.ground.absorbed})
         *power *= scale;
     for (auto* powers : {&r.budget.out, &r.planes.out, &r.planes.sky_in})
         for (double& power : *powers) power *= scale;

@@ -12,6 +12,7 @@ struct Solution {
     std::array<std::vector<float>, 3> flux;
     std::vector<std::vector<float>> moments;  ///< by harmonic, from degree 1 on; empty for P1
     std::vector<float> heating;               ///< heating_rate(); empty unless asked for
+    std::vector<float> ground;                ///< radiance of the ground's cells (ground.h); empty without a ground
 };
 
 /// A channel's collided light as a multiple of one solution: `scale` times the solution of channel `of`.

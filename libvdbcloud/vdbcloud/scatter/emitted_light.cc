@@ -252,7 +252,7 @@ void add_forward(const P1Operator& p1, const EmittedLight& light, P1Source& sour
             for (int up = 0; up < 2; ++up) {
                 if (!(voxel.faces >> (2 * a + up) & 1)) continue;
                 const double outward = (up ? 1 : -1) * double(forward[voxel.slot]) / p1.sigma_tr(voxel.slot);
-                const double leaving = p1.boundary_flux(voxel, a, outward) * p1.face_area(a);
+                const double leaving = p1.boundary_flux(voxel, 2 * a + up, outward) * p1.face_area(a);
                 source.rhs[voxel.slot] -= leaving;
                 source.outflow[k][size_t(2 * a + up)] += leaving;
             }

@@ -87,22 +87,27 @@ double direct_at(const VoxelIndex& index, const BeamMedium& medium, const Light&
 
 }  // namespace
 
+std::vector<float> direct_on_plane(const VoxelIndex& index, const BeamMedium& medium, const std::vector<Light>& lights,
+                                   int c, int face, const Vec3d& down)
+{
+    const ActiveBox box(index.blocks());
+    std::vector<float> cells(box.cells(face));
+    tbb::parallel_for(size_t(0), cells.size(), [&](size_t cell) {
+        double sum = 0;
+        for (const Light& light : lights)
+            sum += light.strength()[c] * direct_at(index, medium, light, face, as_double(box.voxel(face, cell)), down);
+        cells[cell] = float(sum);
+    });
+    return cells;
+}
+
 void add_direct(const VoxelIndex& index, const BeamMedium& medium, const std::vector<Light>& lights, int c,
                 const FluxMap& map, FluxMap::Channel& to)
 {
-    const ActiveBox box(index.blocks());
     const Vec3d down = index.axis(map.top / 2) * (map.top % 2 ? -1.0 : 1.0);
-    for (const int face : {map.top, map.base}) {
-        std::vector<float> cells(box.cells(face));
-        tbb::parallel_for(size_t(0), cells.size(), [&](size_t cell) {
-            double sum = 0;
-            for (const Light& light : lights)
-                sum +=
-                    light.strength()[c] * direct_at(index, medium, light, face, as_double(box.voxel(face, cell)), down);
-            cells[cell] = float(sum);
-        });
-        (face == map.top ? to.direct_top : to.direct_base) = by_pixel(map, cells);
-    }
+    for (const int face : {map.top, map.base})
+        (face == map.top ? to.direct_top : to.direct_base) =
+            by_pixel(map, direct_on_plane(index, medium, lights, c, face, down));
 }
 
 void add_absorbed(const VoxelIndex& index, const std::vector<float>& heating, const FluxMap& map, FluxMap::Channel& to)

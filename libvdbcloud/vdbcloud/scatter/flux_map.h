@@ -47,6 +47,11 @@ FluxMap columns_of(const VoxelIndex&, const Vec3d& up);
 /// From the order of a plane's cells (ActiveBox) to that of a map's pixels.
 std::vector<float> by_pixel(const FluxMap&, const std::vector<float>& cells);
 
+/// Irradiance of each cell of a plane by the beams of `lights` (without extent), times their strength in channel `c`;
+/// above 0 where a beam goes along `down`. Depths as for add_direct().
+std::vector<float> direct_on_plane(const VoxelIndex&, const BeamMedium&, const std::vector<Light>&, int c, int face,
+                                   const Vec3d& down);
+
 /// Sets direct_top and direct_base to the beams of `lights` (without extent), times their strength in channel `c`.
 /// Depths are taken half a voxel out of the box along the beam, as those of exposed faces (beam.h).
 void add_direct(const VoxelIndex&, const BeamMedium&, const std::vector<Light>& lights, int c, const FluxMap&,

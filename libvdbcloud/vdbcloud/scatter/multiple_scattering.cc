@@ -13,6 +13,7 @@
 #include "vdbcloud/scatter/channel_report.h"
 #include "vdbcloud/scatter/collided_grids.h"
 #include "vdbcloud/scatter/emitted_light.h"
+#include "vdbcloud/scatter/ground.h"
 #include "vdbcloud/scatter/heating.h"
 #include "vdbcloud/scatter/world_axes.h"
 
@@ -25,12 +26,19 @@ namespace vdbcloud {
 
 namespace {
 
+/// A ground hides the sky below the horizon.
+ScatterOptions with_horizon(ScatterOptions options)
+{
+    options.sky.ends_at_horizon = options.ground_albedo.has_value();
+    return options;
+}
+
 class Scattering {
 public:
     Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission, const Medium& medium,
                const std::vector<Light>& lights, const ScatterOptions& options, ScatterReport& report)
         : grid_(density), sources_(sources_of(density, tint, emission)), medium_(medium), lights_(lights),
-          beams_(points_of(lights, options.disc_samples)), o_(options), report_(report),
+          beams_(points_of(lights, options.disc_samples)), o_(with_horizon(options)), report_(report),
           index_(density, {options.periodic}), density_(index_.gather(density)),
           exposed_(exposed_voxels(index_, density_))
     {
@@ -48,6 +56,10 @@ public:
         const int axis = frame_of(index_, {false, false, false}, o_.up).polar;
         report.top = 2 * axis + (index_.axis(axis).dot(o_.up) > 0);
         if (o_.flux_map) report.flux_map = columns_of(index_, o_.up);
+        if (!o_.ground_albedo || report.blocks == 0) return;
+        ground_.emplace(index_, o_.up, *o_.ground_albedo);
+        ground_->mark(exposed_);
+        if (o_.closure.iterations == 0) ground_->require_cover();
     }
 
     CollidedLight run(const Progress& progress)
@@ -60,6 +72,7 @@ public:
         for (const ChannelGroup& group : all) solve_group(group, done, count, progress);
 
         if (o_.heating) put_heating();
+        if (ground_) put_ground();
         fields.scaling = scaling();
         if (o_.closure.iterations == 0 && fields.scaling.mean_cosine() != 0) fields.flux_limit = longest_flux;
         collided_grids(
@@ -190,16 +203,21 @@ private:
     void solve_group(const ChannelGroup& group, int& done, int count, const Progress& progress)
     {
         const int first = group.solves[0].channel;
-        const P1Operator p1(
-            index_, density_, exposed_,
-            {medium_.sigma_t_per_density[first], medium_.albedo[first], tint(first), medium_.phase, o_.delta});
+        P1Medium medium{medium_.sigma_t_per_density[first], medium_.albedo[first], tint(first), medium_.phase,
+                        o_.delta};
+        medium.ground_albedo = o_.ground_albedo.value_or(0);
+        const P1Operator p1(index_, density_, exposed_, medium);
         std::vector<P1Source> sources(group.solves.size(), source_of(p1));
         std::vector<std::pair<P1Source*, int>> lit;
         for (size_t k = 0; k < sources.size(); ++k) lit.emplace_back(&sources[k], group.solves[k].channel);
         const auto part = [&](double f) { return !progress || progress((done + f) / count); };
         add_beams(p1, lit, [&](double f) { return part(0.3 * f); });
         follow_emission(p1, group);
-        for (size_t k = 0; k < sources.size(); ++k) add_sky_and_glow(p1, group.solves[k].channel, sources[k]);
+        for (size_t k = 0; k < sources.size(); ++k) {
+            const int c = group.solves[k].channel;
+            add_sky_and_glow(p1, c, sources[k]);
+            if (ground_) ground_->add_direct(p1, ground_->direct(beam_medium(p1), beams_, c), sources[k]);
+        }
         std::optional<Multigrid> multigrid;
         if (o_.solver == P1Solver::Multigrid) {
             multigrid.emplace(p1.stencil());
@@ -328,6 +346,8 @@ private:
                   });
         report.lines = lines;
         add_emission_to(closure, c);
+        SweepGround ground = swept_ground(p1, c);
+        if (ground_) closure.set_ground(&ground);
         closure.sweep_planes(phi, planes);
     }
 
@@ -341,21 +361,66 @@ private:
         report.beam_out = source.beam_out;
         report.emitted = source.emitted;
         report_.converged = report_.converged && report.solve.converged;
+        const PlaneGround ground = ground_under(p1, source, c, phi, flux != nullptr);
         const OutflowRays rays =
             trace_outflow(p1, source, phi, flux, o_.sky.dark() ? nullptr : &o_.sky, c, o_.reentry_rays);
         report.reentry = rays.reentry;
         P1Budget collided = report.budget;
         for (size_t face = 0; face < 6; ++face) collided.out[face] -= source.emission_out[face];
         if (swept)
-            report.planes = planes_by_sweep(index_, *swept, collided, flux ? std::max(rays.reentry, 0.0) : 0.0);
+            report.planes = planes_by_sweep(index_, *swept, collided, flux ? std::max(rays.reentry, 0.0) : 0.0, ground);
         else if (rays.reentry >= 0)
-            report.planes = planes_by_rays(p1, source, collided, rays, o_.sky, c);
+            report.planes = planes_by_rays(p1, source, collided, rays, o_.sky, c, ground);
         const PlanePower of_collided = report.planes;
         if (const EmittedLight* light = emitted(c); light && report.planes.known)
             for (size_t face = 0; face < 6; ++face) report.planes.out[face] += light->out_by_plane[face];
         set_sides(index_, lights_.empty() ? std::nullopt : lights_[0]->common_direction(), report_.top, report);
+        if (ground_) note_ground(ground, c, flux ? nullptr : swept, report);
         if (o_.heating || o_.flux_map) solution_[c].heating = heating_rate(p1, source, phi);
         if (o_.flux_map) fill_map(p1, c, *swept, of_collided);
+    }
+
+    /// The ground as sweeps meet it; without cells where there is none.
+    SweepGround swept_ground(const P1Operator& p1, int c) const
+    {
+        if (!ground_) return {};
+        return {ground_->face(), ground_->albedo(), ground_->direct(beam_medium(p1), beams_, c), {}};
+    }
+
+    /// What reaches the ground; the diffuse light of P1 alone, for sweeps bring their own.
+    PlaneGround ground_under(const P1Operator& p1, const P1Source& source, int c, const std::vector<double>& phi,
+                             bool p1_alone)
+    {
+        if (!ground_) return {};
+        direct_on_ground_ = ground_->direct(beam_medium(p1), beams_, c);
+        PlaneGround under{ground_->face(), ground_->albedo(), ground_->power(direct_on_ground_), -1};
+        if (!p1_alone) return under;
+        diffuse_on_ground_ = ground_->irradiance(p1, source, phi, direct_on_ground_);
+        under.diffuse = ground_->power(diffuse_on_ground_);
+        return under;
+    }
+
+    /// `swept`: of sweeps; null for P1 alone.
+    void note_ground(const PlaneGround& under, int c, const PlaneLight* swept, ChannelReport& report)
+    {
+        if (swept) diffuse_on_ground_ = plane_flux(*swept, report.planes, under.face);
+        report.ground = {under.direct, ground_->power(diffuse_on_ground_), 0, 0};
+        const double all = report.ground.direct + report.ground.diffuse;
+        report.ground.sent_up = under.albedo * all;
+        report.ground.absorbed = (1 - under.albedo) * all;
+        solution_[c].ground = ground_->radiance(direct_on_ground_, diffuse_on_ground_);
+    }
+
+    void put_ground()
+    {
+        std::array<const std::vector<float>*, 3> of;
+        Vec3d scale;
+        for (int c = 0; c < 3; ++c) {
+            of[size_t(c)] = &solution_[size_t(share_[size_t(c)].of)].ground;
+            scale[c] = share_[size_t(c)].scale;
+        }
+        report_.ground = ground_->grid(of, scale, grid_.transform());
+        stamp(*report_.ground);
     }
 
     void fill_map(const P1Operator& p1, int c, const PlaneLight& swept, const PlanePower& planes)
@@ -417,6 +482,8 @@ private:
             });
         add_sky_and_glow(fine, c, base);
         add_emission_to(closure, c);
+        SweepGround ground = swept_ground(fine, c);
+        if (ground_) closure.set_ground(&ground);
         Multigrid multigrid(fine.stencil());
         note_bytes(fine, 3, multigrid.bytes() + closure.bytes() + 20 * index_.blocks().slots());
         P1Source source(fine);
@@ -456,6 +523,7 @@ private:
         write_sky(grid, o_.sky);
         set_text(grid, schema::lit_by, lights_text(lights_));
         write_periodic(grid, o_.periodic);
+        write_ground(grid, o_.ground_albedo);
     }
 
     const FloatGrid& grid_;
@@ -463,12 +531,14 @@ private:
     const Medium& medium_;
     const std::vector<Light>& lights_;
     const std::vector<Light> beams_;  // without extent, their sum is that of lights_
-    const ScatterOptions& o_;
+    const ScatterOptions o_;
     ScatterReport& report_;
     VoxelIndex index_;
     std::vector<float> density_;
     std::vector<ExposedVoxel> exposed_;
     bool periodic_ = false;
+    std::optional<GroundPlane> ground_;
+    std::vector<float> direct_on_ground_, diffuse_on_ground_;  // of the channel that is being finished
     std::vector<float> tint_[3], emission_[3];
     std::array<Solution, 3> solution_;
     std::array<Share, 3> share_;

@@ -23,6 +23,9 @@ enum class P1Solver { Multigrid, Relaxation };
 struct ScatterOptions {
     bool delta = true;  ///< delta-Eddington scaling; false is the paper's plain form
     Sky sky;            ///< around the medium; black: no sky
+    /// Albedo of a Lambertian ground beneath the medium (scene/ground.h), which hides the sky below the horizon; none:
+    /// light that leaves downwards is lost.
+    std::optional<double> ground_albedo;
     std::array<bool, 3> periodic{false, false, false};
     int rays_per_voxel = 2;              ///< of the light lattice
     int disc_samples = disc_directions;  ///< directions over the disc of a light with an angular diameter
@@ -46,6 +49,12 @@ struct ScatterOptions {
     bool heating = false;   ///< make ScatterReport::heating
 };
 
+/// Powers of a ground [radiance x (world unit)^2].
+struct GroundPower {
+    double direct = 0, diffuse = 0;  ///< on the ground: of the beams; of all other light
+    double sent_up = 0, absorbed = 0;
+};
+
 /// Result and power balance of one channel. Powers in units of radiance x (world unit)^2.
 struct ChannelReport {
     int solved_as = 0;  ///< channel whose solution this channel uses; its own number if solved
@@ -60,6 +69,7 @@ struct ChannelReport {
     bool emission_by_rays = false;
     double emission_scaled_by = 0;  ///< change of uncollided emission that makes its powers balance (emitted_light.h)
     int emission_collisions = 0;    ///< collisions within emitting voxels that were followed by rays
+    GroundPower ground;             ///< 0 without a ground
     PlanePower planes;              ///< not known for P1 alone without reentry_rays and flux_map
     /// Diffuse power out through the planes that face the first sun (without a sun: the plane that faces up), and
     /// through the other planes. 0 where the planes are not known.
@@ -80,6 +90,7 @@ struct ScatterReport {
     int top = Blocks::YPlus;          ///< the plane that faces up, across the index axis nearest to ScatterOptions::up
     std::optional<FluxMap> flux_map;  ///< on request (ScatterOptions)
     GridBasePtr heating;              ///< on request: absorbed power per volume (docs/format.md)
+    GridBasePtr ground;               ///< with a ground: its radiance (docs/format.md)
 };
 
 /// What bounds the error of the solution, the worst of the channels; and what it leaves out.
@@ -104,7 +115,11 @@ Accuracy accuracy_of(const ScatterReport&, const std::vector<Light>&);
 /// With closure.iterations > 0 transport sweeps refine P1 to the transport equation (second_moment.h). Scaling and
 /// moments are then of closure.degree, and multiple scattering is the sum over l <= degree of m_l' Y_lm(s) M_lm.
 ///
-/// Errors: InputError for shear, coefficients out of range, or a light that a periodic medium does not allow. A solver
+/// With ScatterOptions::ground_albedo light is reflected by a ground: column by column in sweeps, by partial currents
+/// in P1, which needs a medium without gaps in its lowest layer. The limiter takes no ground.
+///
+/// Errors: InputError for shear, coefficients out of range, a light that a periodic medium does not allow, or a ground
+/// that the medium does not allow (ground.h). A solver
 /// that misses its tolerance sets ScatterReport::converged to false. Throws Cancelled.
 CollidedLight scatter_p1(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission,
                          const Medium& medium, const std::vector<Light>& lights, const ScatterOptions& options,

@@ -64,7 +64,7 @@ P1Operator::P1Operator(const VoxelIndex& index, const std::vector<float>& densit
     });
     for (const ExposedVoxel& voxel : exposed)
         for (int face = 0; face < 6; ++face)
-            if (voxel.faces >> face & 1) stencil_.extra[voxel.slot] += float(conductance(voxel, face / 2));
+            if (voxel.faces >> face & 1) stencil_.extra[voxel.slot] += float(conductance(voxel, face));
 }
 
 double P1Operator::albedo(size_t slot) const
@@ -92,15 +92,22 @@ double P1Operator::q1_factor(size_t slot) const
     return cell.albedo * delta_.mean_cosine() * cell.extinction * sigma_t(slot);
 }
 
-double P1Operator::conductance(const ExposedVoxel& voxel, int axis) const
+double P1Operator::face_weight(const ExposedVoxel& voxel, int face) const
 {
-    const double w = voxel.weight[axis], resistance = 1.5 * sigma_tr(voxel.slot) * index_.spacing()[axis];
+    if (!(voxel.grounded >> face & 1)) return voxel.weight[face / 2];
+    return (1 - medium_.ground_albedo) / (1 + medium_.ground_albedo);
+}
+
+double P1Operator::conductance(const ExposedVoxel& voxel, int face) const
+{
+    const int axis = face / 2;
+    const double w = face_weight(voxel, face), resistance = 1.5 * sigma_tr(voxel.slot) * index_.spacing()[axis];
     return w / (2 + w * resistance) * area_[axis];
 }
 
-double P1Operator::boundary_flux(const ExposedVoxel& voxel, int axis, double a, double c) const
+double P1Operator::boundary_flux(const ExposedVoxel& voxel, int face, double a, double c) const
 {
-    const double w = voxel.weight[axis], k = 2 / (3 * sigma_tr(voxel.slot) * index_.spacing()[axis]);
+    const double w = face_weight(voxel, face), k = 2 / (3 * sigma_tr(voxel.slot) * index_.spacing()[face / 2]);
     return (w * a / 2 + k * c) / (k + w / 2);
 }
 
@@ -126,7 +133,7 @@ void add_sky(const P1Operator& p1, const std::array<double, 6>& radiance, P1Sour
     for (const ExposedVoxel& voxel : p1.exposed())
         for (int face = 0; face < 6; ++face)
             if (voxel.faces >> face & 1)
-                source.rhs[voxel.slot] += p1.conductance(voxel, face / 2) * 4 * pi * radiance[face];
+                source.rhs[voxel.slot] += p1.conductance(voxel, face) * 4 * pi * radiance[face];
 }
 
 void add_emission(const P1Operator& p1, const std::vector<float>& emission, double factor, P1Source& source)
@@ -186,8 +193,10 @@ P1Budget budget(const P1Operator& p1, const P1Source& source, const std::vector<
             if (!(voxel.faces >> face & 1)) continue;
             const int a = face / 2;
             const double inflow = voxel.weight[a] * p1.face_area(a) * source.sky_inflow[face] / 4;
-            b.out[face] += unit * (p1.conductance(voxel, a) * (phi[voxel.slot] - source.sky_inflow[face]) +
-                                   double(source.outflow[k][face]) + inflow);
+            const double out = unit * (p1.conductance(voxel, face) * (phi[voxel.slot] - source.sky_inflow[face]) +
+                                       double(source.outflow[k][face]) + inflow);
+            b.out[face] += out;
+            if (voxel.grounded >> face & 1) b.to_ground += out;
             gross_sky += unit * inflow;
         }
     }
@@ -239,7 +248,7 @@ std::array<std::vector<float>, 3> cell_flux(const P1Operator& p1, const P1Source
             const ExposedVoxel& voxel = p1.exposed()[k];
             if (!(voxel.faces >> face & 1)) continue;
             const int a = face / 2;
-            const double free = p1.conductance(voxel, a) * (phi[voxel.slot] - source.sky_inflow[face]);
+            const double free = p1.conductance(voxel, face) * (phi[voxel.slot] - source.sky_inflow[face]);
             const double out = (free + source.outflow[k][face]) / p1.face_area(a);
             flux[a][voxel.slot] += float((face % 2 ? out : -out) / 2);
         }

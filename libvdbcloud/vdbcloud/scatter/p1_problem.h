@@ -19,6 +19,7 @@ struct P1Medium {
     bool delta = true;  ///< delta-M scaling (optics/delta_scaling.h)
     int degree = 1;     ///< of the scaling; 1: delta-Eddington, the right choice for P1 without sweeps
     const std::vector<float>* limiter = nullptr;  ///< factor of D for each slot (flux_limiter.h); null: 1 everywhere
+    double ground_albedo = 0;                     ///< on the faces of ExposedVoxel::grounded (ground.h)
 };
 
 /// Coefficients of one cell in the scaled medium.
@@ -74,10 +75,13 @@ public:
     /// w0' g' sigma_t', the factor of the uncollided flux in Q1. The factor DEPENDS on the delta scaling, as the
     /// uncollided flux does.
     double q1_factor(size_t slot) const;
+    /// w of one exposed face (Blocks::Face): the voxel's; on a ground, where the medium ends in a plane, (1 - albedo) /
+    /// (1 + albedo).
+    double face_weight(const ExposedVoxel& voxel, int face) const;
     /// G of one exposed face, in units of the matrix.
-    double conductance(const ExposedVoxel& voxel, int axis) const;
+    double conductance(const ExposedVoxel& voxel, int face) const;
     /// Contribution per area of an additive flux a (outward, per area) and a correction c to an exposed face's outflow.
-    double boundary_flux(const ExposedVoxel& voxel, int axis, double a, double c = 0) const;
+    double boundary_flux(const ExposedVoxel& voxel, int face, double a, double c = 0) const;
 
 private:
     double albedo(size_t slot) const;
@@ -130,6 +134,7 @@ void add_emission(const P1Operator&, const std::vector<float>& emission, double 
 /// Power balance of one channel. Powers as in P1Source.
 struct P1Budget {
     std::array<double, 6> out{};       ///< diffuse power out through exposed faces, by Blocks::Face
+    double to_ground = 0;              ///< of it: net, through faces on the ground
     double sky_in = 0;                 ///< power of the sky on exposed faces
     double absorbed = 0;               ///< of collided light, and of beams and emission at their first collision
     double defect = 0;                 ///< |in - out - absorbed| / in

@@ -27,13 +27,13 @@ double to_power(const PlaneLight& light, int face)
 }  // namespace
 
 PlanePower planes_by_rays(const P1Operator& p1, const P1Source& source, const P1Budget& budget, const OutflowRays& rays,
-                          const Sky& sky, int channel)
+                          const Sky& sky, int channel, const PlaneGround& ground)
 {
     PlanePower power;
     power.known = true;
     const VoxelIndex& index = p1.index();
     const ActiveBox box(index.blocks());
-    const double outflow = sum(budget.out);
+    const double outflow = sum(budget.out) - budget.to_ground;
     power.reentered = outflow * rays.reentry;
     std::array<double, 6> into{};  // the sky's power on exposed faces
     for (const ExposedVoxel& voxel : p1.exposed())
@@ -48,14 +48,19 @@ PlanePower planes_by_rays(const P1Operator& p1, const P1Source& source, const P1
         const double blocked = into[opposite] + budget.sky_in * rays.sky_moved[face];
         power.out[face] = budget.out[face] + outflow * rays.moved[face] + power.sky_in[opposite] - blocked;
     }
+    if (ground.face >= 0) {
+        power.from_ground = ground.up(0);
+        power.out[size_t(ground.face)] += power.from_ground;
+    }
     return power;
 }
 
-PlanePower planes_by_sweep(const VoxelIndex& index, const PlaneLight& light, const P1Budget& budget, double reentry)
+PlanePower planes_by_sweep(const VoxelIndex& index, const PlaneLight& light, const P1Budget& budget, double reentry,
+                           const PlaneGround& ground)
 {
     PlanePower power;
     power.known = true;
-    power.reentered = reentry * sum(budget.out);
+    power.reentered = reentry * (sum(budget.out) - budget.to_ground);
     std::array<double, 6> medium{}, sky{};
     for (int face = 0; face < 6; ++face) {
         const auto total = [&](const std::vector<float>& of) {
@@ -66,9 +71,17 @@ PlanePower planes_by_sweep(const VoxelIndex& index, const PlaneLight& light, con
         power.sky_in[size_t(face)] = light.sky_in[size_t(face)] * to_power(light, face ^ 1) *
                                      double(light.from_sky[size_t(face)].size()) * cell_area(index, face);
     }
-    const double from_medium = sum(budget.out) - budget.sky_in + sum(power.sky_in) - power.reentered - sum(sky);
-    if (sum(medium) != 0) power.scaled_by = from_medium / sum(medium) - 1;
+    double from_medium = sum(budget.out) - budget.sky_in + sum(power.sky_in) - power.reentered - sum(sky);
+    double scalable = sum(medium);
+    if (ground.face >= 0) {
+        // What the ground sends up grows with what is scaled, where the plane gives its light.
+        const size_t face = size_t(ground.face);
+        from_medium += ground.up(sky[face]);
+        if (ground.diffuse < 0) scalable -= ground.albedo * medium[face];
+    }
+    if (scalable != 0) power.scaled_by = from_medium / scalable - 1;
     for (size_t face = 0; face < 6; ++face) power.out[face] = medium[face] * (1 + power.scaled_by) + sky[face];
+    if (ground.face >= 0) power.from_ground = ground.up(power.out[size_t(ground.face)]);
     return power;
 }
 

@@ -10,7 +10,7 @@ namespace vdbcloud {
 /// Light of the sky that crosses the box without a collision counts on both sides; the beams of lights do not count. 0
 /// across periodic axes. The powers balance as P1Budget does:
 ///
-///     sum of out + reentered = sum of P1Budget::out - P1Budget::sky_in + sum of sky_in
+///     sum of out + reentered = sum of P1Budget::out - P1Budget::sky_in + sum of sky_in + from_ground
 struct PlanePower {
     bool known = false;
     std::array<double, 6> out{};
@@ -20,6 +20,17 @@ struct PlanePower {
     /// By a sweep: the light from the medium was multiplied by 1 + this so that the powers balance, for a sweep is not
     /// conservative.
     double scaled_by = 0;
+    double from_ground = 0;  ///< power that the ground sends up
+};
+
+/// The ground beneath a medium, for the powers of its plane.
+struct PlaneGround {
+    int face = -1;  ///< Blocks::Face; -1: no ground
+    double albedo = 0;
+    double direct = 0;    ///< power of the beams on the ground
+    double diffuse = -1;  ///< power of diffuse light on the ground; below 0: that of the plane
+
+    double up(double on_plane) const { return albedo * (direct + (diffuse < 0 ? on_plane : diffuse)); }
 };
 
 /// Where light goes that leaves a medium through its exposed faces, as shares of its power.
@@ -44,11 +55,12 @@ OutflowRays trace_outflow(const P1Operator&, const P1Source&, const std::vector<
 /// P1's planes from the powers through its exposed faces and the way of the light from there. Requires a measured
 /// OutflowRays.
 PlanePower planes_by_rays(const P1Operator&, const P1Source&, const P1Budget&, const OutflowRays&, const Sky& sky,
-                          int channel);
+                          int channel, const PlaneGround& = {});
 
 /// The planes of a sweep. The sum is that of the budget; how it is divided comes from the sweep. `reentry`: share of
 /// the budget's outflow that is lost (P1 alone), 0 where the budget is that of sweeps.
-PlanePower planes_by_sweep(const VoxelIndex&, const PlaneLight&, const P1Budget&, double reentry);
+PlanePower planes_by_sweep(const VoxelIndex&, const PlaneLight&, const P1Budget&, double reentry,
+                           const PlaneGround& = {});
 
 /// Power per area of the planes' cells as `power` has it: the light of a sweep, scaled.
 std::vector<float> plane_flux(const PlaneLight&, const PlanePower&, int face);

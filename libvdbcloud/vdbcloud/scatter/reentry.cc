@@ -133,11 +133,12 @@ std::pair<Bundle, Bundle> Outflow::rays_from(size_t k, size_t each) const
     Bundle light, straight;
     Vec3d normal(0, 0, 0);
     for (size_t face = 0; face < 6; ++face) {
-        if (!(voxel.faces >> face & 1)) continue;
+        // Light that leaves to the ground meets nothing else.
+        if (!(voxel.faces >> face & 1) || voxel.grounded >> face & 1) continue;
         const int a = int(face / 2);
         normal[a] += face % 2 ? voxel.weight[a] : -voxel.weight[a];
         light.by_face[face] =
-            std::max(0.0, p1.conductance(voxel, a) * phi[voxel.slot] + double(source.outflow[k][face]));
+            std::max(0.0, p1.conductance(voxel, int(face)) * phi[voxel.slot] + double(source.outflow[k][face]));
         if (sky) straight.by_face[face ^ 1] = voxel.weight[a] * p1.face_area(a) * source.sky_inflow[face];
     }
     if (!(normal.length() > 1e-3)) return {};

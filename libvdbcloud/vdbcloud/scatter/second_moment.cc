@@ -237,13 +237,13 @@ void SecondMoment::close_face(P1Source& source, size_t exposed, int face, const 
     const ExposedVoxel& voxel = p1_.exposed()[exposed];
     const int axis = face / 2, outward = face % 2 ? 1 : -1;
     const double h = p1_.index().spacing()[axis], area = p1_.face_area(axis), sky = source.sky_inflow[size_t(face)];
-    const double g = p1_.conductance(voxel, axis);
+    const double g = p1_.conductance(voxel, face);
     double& outflow = source.outflow[exposed][size_t(face)];
     const double normal = (tally.second - tensor(axis, axis, voxel.slot)) / (h / 2);
     const double additive = -(normal + outward * cross_gradient(axis, voxel.slot)) / p1_.sigma_tr(voxel.slot);
-    const double correction = tally.current - voxel.weight[axis] * (tally.fluence - sky) / 2;
+    const double correction = tally.current - p1_.face_weight(voxel, face) * (tally.fluence - sky) / 2;
     const double diffusion =
-        g * (fluence(voxel.slot) - sky) + outflow + p1_.boundary_flux(voxel, axis, additive, correction) * area;
+        g * (fluence(voxel.slot) - sky) + outflow + p1_.boundary_flux(voxel, face, additive, correction) * area;
     const double leaving = blend(weight_between(axis, voxel.slot, voxel.slot), diffusion, tally.current * area);
     source.rhs[voxel.slot] -= leaving - outflow + g * sky;  // the source's own are in rhs
     outflow = leaving - g * (fluence(voxel.slot) - sky);
@@ -288,7 +288,7 @@ void SecondMoment::sweep(TransportSweep* fast, SweepResult& to, PlaneLight* plan
     if (fast)
         fast->run(set_, fields, to, planes);
     else
-        reference_sweep(p1_.index(), faces_, set_, fields, to, planes);
+        reference_sweep(p1_.index(), faces_, set_, fields, to, planes, ground_);
 }
 
 void SecondMoment::sweep_planes(const std::vector<double>& phi, PlaneLight& planes)

@@ -93,6 +93,8 @@ public:
     /// Sets the radiance that enters along each of set().direction: one value for a uniform sky, or one per direction.
     void set_sky(double radiance) { set_.inflow.assign(ordinates_.count(), float(radiance)); }
     void set_sky(std::vector<float> along) { set_.inflow = std::move(along); }
+    /// Sets the ground that every sweep meets; its irradiance is that of the last sweep. Null: none.
+    void set_ground(SweepGround* ground) { ground_ = ground; }
 
     /// Adds moments of `fluence` times `strength` along the light's beam to the collided light from which the first
     /// sweep starts. phi itself is not changed.
@@ -141,6 +143,7 @@ private:
     std::vector<std::vector<float>> uncollided_, source_;
     std::vector<float> emission_;
     SweepResult swept_;
+    SweepGround* ground_ = nullptr;
 };
 
 }  // namespace vdbcloud

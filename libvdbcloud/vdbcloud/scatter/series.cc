@@ -92,7 +92,7 @@ private:
             for (int face = 0; face < 6; ++face) {
                 if (!(voxel.faces >> face & 1)) continue;
                 const double area = p1_.face_area(face / 2);
-                leaving_[k][face] = p1_.boundary_flux(voxel, face / 2, leaving_[k][face] / area) * area;
+                leaving_[k][face] = p1_.boundary_flux(voxel, face, leaving_[k][face] / area) * area;
                 rhs_[voxel.slot] -= leaving_[k][face];
             }
         }
@@ -146,7 +146,7 @@ private:
             for (int face = 0; face < 6; ++face)
                 if (voxel.faces >> face & 1)
                     outside_[k][face] =
-                        p1_.conductance(voxel, face / 2) * (phi_[voxel.slot] - sky_inflow[face]) + leaving_[k][face];
+                        p1_.conductance(voxel, face) * (phi_[voxel.slot] - sky_inflow[face]) + leaving_[k][face];
         }
     }
 

@@ -32,6 +32,7 @@ Sky Sky::clear_day(const Vec3d& sun_irradiance, const Vec3d& up)
 Vec3d Sky::radiance(const Vec3d& direction) const
 {
     const double s = std::clamp(direction.dot(up), -1.0, 1.0);
+    if (s < 0 && ends_at_horizon) return Vec3d(0.0);
     const Vec3d& far = s >= 0 ? zenith : ground;
     return far + (horizon - far) * std::pow(1 - std::abs(s), haze);
 }
@@ -58,9 +59,10 @@ Vec3d Sky::mean_inflow(const Vec3d& normal) const
         for (int k = 0; k < parts; ++k) {
             const double a = ends[piece] + (k + 0.5) * step, weight = step * std::cos(a) * around(a);
             const double s = std::sin(a);
+            weights += weight;
+            if (s < 0 && ends_at_horizon) continue;
             const Vec3d& far = s >= 0 ? zenith : ground;
             sum += weight * (far + (horizon - far) * std::pow(1 - std::abs(s), haze));
-            weights += weight;
         }
     }
     return sum / weights;
@@ -75,7 +77,8 @@ Vec3d Sky::mean_radiance() const
 
 bool operator==(const Sky& a, const Sky& b)
 {
-    return a.zenith == b.zenith && a.horizon == b.horizon && a.ground == b.ground && a.haze == b.haze && a.up == b.up;
+    return a.zenith == b.zenith && a.horizon == b.horizon && a.ground == b.ground && a.haze == b.haze && a.up == b.up &&
+           a.ends_at_horizon == b.ends_at_horizon;
 }
 
 void check(const Sky& sky)

@@ -19,6 +19,8 @@ struct Sky {
     Vec3d ground{0, 0, 0};
     double haze = 4;    ///< how narrow the band along the horizon is, >= 0; 4: half gone 9 degrees above it
     Vec3d up{0, 1, 0};  ///< unit
+    /// Dark where s < 0, for a ground hides the sky there. Not stored with a grid, which tells its ground by itself.
+    bool ends_at_horizon = false;
 
     /// The same radiance everywhere.
     static Sky constant(const Vec3d& radiance);
@@ -36,7 +38,7 @@ struct Sky {
     Vec3d mean_inflow(const Vec3d& normal) const;
 
     /// The same in all directions: `up` and `haze` do not matter.
-    bool uniform() const { return zenith == horizon && horizon == ground; }
+    bool uniform() const { return zenith == horizon && horizon == ground && !ends_at_horizon; }
     bool dark() const { return zenith == Vec3d(0.0) && horizon == Vec3d(0.0) && ground == Vec3d(0.0); }
 
     /// The mean of L over the sphere, in closed form. A uniform sky of it sends a ball the same power;

@@ -1,3 +1,4 @@
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/sweep/transport_sweep.h"
 #include "vdbcloud/sweep/void_rays.h"
@@ -12,12 +13,72 @@ namespace vdbcloud {
 
 namespace {
 
+/// The ground while its light is gathered and sent up.
+class GroundSums {
+public:
+    GroundSums(const Blocks& blocks, SweepGround& ground)
+        : box_(blocks), to_(ground), sum_(box_.cells(ground.face), 0.0), radiance_(sum_.size(), 0.0)
+    {
+        const auto [u, v] = ActiveBox::axes(ground.face / 2);
+        u_ = u;
+        v_ = v;
+        plane_ = ground.face % 2 ? box_.last[ground.face / 2] + 1 : box_.first[ground.face / 2] - 1;
+    }
+
+    bool leaves(const Vec3d& direction) const { return direction[to_.face / 2] * (to_.face % 2 ? 1 : -1) > 0; }
+    size_t cells() const { return sum_.size(); }
+    int face() const { return to_.face; }
+    bool black() const { return to_.albedo == 0; }
+    Vec3i voxel(size_t cell) const { return box_.voxel(to_.face, cell); }
+    void gather(size_t cell, double power) { sum_[cell] += power; }
+
+    /// After the last direction that leaves. `unit`: of a radiance of 1.
+    void reflect(double unit)
+    {
+        to_.irradiance.resize(sum_.size());
+        for (size_t n = 0; n < sum_.size(); ++n) {
+            const double diffuse = unit > 0 ? sum_[n] * pi / unit : 0;
+            to_.irradiance[n] = float(diffuse);
+            radiance_[n] = to_.albedo / pi * (diffuse + to_.direct[n]);
+        }
+    }
+
+    /// Where a ray through `point` (voxel coordinates) along `step` left the ground.
+    double radiance(const Vec3d& point, const Vec3d& step) const
+    {
+        const int w = to_.face / 2;
+        const double back = (point[w] - plane_) / step[w];
+        const double pu = point[u_] - back * step[u_] - box_.first[u_],
+                     pv = point[v_] - back * step[v_] - box_.first[v_];
+        const double iu = std::floor(pu), iv = std::floor(pv), fu = pu - iu, fv = pv - iv;
+        double sum = 0;
+        for (int n = 0; n < 4; ++n) {
+            const double weight = (n & 1 ? fu : 1 - fu) * (n & 2 ? fv : 1 - fv);
+            if (weight == 0) continue;
+            const int64_t x = wrapped(int64_t(iu) + (n & 1), box_.size(u_)),
+                          y = wrapped(int64_t(iv) + (n >> 1), box_.size(v_));
+            sum += weight * radiance_[size_t(x * box_.size(v_) + y)];
+        }
+        return sum;
+    }
+
+private:
+    static int64_t wrapped(int64_t k, int64_t size) { return (k % size + size) % size; }
+
+    ActiveBox box_;
+    SweepGround& to_;
+    int u_ = 0, v_ = 0, plane_ = 0;
+    std::vector<double> sum_, radiance_;
+};
+
 /// One direction through one medium.
 class Scalar {
 public:
+    /// `ground`: where directions that come from beneath begin, instead of the sky; null: none.
     Scalar(const VoxelIndex& index, const VoidRays& rays, const SweepFields& fields, const Vec3d& direction,
-           const float* basis, double sky)
-        : blocks_(index.blocks()), rays_(rays), sigma_(*fields.sigma_t), sky_(sky), radiance_(blocks_.slots(), 0.0),
+           const float* basis, double sky, const GroundSums* ground)
+        : blocks_(index.blocks()), rays_(rays), sigma_(*fields.sigma_t), sky_(sky),
+          ground_(ground && !ground->leaves(direction) ? ground : nullptr), radiance_(blocks_.slots(), 0.0),
           q_(blocks_.slots(), 0.0)
     {
         for (int a = 0; a < 3; ++a) step_[a] = direction[a] / index.spacing()[a];
@@ -80,7 +141,7 @@ private:
     std::optional<double> through_void(const Vec3d& point) const
     {
         const auto hit = rays_.trace(point, step_);
-        if (hit.block < 0) return std::nullopt;
+        if (hit.block < 0) return ground_ ? std::optional(ground_->radiance(point, step_)) : std::nullopt;
         double sum = 0;
         for (int axis = 0; axis < 3; ++axis)
             if (hit.axes >> axis & 1) sum += on_block(hit, axis) / __builtin_popcount(unsigned(hit.axes));
@@ -157,6 +218,7 @@ private:
     const VoidRays& rays_;
     const std::vector<float>& sigma_;
     double sky_;
+    const GroundSums* ground_;
     Vec3d step_;  // voxels per world unit
     int w_;
     std::vector<double> radiance_, q_;
@@ -200,20 +262,47 @@ private:
     std::vector<double> medium_[6], sky_[6];
 };
 
+/// The directions of a set; over a ground those that leave through it come first.
+std::vector<size_t> order_of(const SweepSet& set, const GroundSums* ground)
+{
+    std::vector<size_t> order(set.count());
+    for (size_t m = 0; m < order.size(); ++m) order[m] = m;
+    if (ground)
+        std::stable_partition(order.begin(), order.end(), [&](size_t m) { return ground->leaves(set.direction[m]); });
+    return order;
+}
+
 }  // namespace
 
 void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& faces, const SweepSet& set,
-                     const SweepFields& fields, SweepResult& result, PlaneLight* planes)
+                     const SweepFields& fields, SweepResult& result, PlaneLight* planes, SweepGround* with_ground)
 {
     const Blocks& blocks = index.blocks();
     PlaneSums on_planes(blocks);
     const VoidRays rays(blocks);
+    std::optional<GroundSums> ground;
+    if (with_ground) ground.emplace(blocks, *with_ground);
+    const std::vector<size_t> order = order_of(set, ground && !ground->black() ? &*ground : nullptr);
+    double unit = 0;  // power of a radiance of 1 through the ground
+    bool reflected = !ground || ground->black();
     std::vector<std::vector<double>> moments(size_t(set.moment_terms), std::vector<double>(blocks.slots(), 0.0));
     std::vector<std::array<double, 3>> tally(faces.size(), {0, 0, 0});
-    for (size_t m = 0; m < set.count(); ++m) {
+    for (const size_t m : order) {
+        const bool to_ground = ground && ground->leaves(set.direction[m]);
+        if (!to_ground && !reflected) {
+            ground->reflect(unit);
+            reflected = true;
+        }
         Scalar one(index, rays, fields, set.direction[m], set.source_basis.data() + m * set.source_terms,
-                   set.inflow.empty() ? 0.0 : double(set.inflow[m]));
+                   set.inflow.empty() ? 0.0 : double(set.inflow[m]), ground ? &*ground : nullptr);
         one.sweep();
+        if (to_ground) {
+            const double out = set.weight[m] * std::abs(set.direction[m][ground->face() / 2]);
+            unit += out;
+            for (size_t cell = 0; cell < ground->cells(); ++cell)
+                ground->gather(cell, out * one.on_plane(ground->voxel(cell), ground->face())
+                                               .value_or(set.inflow.empty() ? 0.0 : double(set.inflow[m])));
+        }
         if (planes) on_planes.add(one, set.direction[m], set.weight[m], set.inflow.empty() ? 0.0 : set.inflow[m]);
         for (int k = 0; k < set.moment_terms; ++k) {
             const double factor = double(set.weight[m]) * set.moment_basis[m * set.moment_terms + k];
@@ -228,6 +317,7 @@ void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& face
             tally[f][2] += (cosine * cosine - 1.0 / 3) * weighted;
         }
     }
+    if (ground) ground->reflect(unit);
     result.moments.resize(moments.size());
     for (size_t k = 0; k < moments.size(); ++k) result.moments[k].assign(moments[k].begin(), moments[k].end());
     result.tally.resize(faces.size());

@@ -40,6 +40,18 @@ struct SweepFields {
     const std::vector<std::vector<float>>* source = nullptr;  ///< S / sigma_t, source_terms arrays [radiance]
 };
 
+/// A Lambertian ground on a plane of the ActiveBox, under a medium that repeats along the plane. Directions that leave
+/// through the plane are swept before the others, and the radiance of the others begins with albedo (direct + E) / pi
+/// on the ground: no iteration is needed for light that the ground reflects.
+struct SweepGround {
+    int face = 0;  ///< Blocks::Face
+    double albedo = 0;
+    std::vector<float> direct;  ///< irradiance of each cell of the plane that does not come by the sweep
+    /// Result: E of each cell, the sum over the directions that leave of weight x s.n x L, times pi over
+    /// PlaneLight::of_unit_radiance.
+    std::vector<float> irradiance;
+};
+
 struct SweepResult {
     /// moment_terms arrays over the slots: sum over directions of weight x basis x L.
     std::vector<std::vector<float>> moments;
@@ -98,7 +110,10 @@ private:
 /// Takes periodic axes as well, as long as one axis is not. Planes then lie across an axis that is not periodic, so a
 /// characteristic may cross many voxels from plane to plane; extinction stays linear in length, exact for layers.
 /// Throws InputError for a direction along periodic axes only.
+///
+/// `ground`, if given, is what rays that come from beneath the plane meet. They meet the ground at the plane of centres
+/// beyond the outermost voxels, where the trilinear medium ends, and interpolate its cells bilinearly.
 void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& faces, const SweepSet&, const SweepFields&,
-                     SweepResult& result, PlaneLight* planes = nullptr);
+                     SweepResult& result, PlaneLight* planes = nullptr, SweepGround* ground = nullptr);
 
 }  // namespace vdbcloud
