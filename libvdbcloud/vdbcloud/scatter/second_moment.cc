@@ -281,12 +281,18 @@ void SecondMoment::close(P1Source& source) const
             if (p1_.exposed()[k].faces >> face & 1) close_face(source, k, face, swept_.tally[n++]);
 }
 
+std::unique_ptr<TransportSweep> SecondMoment::fast_sweep() const
+{
+    return TransportSweep::takes(p1_.blocks().period()) ? std::make_unique<TransportSweep>(p1_.index(), faces_)
+                                                        : nullptr;
+}
+
 /// The fast sweep, or the reference where `fast` is null.
 void SecondMoment::sweep(TransportSweep* fast, SweepResult& to, PlaneLight* planes) const
 {
     const SweepFields fields{&sigma_, &source_};
     if (fast)
-        fast->run(set_, fields, to, planes);
+        fast->run(set_, fields, to, planes, ground_);
     else
         reference_sweep(p1_.index(), faces_, set_, fields, to, planes, ground_);
 }
@@ -295,8 +301,7 @@ void SecondMoment::sweep_planes(const std::vector<double>& phi, PlaneLight& plan
 {
     take_phi(phi);
     build_source();
-    const bool periodic = p1_.blocks().period() != Vec3i(0, 0, 0);
-    const auto fast = periodic ? nullptr : std::make_unique<TransportSweep>(p1_.index(), faces_);
+    const auto fast = fast_sweep();
     SweepResult unused;
     sweep(fast.get(), unused, &planes);
 }
@@ -307,8 +312,7 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
     ClosureReport report;
     report.directions = ordinates_.count();
     const VoxelIndex& index = p1_.index();
-    const bool periodic = index.blocks().period() != Vec3i(0, 0, 0);
-    const auto fast = periodic ? nullptr : std::make_unique<TransportSweep>(index, faces_);
+    const auto fast = fast_sweep();
     bool has_planes = false;
     take_phi(phi);
     std::vector<double> excess;

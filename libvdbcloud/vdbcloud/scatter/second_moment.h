@@ -125,6 +125,7 @@ private:
     double current_through(int axis, size_t below, size_t slot) const;
     double weight_between(int axis, size_t below, size_t slot) const;
     void build_source();
+    std::unique_ptr<TransportSweep> fast_sweep() const;
     void sweep(TransportSweep* fast, SweepResult& to, PlaneLight* planes) const;
     void close(P1Source& source) const;
     void close_face(P1Source& source, size_t exposed, int face, const FaceTally& tally) const;

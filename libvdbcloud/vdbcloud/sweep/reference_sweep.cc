@@ -1,5 +1,5 @@
-#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/sweep/ground_sums.h"
 #include "vdbcloud/sweep/transport_sweep.h"
 #include "vdbcloud/sweep/void_rays.h"
 
@@ -12,64 +12,6 @@
 namespace vdbcloud {
 
 namespace {
-
-/// The ground while its light is gathered and sent up.
-class GroundSums {
-public:
-    GroundSums(const Blocks& blocks, SweepGround& ground)
-        : box_(blocks), to_(ground), sum_(box_.cells(ground.face), 0.0), radiance_(sum_.size(), 0.0)
-    {
-        const auto [u, v] = ActiveBox::axes(ground.face / 2);
-        u_ = u;
-        v_ = v;
-        plane_ = ground.face % 2 ? box_.last[ground.face / 2] + 1 : box_.first[ground.face / 2] - 1;
-    }
-
-    bool leaves(const Vec3d& direction) const { return direction[to_.face / 2] * (to_.face % 2 ? 1 : -1) > 0; }
-    size_t cells() const { return sum_.size(); }
-    int face() const { return to_.face; }
-    bool black() const { return to_.albedo == 0; }
-    Vec3i voxel(size_t cell) const { return box_.voxel(to_.face, cell); }
-    void gather(size_t cell, double power) { sum_[cell] += power; }
-
-    /// After the last direction that leaves. `unit`: of a radiance of 1.
-    void reflect(double unit)
-    {
-        to_.irradiance.resize(sum_.size());
-        for (size_t n = 0; n < sum_.size(); ++n) {
-            const double diffuse = unit > 0 ? sum_[n] * pi / unit : 0;
-            to_.irradiance[n] = float(diffuse);
-            radiance_[n] = to_.albedo / pi * (diffuse + to_.direct[n]);
-        }
-    }
-
-    /// Where a ray through `point` (voxel coordinates) along `step` left the ground.
-    double radiance(const Vec3d& point, const Vec3d& step) const
-    {
-        const int w = to_.face / 2;
-        const double back = (point[w] - plane_) / step[w];
-        const double pu = point[u_] - back * step[u_] - box_.first[u_],
-                     pv = point[v_] - back * step[v_] - box_.first[v_];
-        const double iu = std::floor(pu), iv = std::floor(pv), fu = pu - iu, fv = pv - iv;
-        double sum = 0;
-        for (int n = 0; n < 4; ++n) {
-            const double weight = (n & 1 ? fu : 1 - fu) * (n & 2 ? fv : 1 - fv);
-            if (weight == 0) continue;
-            const int64_t x = wrapped(int64_t(iu) + (n & 1), box_.size(u_)),
-                          y = wrapped(int64_t(iv) + (n >> 1), box_.size(v_));
-            sum += weight * radiance_[size_t(x * box_.size(v_) + y)];
-        }
-        return sum;
-    }
-
-private:
-    static int64_t wrapped(int64_t k, int64_t size) { return (k % size + size) % size; }
-
-    ActiveBox box_;
-    SweepGround& to_;
-    int u_ = 0, v_ = 0, plane_ = 0;
-    std::vector<double> sum_, radiance_;
-};
 
 /// One direction through one medium.
 class Scalar {
@@ -283,14 +225,13 @@ void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& face
     std::optional<GroundSums> ground;
     if (with_ground) ground.emplace(blocks, *with_ground);
     const std::vector<size_t> order = order_of(set, ground && !ground->black() ? &*ground : nullptr);
-    double unit = 0;  // power of a radiance of 1 through the ground
     bool reflected = !ground || ground->black();
     std::vector<std::vector<double>> moments(size_t(set.moment_terms), std::vector<double>(blocks.slots(), 0.0));
     std::vector<std::array<double, 3>> tally(faces.size(), {0, 0, 0});
     for (const size_t m : order) {
         const bool to_ground = ground && ground->leaves(set.direction[m]);
         if (!to_ground && !reflected) {
-            ground->reflect(unit);
+            ground->reflect();
             reflected = true;
         }
         Scalar one(index, rays, fields, set.direction[m], set.source_basis.data() + m * set.source_terms,
@@ -298,7 +239,7 @@ void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& face
         one.sweep();
         if (to_ground) {
             const double out = set.weight[m] * std::abs(set.direction[m][ground->face() / 2]);
-            unit += out;
+            ground->gather_unit(out);
             for (size_t cell = 0; cell < ground->cells(); ++cell)
                 ground->gather(cell, out * one.on_plane(ground->voxel(cell), ground->face())
                                                .value_or(set.inflow.empty() ? 0.0 : double(set.inflow[m])));
@@ -317,7 +258,7 @@ void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& face
             tally[f][2] += (cosine * cosine - 1.0 / 3) * weighted;
         }
     }
-    if (ground) ground->reflect(unit);
+    if (ground) ground->reflect();
     result.moments.resize(moments.size());
     for (size_t k = 0; k < moments.size(); ++k) result.moments[k].assign(moments[k].begin(), moments[k].end());
     result.tally.resize(faces.size());

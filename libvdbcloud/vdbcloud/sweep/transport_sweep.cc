@@ -4,6 +4,7 @@
 #include "vdbcloud/sweep/aprons.h"
 #include "vdbcloud/sweep/block_sweep.h"
 #include "vdbcloud/sweep/face_tallies.h"
+#include "vdbcloud/sweep/periodic_sweep.h"
 #include "vdbcloud/sweep/plane_tallies.h"
 
 #include <tbb/parallel_for.h>
@@ -186,18 +187,26 @@ void TransportSweep::Impl::clear_inactive(SweepResult& result) const
 TransportSweep::TransportSweep(const VoxelIndex& index, std::vector<SweepFace> faces)
 {
     const Vec3i& period = index.blocks().period();
-    if (period[0] || period[1] || period[2])
-        throw InputError("a periodic medium: expected one that ends on all sides; reference_sweep takes periodic ones");
-    impl_ = std::make_unique<Impl>(index, faces);
+    if (!takes(period))
+        throw InputError("a medium that repeats along one axis: expected none or two; reference_sweep takes all");
+    if (PeriodicSweep::takes(period))
+        periodic_ = std::make_unique<PeriodicSweep>(index, faces);
+    else
+        impl_ = std::make_unique<Impl>(index, faces);
 }
 TransportSweep::~TransportSweep() = default;
 
-void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepResult& result, PlaneLight* planes)
+bool TransportSweep::takes(const Vec3i& period) { return period == Vec3i(0, 0, 0) || PeriodicSweep::takes(period); }
+
+void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepResult& result, PlaneLight* planes,
+                         SweepGround* ground)
 {
-    Impl& my = *impl_;
     if (set.source_terms < 1 || set.source_terms > most_terms || set.moment_terms < 0 || set.moment_terms > most_terms)
         throw InputError("a sweep of " + std::to_string(set.source_terms) + " source and " +
                          std::to_string(set.moment_terms) + " moment terms: expected 1 to 64");
+    if (periodic_) return periodic_->run(set, fields, result, planes, ground);
+    if (ground) throw InputError("a ground under a medium that ends on all sides: expected one that repeats along it");
+    Impl& my = *impl_;
     my.start(set, fields, result);
     my.planes = planes ? std::make_unique<PlaneTallies>(my.blocks) : nullptr;
     bool first = true;
@@ -222,6 +231,7 @@ void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepRe
 
 size_t TransportSweep::bytes() const
 {
+    if (periodic_) return periodic_->bytes();
     size_t total = impl_->aprons.bytes() + impl_->tallies.bytes();
     for (int octant = 0; octant < 8; ++octant) {
         total +=

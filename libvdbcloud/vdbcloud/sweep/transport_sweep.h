@@ -8,6 +8,8 @@
 
 namespace vdbcloud {
 
+class PeriodicSweep;
+
 /// The directions of a quadrature and the functions of direction that source and result are expanded in.
 struct SweepSet {
     std::vector<Vec3d> direction;  ///< unit, components along index.axis(0..2), the way light travels
@@ -87,15 +89,20 @@ struct SweepResult {
 /// is the equation.
 class TransportSweep {
 public:
-    /// Keeps a reference to `index`. `faces` are sorted by slot. Throws InputError if an axis is periodic:
-    /// reference_sweep() does those.
+    /// Whether the sweep takes a medium with this period [blocks]: no axis repeats, or two do. reference_sweep() takes
+    /// media that repeat along one axis.
+    static bool takes(const Vec3i& period);
+
+    /// Keeps a reference to `index`. `faces` are sorted by slot. Throws InputError unless it takes() the medium.
     TransportSweep(const VoxelIndex& index, std::vector<SweepFace> faces);
     ~TransportSweep();
 
     /// `result` is overwritten; its arrays are kept if they fit. `planes`, if given, is the light through the planes of
     /// the box about the voxels. A plane that cuts a block takes light as a face does. Other light comes by rays from
     /// the faces of blocks.
-    void run(const SweepSet&, const SweepFields&, SweepResult& result, PlaneLight* planes = nullptr);
+    /// `ground`: as for reference_sweep(), under media that repeat along two axes.
+    void run(const SweepSet&, const SweepFields&, SweepResult& result, PlaneLight* planes = nullptr,
+             SweepGround* ground = nullptr);
 
     /// Bytes of one run, source and moments not included.
     size_t bytes() const;
@@ -103,6 +110,7 @@ public:
 private:
     struct Impl;
     std::unique_ptr<Impl> impl_;
+    std::unique_ptr<PeriodicSweep> periodic_;  // instead, for a medium that repeats
 };
 
 /// The definition of TransportSweep: voxel by voxel in double precision, slow, serial in a direction.
