@@ -94,7 +94,7 @@ TEST_F(Grounds, TheReportClosesAndTheFileIsDrawnAsItWasSolved)
     EXPECT_EQ(std::count(left.begin(), left.end(), "ground_radiance"), 0);
     EXPECT_FALSE(read_ground(*fluence_grid(read_grid_file(again))));
     // Paths take the file's ground, and another one when asked.
-    const Words view{"--resolution", "4", "--integrator", "path", "--samples", "2", "--direction", "0.3,-1,0.2"};
+    const Words view{"--integrator", "path", "--samples", "2", "--direction", "0.3,-1,0.2"};
     const auto from_file = picture(solved, view);
     EXPECT_EQ(picture(solved, with(view, {"--ground-albedo", "0.7"})), from_file);
     EXPECT_NE(picture(solved, with(view, {"--ground-albedo", "0.2"})), from_file);

@@ -100,8 +100,8 @@ TEST(PathGround, WhiteFurnaceIsExactInEachSample)
 TEST(PathGround, SlabMatchesAddingAndDoubling)
 {
     const double tau = 1.5, w0 = 0.95, mu0 = 0.6;
-    SlabExact::Options o{tau, w0, 0.6, mu0, {0.2, 0.9}, 32, {}};
-    for (const double albedo : {0.2, 0.8, 1.0}) {
+    SlabExact::Options o{tau, w0, 0.6, mu0, {0.2, 0.9}, 20, {}};
+    for (const double albedo : {0.3, 1.0}) {
         const SlabOverGround exact(o, albedo);
         const Scene scene = layer_over_ground(tau, w0, 0.6, mu0, albedo);
         for (size_t k = 0; k < 2; ++k) {
@@ -137,7 +137,7 @@ TEST(PathGround, ColouredMediaShareTheirPathsWithoutBias)
     scene.volumes[0].medium.sigma_t_per_density = sigma_t;
     const Estimate all = traced(
         scene, sized(20000, 400000), [](int n) { return from_above(0.7, n); }, everything);
-    SlabExact::Options o{1, 0.95, 0.6, 0.6, {0.7}, 32, {}};
+    SlabExact::Options o{1, 0.95, 0.6, 0.6, {0.7}, 20, {}};
     for (int c = 0; c < 3; ++c) {
         o.tau = sigma_t[c];
         const double expected = SlabOverGround(o, 0.8).radiance[0];

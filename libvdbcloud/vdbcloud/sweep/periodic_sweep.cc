@@ -3,7 +3,7 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/sweep/ground_sums.h"
 #include "vdbcloud/sweep/plane_kernel.h"
-#include "vdbcloud/sweep/void_rays.h"
+#include "vdbcloud/sweep/void_pieces.h"
 
 #include <tbb/parallel_for.h>
 
@@ -61,7 +61,8 @@ struct PeriodicSweep::Impl {
     void sweep(int sign, const std::vector<Way>&);
     void enter(int p, const std::vector<Way>&);
     void cross_plane(int p, const std::vector<Way>&, Job&);
-    void fill_voids(int p, int sign, int d, const Way&);
+    void find_pieces(int sign, int d, const Way&);
+    void fill_voids(int p, int d, const Way&);
     void find_needed(int here, int next, const Offset&, std::vector<char>&) const;
     void keep_exits(int p, int bu, int bv, int d, const Way&);
     void tally(int p, int sign, const std::vector<Way>&);
@@ -80,8 +81,8 @@ struct PeriodicSweep::Impl {
     }
     double light_of(int d, const Way&, const VoidRays::Hit&) const;
 
-    struct Patch;
-    void fill(Patch&, const int* lo, const int* hi);
+    void fill_from_outside(const VoidPiece&, int p, int tile, const Way&, float* to) const;
+    void fill_from_block(const VoidPiece&, int in_block, int d, const Way&, float* to) const;
 
     const VoxelIndex& index;
     const Blocks& blocks;
@@ -114,7 +115,13 @@ struct PeriodicSweep::Impl {
     int now = 0;
     std::vector<float> radiance[2][batch], source[2][batch], sigma[2];
     std::vector<Offset> offsets;
-    std::vector<float> exits;  // by block, direction, axis: radiance on the 8 x 8 centres before a downstream face
+    struct Pieces {
+        std::vector<VoidPiece> list;
+        std::vector<uint32_t> begin;  // of each tile of each layer, and the end
+    };
+    std::vector<Pieces> pieces;  // by direction
+    std::vector<Vec3d> known;    // directions that the pieces are of
+    std::vector<float> exits;    // by block, direction, axis: radiance on the 8 x 8 centres before a downstream face
 };
 
 bool PeriodicSweep::takes(const Vec3i& period) { return (period[0] > 0) + (period[1] > 0) + (period[2] > 0) == 2; }
@@ -179,6 +186,10 @@ void PeriodicSweep::Impl::start(const SweepSet& with, const SweepFields& of, Swe
             source[k][d].assign(size, 0.0f);
         }
     }
+    if (known != with.direction) {
+        known = with.direction;
+        pieces.assign(with.count(), {});
+    }
     if (has_voids) exits.assign(blocks.count() * batch * 192, 0.0f);
 }
 
@@ -209,13 +220,14 @@ void PeriodicSweep::Impl::sweep(int sign, const std::vector<Way>& ways)
     job.columns = nv;
     job.contiguous = slot_stride[v] == 1;
     enter(begin - sign, ways);
+    if (has_voids) each(int(ways.size()), true, [&](int d) { find_pieces(sign, d, ways[size_t(d)]); });
     for (int p = begin; p >= first && p <= last; p += sign) {
         now = 1 - now;
         cross_plane(p, ways, job);
         if (has_voids)
             each(int(ways.size()), true, [&](int d) {
                 for (int n = 0; n < tu * tv; ++n) keep_exits(p, n / tv, n % tv, d, ways[size_t(d)]);
-                if (!whole[size_t(layer_of(p))]) fill_voids(p, sign, d, ways[size_t(d)]);
+                if (!whole[size_t(layer_of(p))]) fill_voids(p, d, ways[size_t(d)]);
             });
         tally(p, sign, ways);
         if (p == exit) leave(p, sign, ways, true);
@@ -277,89 +289,103 @@ void PeriodicSweep::Impl::find_needed(int here, int next, const Offset& offset, 
         }
 }
 
-/// One tile of a missing block, for one direction.
-struct PeriodicSweep::Impl::Patch {
-    int d;
-    const Way& way;
-    Vec3d corner;
-    float* to;  // of its first voxel in a plane
-    uint64_t traced = 0;
-    VoidRays::Hit hits[64];
-
-    Vec3d point(const Impl& of, int i, int j) const
-    {
-        Vec3d at = corner;
-        at[of.u] += i;
-        at[of.v] += j;
-        return at;
-    }
-    const VoidRays::Hit& trace(const Impl& of, int i, int j)
-    {
-        const int k = i * 8 + j;
-        if (!(traced >> k & 1)) {
-            hits[k] = of.rays.trace(point(of, i, j), way.step);
-            traced |= uint64_t(1) << k;
-        }
-        return hits[k];
-    }
-};
-
-void PeriodicSweep::Impl::fill_voids(int p, int sign, int d, const Way& way)
+/// Where the rays of missing blocks end, for one direction: once, as long as the directions stay the same.
+void PeriodicSweep::Impl::find_pieces(int sign, int d, const Way& way)
 {
-    std::vector<char> needed;
-    find_needed(layer_of(p), layer_of(p + sign), offsets[size_t(d)], needed);
-    for (int bu = 0; bu < tu; ++bu)
-        for (int bv = 0; bv < tv; ++bv) {
-            if (!needed[size_t(bu * tv + bv)] || block_at(layer_of(p), bu, bv) >= 0) continue;
-            Vec3d corner;
-            corner[w] = p;
-            corner[u] = 8 * bu;
-            corner[v] = 8 * bv;
-            Patch patch{d, way, corner, &radiance[now][size_t(d)][cell(8 * bu, 8 * bv)], 0, {}};
-            const int lo[2] = {0, 0}, hi[2] = {7, 7};
-            fill(patch, lo, hi);
+    Pieces& to = pieces[way.number];
+    if (!to.begin.empty()) return;
+    VoidPieces finder(rays);
+    std::vector<char> within, beyond;
+    for (int layer = 0; layer < layers; ++layer) {
+        find_needed(layer, layer, offsets[size_t(d)], within);
+        find_needed(layer, layer + sign, offsets[size_t(d)], beyond);
+        for (int n = 0; n < tu * tv; ++n) {
+            to.begin.push_back(uint32_t(to.list.size()));
+            if (!(within[size_t(n)] || beyond[size_t(n)]) || block_at(layer, n / tv, n % tv) >= 0) continue;
+            Vec3i at;
+            at[w] = first_layer + layer;
+            at[u] = n / tv;
+            at[v] = n % tv;
+            finder.find(at, way.step, to.list);
+        }
+    }
+    to.begin.push_back(uint32_t(to.list.size()));
+}
+
+/// The voxels of missing blocks in plane p that others look at.
+void PeriodicSweep::Impl::fill_voids(int p, int d, const Way& way)
+{
+    const Pieces& of = pieces[way.number];
+    const int layer = layer_of(p), in_block = p & 7;
+    for (int n = 0; n < tu * tv; ++n) {
+        const size_t tile = size_t(layer * tu * tv + n);
+        float* to = &radiance[now][size_t(d)][cell(8 * (n / tv), 8 * (n % tv))];
+        for (uint32_t k = of.begin[tile]; k < of.begin[tile + 1]; ++k) {
+            const VoidPiece& piece = of.list[k];
+            if (in_block < piece.lo[size_t(w)] || in_block > piece.hi[size_t(w)]) continue;
+            if (piece.block < 0)
+                fill_from_outside(piece, p, n, way, to);
+            else
+                fill_from_block(piece, in_block, d, way, to);
+        }
+    }
+}
+
+void PeriodicSweep::Impl::fill_from_outside(const VoidPiece& piece, int p, int n, const Way& way, float* to) const
+{
+    for (int i = piece.lo[size_t(u)]; i <= piece.hi[size_t(u)]; ++i)
+        for (int j = piece.lo[size_t(v)]; j <= piece.hi[size_t(v)]; ++j) {
+            float light = way.sky;
+            if (upward && ground) {
+                Vec3d point;
+                point[w] = p;
+                point[u] = 8 * (n / tv) + i;
+                point[v] = 8 * (n % tv) + j;
+                light = float(outside(way, point));
+            }
+            to[cell(i, j)] = to[cell(i, j) + size_t(nv)] = light;
         }
 }
 
-/// Rays are parallel and a block is wider than a tile, so where the rays of the corners end on one face, or all
-/// outside, so do all rays between them. A block that repeats counts as one only where the rays meet the same copy.
-void PeriodicSweep::Impl::fill(Patch& patch, const int* lo, const int* hi)
+void PeriodicSweep::Impl::fill_from_block(const VoidPiece& piece, int in_block, int d, const Way& way, float* to) const
 {
-    const Vec3d& step = patch.way.step;
-    const VoidRays::Hit first = patch.trace(*this, lo[0], lo[1]);
-    double slope[2][3] = {{0, 0, 0}, {0, 0, 0}};  // how the end moves with the start
-    const bool on_edge = first.axes & (first.axes - 1);
-    const int axis = first.axes >> 1;  // 1, 2, 4: 0, 1, 2
-    for (int k = 0; k < 2 && first.block >= 0 && !on_edge; ++k) {
-        const int along = k ? v : u;
-        for (int a = 0; a < 3; ++a)
-            if (a != axis) slope[k][a] = a == along ? 1.0 : along == axis ? -step[a] / step[axis] : 0.0;
-    }
-    bool one = !on_edge || (lo[0] == hi[0] && lo[1] == hi[1]);
-    for (int c = 1; c < 4 && one; ++c) {
-        const int i = c & 1 ? hi[0] : lo[0], j = c & 2 ? hi[1] : lo[1];
-        const VoidRays::Hit& hit = patch.trace(*this, i, j);
-        one = hit.block == first.block && hit.axes == first.axes;
-        for (int a = 0; a < 3 && one && first.block >= 0; ++a)
-            one = std::abs(hit.at[a] - first.at[a] - slope[0][a] * (i - lo[0]) - slope[1][a] * (j - lo[1])) < 1e-3;
-    }
-    if (!one) {
-        const int k = hi[0] - lo[0] >= hi[1] - lo[1] ? 0 : 1, middle = (lo[k] + hi[k]) / 2;
-        int upper_lo[2] = {lo[0], lo[1]}, lower_hi[2] = {hi[0], hi[1]};
-        lower_hi[k] = middle;
-        upper_lo[k] = middle + 1;
-        fill(patch, lo, lower_hi);
-        fill(patch, upper_lo, hi);
+    VoidRays::Hit hit;
+    hit.block = piece.block;
+    hit.axes = piece.axes;
+    if (piece.axes & (piece.axes - 1)) {  // a single voxel
+        std::copy(piece.at.begin(), piece.at.end(), hit.at);
+        float* one = to + cell(piece.lo[size_t(u)], piece.lo[size_t(v)]);
+        one[0] = one[nv] = float(light_of(d, way, hit));
         return;
     }
-    for (int i = lo[0]; i <= hi[0]; ++i)
-        for (int j = lo[1]; j <= hi[1]; ++j) {
-            VoidRays::Hit hit = first;
-            for (int a = 0; a < 3 && first.block >= 0; ++a)
-                hit.at[a] += slope[0][a] * (i - lo[0]) + slope[1][a] * (j - lo[1]);
-            float* to = patch.to + cell(i, j);
-            to[0] = to[nv] =
-                float(hit.block < 0 ? outside(patch.way, patch.point(*this, i, j)) : light_of(patch.d, patch.way, hit));
+    const size_t axis = size_t(piece.axes >> 1);
+    const auto other = ActiveBox::axes(int(axis));
+    const auto along_w = void_slope(piece, way.step, w), along_u = void_slope(piece, way.step, u),
+               along_v = void_slope(piece, way.step, v);
+    float start[2], by_u[2], by_v[2];
+    for (size_t k = 0; k < 2; ++k) {
+        const size_t a = size_t(other[k]);
+        start[k] = float(piece.at[a] + along_w[a] * (in_block - piece.lo[size_t(w)]) -
+                         0.5 * way.step[int(a)] / std::abs(way.step[int(axis)]));
+        by_u[k] = float(along_u[a]);
+        by_v[k] = float(along_v[a]);
+    }
+    const float* face = &exits[(size_t(piece.block) * batch + size_t(d)) * 192 + 64 * axis];
+    const int lo_u = piece.lo[size_t(u)], lo_v = piece.lo[size_t(v)];
+    for (int i = lo_u; i <= piece.hi[size_t(u)]; ++i)
+        for (int j = lo_v; j <= piece.hi[size_t(v)]; ++j) {
+            int at[2];
+            float f[2];
+            for (size_t k = 0; k < 2; ++k) {
+                const float place =
+                    std::clamp(start[k] + by_u[k] * float(i - lo_u) + by_v[k] * float(j - lo_v), 0.0f, 7.0f);
+                at[k] = std::min(int(place), 6);
+                f[k] = place - float(at[k]);
+            }
+            const float* from = face + at[0] * 8 + at[1];
+            const float light =
+                (1 - f[0]) * ((1 - f[1]) * from[0] + f[1] * from[1]) + f[0] * ((1 - f[1]) * from[8] + f[1] * from[9]);
+            to[cell(i, j)] = to[cell(i, j) + size_t(nv)] = light;
         }
 }
 
@@ -563,7 +589,9 @@ void PeriodicSweep::run(const SweepSet& set, const SweepFields& fields, SweepRes
 
 size_t PeriodicSweep::bytes() const
 {
-    return 4 * impl_->exits.size() + 4 * size_t(impl_->nu) * size_t(2 * impl_->nv) * (2 * (2 * batch + 1)) +
+    size_t in_pieces = 0;
+    for (const auto& of : impl_->pieces) in_pieces += of.list.size() * sizeof(VoidPiece) + 4 * of.begin.size();
+    return in_pieces + 4 * impl_->exits.size() + 4 * size_t(impl_->nu) * size_t(2 * impl_->nv) * (2 * (2 * batch + 1)) +
            impl_->face_count * 64;
 }
 

@@ -10,7 +10,7 @@ namespace vdbcloud {
 /// voxels, which is the same in every plane, so a plane is the plane before it, shifted cyclically: rows of eight
 /// voxels at once, eight directions at a time. Planes are stored twice as wide as they are, so that no row wraps.
 ///
-/// Missing blocks: only voxels of them that others need, tile by tile, by rays (void_rays.h) from the tile's corners.
+/// Missing blocks: only those whose voxels others look at, by rays that are found once (void_pieces.h).
 ///
 /// Threads: rows of a plane in parallel; values do not depend on their number.
 class PeriodicSweep {
