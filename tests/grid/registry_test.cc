@@ -100,10 +100,10 @@ TEST(Registry, KeepsWhatLaterStagesReadAndStoresResultsInFull)
         if (kind.result) result.insert(kind.name);
     }
     EXPECT_EQ(kept, (std::set<std::string>{"density", "transmittance_", "phi", "flux", "flux_", "sh_", "series_phi_",
-                                           "series_I_", "solid"}));
+                                           "series_I_", "ground_radiance", "solid"}));
     EXPECT_EQ(half, (std::set<std::string>{"density", "Cd", "sh_"}));
-    EXPECT_EQ(result,
-              (std::set<std::string>{"transmittance_", "phi", "flux", "flux_", "series_phi_", "series_I_", "heating"}));
+    EXPECT_EQ(result, (std::set<std::string>{"transmittance_", "phi", "flux", "flux_", "series_phi_", "series_I_",
+                                             "heating", "ground_radiance"}));
     EXPECT_EQ(aliases("Cd"), (std::vector<std::string>{"Cd", "color", "colour", "albedo"}));
     EXPECT_EQ(aliases("phi"), std::vector<std::string>{"phi"});
 }
