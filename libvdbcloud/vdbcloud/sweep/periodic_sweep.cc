@@ -55,7 +55,7 @@ struct PeriodicSweep::Impl {
         return layer < 0 || layer >= layers ? -1 : tiles[size_t((layer * tu + bu) * tv + bv)];
     }
     int layer_of(int p) const { return (p >> 3) - first_layer; }
-    size_t cell(int row, int column) const { return size_t(row) * size_t(2 * nv) + size_t(column); }
+    size_t cell(int row, int column) const { return size_t(row) * plane_kernel::pitch_of(nv) + size_t(column); }
 
     void start(const SweepSet&, const SweepFields&, SweepResult&, PlaneLight*, SweepGround*);
     void sweep(int sign, const std::vector<Way>&);
@@ -64,6 +64,11 @@ struct PeriodicSweep::Impl {
     void find_pieces(int sign, int d, const Way&);
     void fill_voids(int p, int d, const Way&);
     void find_needed(int here, int next, const Offset&, std::vector<char>&) const;
+    /// Repeats the first columns of rows at their ends.
+    void close_rows(float* plane, int first, int count) const
+    {
+        for (int row = first; row < first + count; ++row) std::copy_n(plane + cell(row, 0), 8, plane + cell(row, nv));
+    }
     void keep_exits(int p, int bu, int bv, int d, const Way&);
     void tally(int p, int sign, const std::vector<Way>&);
     void leave(int p, int sign, const std::vector<Way>&, bool of_blocks);
@@ -178,7 +183,7 @@ void PeriodicSweep::Impl::start(const SweepSet& with, const SweepFields& of, Swe
         from_medium[side].assign(with_planes ? box.cells(2 * w + side) : 0, 0.0);
         from_sky[side] = from_medium[side];
     }
-    const size_t size = size_t(nu) * size_t(2 * nv);
+    const size_t size = cell(nu, 0);
     for (int k = 0; k < 2; ++k) {
         sigma[k].assign(size, 0.0f);
         for (int d = 0; d < batch; ++d) {
@@ -251,9 +256,9 @@ void PeriodicSweep::Impl::enter(int p, const std::vector<Way>& ways)
             for (int column = 0; column < nv; ++column) {
                 point[u] = row;
                 point[v] = column;
-                float* to = &radiance[now][d][cell(row, column)];
-                to[0] = to[nv] = float(outside(ways[d], point));
+                radiance[now][d][cell(row, column)] = float(outside(ways[d], point));
             }
+        close_rows(radiance[now][d].data(), 0, nu);
     }
 }
 
@@ -328,6 +333,7 @@ void PeriodicSweep::Impl::fill_voids(int p, int d, const Way& way)
             else
                 fill_from_block(piece, in_block, d, way, to);
         }
+        if (n % tv == 0) close_rows(radiance[now][size_t(d)].data(), 8 * (n / tv), 8);
     }
 }
 
@@ -343,7 +349,7 @@ void PeriodicSweep::Impl::fill_from_outside(const VoidPiece& piece, int p, int n
                 point[v] = 8 * (n % tv) + j;
                 light = float(outside(way, point));
             }
-            to[cell(i, j)] = to[cell(i, j) + size_t(nv)] = light;
+            to[cell(i, j)] = light;
         }
 }
 
@@ -355,7 +361,7 @@ void PeriodicSweep::Impl::fill_from_block(const VoidPiece& piece, int in_block, 
     if (piece.axes & (piece.axes - 1)) {  // a single voxel
         std::copy(piece.at.begin(), piece.at.end(), hit.at);
         float* one = to + cell(piece.lo[size_t(u)], piece.lo[size_t(v)]);
-        one[0] = one[nv] = float(light_of(d, way, hit));
+        *one = float(light_of(d, way, hit));
         return;
     }
     const size_t axis = size_t(piece.axes >> 1);
@@ -385,7 +391,7 @@ void PeriodicSweep::Impl::fill_from_block(const VoidPiece& piece, int in_block, 
             const float* from = face + at[0] * 8 + at[1];
             const float light =
                 (1 - f[0]) * ((1 - f[1]) * from[0] + f[1] * from[1]) + f[0] * ((1 - f[1]) * from[8] + f[1] * from[9]);
-            to[cell(i, j)] = to[cell(i, j) + size_t(nv)] = light;
+            to[cell(i, j)] = light;
         }
 }
 
@@ -591,7 +597,7 @@ size_t PeriodicSweep::bytes() const
 {
     size_t in_pieces = 0;
     for (const auto& of : impl_->pieces) in_pieces += of.list.size() * sizeof(VoidPiece) + 4 * of.begin.size();
-    return in_pieces + 4 * impl_->exits.size() + 4 * size_t(impl_->nu) * size_t(2 * impl_->nv) * (2 * (2 * batch + 1)) +
+    return in_pieces + 4 * impl_->exits.size() + 4 * impl_->cell(impl_->nu, 0) * (2 * (2 * batch + 1)) +
            impl_->face_count * 64;
 }
 

@@ -8,7 +8,7 @@ namespace vdbcloud {
 
 /// reference_sweep() in single precision, for layers. All characteristics of a direction begin at one offset from their
 /// voxels, which is the same in every plane, so a plane is the plane before it, shifted cyclically: rows of eight
-/// voxels at once, eight directions at a time. Planes are stored twice as wide as they are, so that no row wraps.
+/// voxels at once, eight directions at a time.
 ///
 /// Missing blocks: only those whose voxels others look at, by rays that are found once (void_pieces.h).
 ///

@@ -49,24 +49,23 @@ Offset::Offset(const Vec3d& step, int w, int along_u, int along_v, int nu, int n
 
 VDBCLOUD_CLONES void sweep_row(const Job& job, int row, const int32_t* blocks, int tiles, size_t in_block)
 {
-    const size_t pitch = size_t(2 * job.columns), repeat = size_t(job.columns);
+    const size_t pitch = pitch_of(job.columns), repeat = size_t(job.columns);
     const int sources = int(job.source.size()), terms = int(job.moments.size());
     const bool contiguous = job.contiguous;
     for (int tile = 0; tile < tiles; ++tile) {
         const size_t to = size_t(row) * pitch + size_t(8 * tile);
+        const auto keep = [&](float* at, Lanes value) {
+            store(at, value);
+            if (tile == 0) store(at + repeat, value);
+        };
         if (blocks[tile] < 0) {
-            store(job.sigma_here + to, all(0.0f));
-            store(job.sigma_here + to + repeat, all(0.0f));
-            for (int d = 0; d < job.directions; ++d) {
-                store(job.here[size_t(d)].source + to, all(0.0f));
-                store(job.here[size_t(d)].source + to + repeat, all(0.0f));
-            }
+            keep(job.sigma_here + to, all(0.0f));
+            for (int d = 0; d < job.directions; ++d) keep(job.here[size_t(d)].source + to, all(0.0f));
             continue;
         }
         const size_t slot = size_t(blocks[tile]) * 512 + in_block;
         const Lanes sigma = take(job.sigma + slot, contiguous);
-        store(job.sigma_here + to, sigma);
-        store(job.sigma_here + to + repeat, sigma);
+        keep(job.sigma_here + to, sigma);
         Lanes own[batch], out[batch];
         for (int d = 0; d < batch; ++d) own[d] = all(0.0f);
         for (int k = 0; k < sources; ++k) {
@@ -77,8 +76,8 @@ VDBCLOUD_CLONES void sweep_row(const Job& job, int row, const int32_t* blocks, i
             const Offset& o = job.offsets[d];
             const int first = row + o.u < job.rows ? row + o.u : row + o.u - job.rows,
                       second = first + 1 < job.rows ? first + 1 : 0;
-            const size_t p = size_t(first) * pitch + size_t(8 * tile + o.v),
-                         q = size_t(second) * pitch + size_t(8 * tile + o.v);
+            const int column = 8 * tile + o.v < job.columns ? 8 * tile + o.v : 8 * tile + o.v - job.columns;
+            const size_t p = size_t(first) * pitch + size_t(column), q = size_t(second) * pitch + size_t(column);
             const auto before = [&](const float* f) {
                 return (all(o.c00) * load(f + p) + all(o.c01) * load(f + p + 1)) +
                        (all(o.c10) * load(f + q) + all(o.c11) * load(f + q + 1));
@@ -89,11 +88,8 @@ VDBCLOUD_CLONES void sweep_row(const Job& job, int row, const int32_t* blocks, i
                 out[d] = characteristic(radiance, sigma_u, before(job.before[size_t(d)].source), sigma, own[d],
                                         all(o.half_step));
             const Plane& here = job.here[size_t(d)];
-            store(here.radiance + to, out[d]);
-            store(here.radiance + to + repeat, out[d]);
-            const Lanes source = sigma * own[d];
-            store(here.source + to, source);
-            store(here.source + to + repeat, source);
+            keep(here.radiance + to, out[d]);
+            keep(here.source + to, sigma * own[d]);
         }
         for (int d = job.directions; d < batch; ++d) out[d] = all(0.0f);
         for (int k = 0; k < terms; ++k) {

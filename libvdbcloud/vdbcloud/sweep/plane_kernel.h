@@ -21,7 +21,10 @@ struct Offset {
     float half_step;           ///< half the length from plane to plane [world unit]
 };
 
-/// Values on a plane: row by row, each row twice.
+/// Values of a row in a plane: its columns, and its first eight once more, so that no row wraps.
+constexpr size_t pitch_of(int columns) { return size_t(columns) + 8; }
+
+/// Values on a plane, row by row.
 struct ConstPlane {
     const float *radiance, *source;
 };
