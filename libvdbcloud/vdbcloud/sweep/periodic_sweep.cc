@@ -63,7 +63,19 @@ struct PeriodicSweep::Impl {
     void cross_plane(int p, const std::vector<Way>&, Job&);
     void find_pieces(int sign, int d, const Way&);
     void fill_voids(int p, int d, const Way&);
-    void find_needed(int here, int next, const Offset&, std::vector<char>&) const;
+    /// The part of a tile that others look at; empty at first.
+    struct Part {
+        int lo_u = 8, hi_u = -1, lo_v = 8, hi_v = -1;
+
+        void widen(int u0, int u1, int v0, int v1)
+        {
+            lo_u = std::min(lo_u, u0);
+            hi_u = std::max(hi_u, u1);
+            lo_v = std::min(lo_v, v0);
+            hi_v = std::max(hi_v, v1);
+        }
+    };
+    void find_needed(int here, int next, const Offset&, std::vector<Part>&) const;
     /// Repeats the first columns of rows at their ends.
     void close_rows(float* plane, int first, int count) const
     {
@@ -278,19 +290,22 @@ void PeriodicSweep::Impl::cross_plane(int p, const std::vector<Way>& ways, Job& 
     });
 }
 
-/// Marks the tiles of missing blocks in layer `here` that the next plane, in layer `next`, or faces look at.
-void PeriodicSweep::Impl::find_needed(int here, int next, const Offset& offset, std::vector<char>& needed) const
+/// Widens the parts of tiles in layer `here` that the next plane, in layer `next`, or faces look at.
+void PeriodicSweep::Impl::find_needed(int here, int next, const Offset& offset, std::vector<Part>& needed) const
 {
-    needed.assign(size_t(tu * tv), 0);
-    const auto mark = [&](int bu, int bv) { needed[size_t(wrapped(bu, tu) * tv + wrapped(bv, tv))] = 1; };
+    // Voxels u0 .. u1 and v0 .. v1 of the plane, over the seam.
+    const auto mark = [&](int u0, int u1, int v0, int v1) {
+        for (int a = u0 >> 3; a <= u1 >> 3; ++a)
+            for (int b = v0 >> 3; b <= v1 >> 3; ++b)
+                needed[size_t(wrapped(a, tu) * tv + wrapped(b, tv))].widen(
+                    std::max(u0 - 8 * a, 0), std::min(u1 - 8 * a, 7), std::max(v0 - 8 * b, 0), std::min(v1 - 8 * b, 7));
+    };
     for (int bu = 0; bu < tu; ++bu)
         for (int bv = 0; bv < tv; ++bv) {
+            const int first_u = 8 * bu, first_v = 8 * bv;
             const bool in_next = block_at(next, bu, bv) >= 0;
-            if (in_next)
-                for (int a = (8 * bu + offset.u) >> 3; a <= (8 * bu + offset.u + 8) >> 3; ++a)
-                    for (int b = (8 * bv + offset.v) >> 3; b <= (8 * bv + offset.v + 8) >> 3; ++b) mark(a, b);
-            if (in_next || block_at(here, bu, bv) >= 0)
-                for (int n = 0; n < 9; ++n) mark(bu + n / 3 - 1, bv + n % 3 - 1);
+            if (in_next) mark(first_u + offset.u, first_u + offset.u + 8, first_v + offset.v, first_v + offset.v + 8);
+            if (in_next || block_at(here, bu, bv) >= 0) mark(first_u - 1, first_u + 8, first_v - 1, first_v + 8);
         }
 }
 
@@ -300,18 +315,23 @@ void PeriodicSweep::Impl::find_pieces(int sign, int d, const Way& way)
     Pieces& to = pieces[way.number];
     if (!to.begin.empty()) return;
     VoidPieces finder(rays);
-    std::vector<char> within, beyond;
     for (int layer = 0; layer < layers; ++layer) {
-        find_needed(layer, layer, offsets[size_t(d)], within);
-        find_needed(layer, layer + sign, offsets[size_t(d)], beyond);
+        std::vector<Part> needed(size_t(tu * tv));
+        for (const int next : {layer, layer + sign}) find_needed(layer, next, offsets[size_t(d)], needed);
         for (int n = 0; n < tu * tv; ++n) {
             to.begin.push_back(uint32_t(to.list.size()));
-            if (!(within[size_t(n)] || beyond[size_t(n)]) || block_at(layer, n / tv, n % tv) >= 0) continue;
+            const Part& part = needed[size_t(n)];
+            if (part.hi_u < 0 || block_at(layer, n / tv, n % tv) >= 0) continue;
             Vec3i at;
             at[w] = first_layer + layer;
             at[u] = n / tv;
             at[v] = n % tv;
-            finder.find(at, way.step, to.list);
+            std::array<int, 3> lo{0, 0, 0}, hi{7, 7, 7};
+            lo[size_t(u)] = part.lo_u;
+            hi[size_t(u)] = part.hi_u;
+            lo[size_t(v)] = part.lo_v;
+            hi[size_t(v)] = part.hi_v;
+            finder.find(at, lo, hi, way.step, to.list);
         }
     }
     to.begin.push_back(uint32_t(to.list.size()));

@@ -14,12 +14,13 @@ std::array<double, 3> void_slope(const VoidPiece& piece, const Vec3d& step, int 
     return slope;
 }
 
-void VoidPieces::find(const Vec3i& at, const Vec3d& step, std::vector<VoidPiece>& to)
+void VoidPieces::find(const Vec3i& at, const Corner& lo, const Corner& hi, const Vec3d& step,
+                      std::vector<VoidPiece>& to)
 {
     origin_ = Vec3d(8.0 * at[0], 8.0 * at[1], 8.0 * at[2]);
     step_ = step;
     std::fill(traced_.begin(), traced_.end(), 0);
-    split({0, 0, 0}, {7, 7, 7}, to);
+    split(lo, hi, to);
 }
 
 const VoidRays::Hit& VoidPieces::trace(const Corner& c)

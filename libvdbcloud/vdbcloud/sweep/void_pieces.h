@@ -22,15 +22,15 @@ class VoidPieces {
 public:
     explicit VoidPieces(const VoidRays& rays) : rays_(rays), hits_(512), traced_(512) {}
 
-    /// Appends the pieces of the block at `at` for rays against `step`.
+    using Corner = std::array<int, 3>;
+    /// Appends the pieces of the voxels lo .. hi of the block at `at` for rays against `step`.
     ///
     /// Rays are parallel, and a block is a box of the same shape as the voxels of a missing block and larger, so a
     /// block that stops one ray stops the ray of a corner, too. Where the corners' rays end on one face, or all
     /// outside, so do all rays between them. A block that repeats is one where the rays meet the same copy.
-    void find(const Vec3i& at, const Vec3d& step, std::vector<VoidPiece>& to);
+    void find(const Vec3i& at, const Corner& lo, const Corner& hi, const Vec3d& step, std::vector<VoidPiece>& to);
 
 private:
-    using Corner = std::array<int, 3>;
     const VoidRays::Hit& trace(const Corner&);
     void split(const Corner& lo, const Corner& hi, std::vector<VoidPiece>& to);
 
