@@ -5,15 +5,6 @@
 
 namespace vdbcloud {
 
-std::array<double, 3> void_slope(const VoidPiece& piece, const Vec3d& step, int along)
-{
-    const int axis = piece.axes >> 1;  // 1, 2, 4: 0, 1, 2
-    std::array<double, 3> slope{0, 0, 0};
-    for (int a = 0; a < 3; ++a)
-        if (a != axis) slope[size_t(a)] = a == along ? 1.0 : along == axis ? -step[a] / step[axis] : 0.0;
-    return slope;
-}
-
 void VoidPieces::find(const Vec3i& at, const Corner& lo, const Corner& hi, const Vec3d& step,
                       std::vector<VoidPiece>& to)
 {
@@ -51,10 +42,10 @@ void VoidPieces::split(const Corner& lo, const Corner& hi, std::vector<VoidPiece
         one = hit.block == first.block && (hit.block < 0 || hit.axes == first.axes);
         if (!one || hit.block < 0) continue;
         std::array<double, 3> expected = piece.at;
-        for (int k = 0; k < 3; ++k) {
-            const auto slope = void_slope(piece, step_, k);
-            for (size_t a = 0; a < 3; ++a) expected[a] += slope[a] * (corner[size_t(k)] - lo[size_t(k)]);
-        }
+        const int axis = piece.axes >> 1;  // 1, 2, 4: 0, 1, 2
+        for (int k = 0; k < 3; ++k)
+            for (int a = 0; a < 3; ++a)
+                expected[size_t(a)] += void_slope(step_, axis, a, k) * (corner[size_t(k)] - lo[size_t(k)]);
         for (size_t a = 0; a < 3; ++a) one = one && std::abs(hit.at[a] - expected[a]) < 1e-3;
     }
     if (one) {

@@ -14,8 +14,13 @@ struct VoidPiece {
     std::array<double, 3> at;  ///< where the ray of voxel `lo` ends, as VoidRays::Hit
 };
 
-/// How VoidPiece::at moves when a ray's start moves by one voxel along `along`, for a piece with one axis.
-std::array<double, 3> void_slope(const VoidPiece&, const Vec3d& step, int along);
+/// How the component `a` of VoidPiece::at moves when a ray's start moves by one voxel along `along`, on a face across
+/// `axis`.
+inline double void_slope(const Vec3d& step, int axis, int a, int along)
+{
+    if (a == axis) return 0;
+    return a == along ? 1 : along == axis ? -step[a] / step[axis] : 0;
+}
 
 /// Finds the pieces of missing blocks. Holds scratch memory: one object per thread.
 class VoidPieces {

@@ -1,0 +1,145 @@
+#pragma once
+// What the parts of the sweep of periodic media share: planes, faces and voids. Private to sweep/.
+#include "vdbcloud/sweep/ground_sums.h"
+#include "vdbcloud/sweep/periodic_sweep.h"
+#include "vdbcloud/sweep/plane_kernel.h"
+#include "vdbcloud/sweep/void_pieces.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+namespace vdbcloud {
+
+namespace periodic {
+
+inline int wrapped(int k, int size)
+{
+    k %= size;
+    return k < 0 ? k + size : k;
+}
+
+/// Calls f(0) ... f(count - 1), in parallel where there is work for it.
+template<typename F>
+void each(int count, bool large, const F& f)
+{
+    if (large)
+        tbb::parallel_for(0, count, f);
+    else
+        for (int n = 0; n < count; ++n) f(n);
+}
+
+}  // namespace periodic
+
+struct PeriodicSweep::Impl {
+    /// How a direction meets the faces of one orientation: the weights and places, from a voxel, of the four voxels
+    /// whose light counts there.
+    struct View {
+        bool leaves = false, along = false;
+        double half_exit = 0;  // half the length through a voxel across the face
+        std::array<double, 4> weight{};
+        std::array<int, 4> row{}, column{};
+        std::array<bool, 4> before{};  // in the plane before
+    };
+    /// A direction of a batch.
+    struct Way {
+        Vec3d step;  // voxels per world unit
+        size_t number;
+        float sky;
+        std::array<View, 6> views;  // by Blocks::Face
+    };
+    std::array<View, 6> views_of(const Vec3d& step) const;
+
+    Impl(const VoxelIndex&, const std::vector<SweepFace>&);
+
+    // Layers of blocks, planes of voxels. A tile is a block's part of a plane.
+    int32_t block_at(int layer, int bu, int bv) const
+    {
+        return layer < 0 || layer >= layers ? -1 : tiles[size_t((layer * tu + bu) * tv + bv)];
+    }
+    int layer_of(int p) const { return (p >> 3) - first_layer; }
+    size_t cell(int row, int column) const { return size_t(row) * plane_kernel::pitch_of(nv) + size_t(column); }
+
+    void start(const SweepSet&, const SweepFields&, SweepResult&, PlaneLight*, SweepGround*);
+    void sweep(int sign, const std::vector<Way>&);
+    void enter(int p, const std::vector<Way>&);
+    void cross_plane(int p, const std::vector<Way>&, plane_kernel::Job&);
+    void find_pieces(int sign, int d, const Way&);
+    void fill_voids(int p, int d, const Way&);
+    /// The part of a tile that others look at; empty at first.
+    struct Part {
+        int lo_u = 8, hi_u = -1, lo_v = 8, hi_v = -1;
+
+        void widen(int u0, int u1, int v0, int v1)
+        {
+            lo_u = std::min(lo_u, u0);
+            hi_u = std::max(hi_u, u1);
+            lo_v = std::min(lo_v, v0);
+            hi_v = std::max(hi_v, v1);
+        }
+    };
+    void find_needed(int here, int next, const plane_kernel::Offset&, std::vector<Part>&) const;
+    /// Repeats the first columns of rows at their ends.
+    void close_rows(float* plane, int first, int count) const
+    {
+        for (int row = first; row < first + count; ++row) std::copy_n(plane + cell(row, 0), 8, plane + cell(row, nv));
+    }
+    void keep_exits(int p, int bu, int bv, int d, const Way&);
+    void tally(int p, int sign, const std::vector<Way>&);
+    void leave(int p, int sign, const std::vector<Way>&, bool of_blocks);
+    void finish(const SweepSet&, SweepResult&, PlaneLight*);
+
+    double on_face(int d, const Way&, const Vec3i& voxel, int face) const;
+    std::optional<double> through_void(int d, const Way&, const Vec3d& point) const;
+    double outside(const Way& way, const Vec3d& point) const
+    {
+        return upward && ground ? ground->radiance(point, way.step) : double(way.sky);
+    }
+    double light_of(int d, const Way&, const VoidRays::Hit&) const;
+
+    void fill_from_outside(const VoidPiece&, int p, int tile, const Way&, float* to) const;
+    void fill_from_block(const VoidPiece&, int in_block, int d, const Way&, float* to) const;
+
+    const VoxelIndex& index;
+    const Blocks& blocks;
+    const VoidRays rays;
+    const ActiveBox box;
+    int w, u, v;  // across the planes; along them
+    int nu, nv, tu, tv;
+    int first_layer = 0, layers = 0;
+    std::vector<int32_t> tiles;  // blocks by layer, u, v; -1: missing
+    std::vector<char> whole;     // layers without missing tiles
+    bool has_voids = false, large = false;
+    struct Face {
+        uint32_t number;
+        Vec3i voxel;
+        uint8_t face;
+    };
+    std::vector<std::vector<Face>> faces;  // by plane
+    size_t face_count;
+
+    // Of the run:
+    const SweepSet* set = nullptr;
+    const SweepFields* fields = nullptr;
+    SweepResult* result = nullptr;
+    std::optional<GroundSums> ground;
+    bool upward = false;  // directions begin on the ground
+    std::vector<std::array<double, 3>> sums;
+    std::vector<double> from_medium[2], from_sky[2];  // lower, upper plane
+    bool with_planes = false;
+    // Of the batch: the plane before and the one now, by `now`.
+    int now = 0;
+    std::vector<float> radiance[2][plane_kernel::batch], source[2][plane_kernel::batch], sigma[2];
+    std::vector<plane_kernel::Offset> offsets;
+    struct Pieces {
+        std::vector<VoidPiece> list;
+        std::vector<uint32_t> begin;  // of each tile of each layer, and the end
+    };
+    std::vector<Pieces> pieces;  // by direction
+    std::vector<Vec3d> known;    // directions that the pieces are of
+    std::vector<float> exits;    // by block, direction, axis: radiance on the 8 x 8 centres before a downstream face
+};
+
+}  // namespace vdbcloud
