@@ -233,32 +233,42 @@ TEST(EmittedLight, OfABallInClearAirIsItsClosedForm)
     for (const double out : r.budget.out) EXPECT_NEAR(out / r.emitted, 1.0 / 6, 0.003);
 }
 
+/// The fluence of a scene's emission without scattering at a voxel: the sum over points of the trilinear emission, `m`
+/// along a voxel's edge, with exact depth.
+double by_points(const Scene& scene, const Vec3i& low, const Vec3i& high, const Vec3i& at, int m)
+{
+    const BrickMap density(*scene.grid), emission(*scene.emission);
+    const SegmentDepth depth(density, 1);
+    const double h = 1.0 / scene.n;
+    double sum = 0;
+    const Vec3i count = (high - low + Vec3i(3)) * m;  // a voxel more on each side
+    for (int x = 0; x < count[0]; ++x)
+        for (int y = 0; y < count[1]; ++y)
+            for (int z = 0; z < count[2]; ++z) {
+                const Vec3d place = as_double(low) - Vec3d(1.5) + (Vec3d(x, y, z) + Vec3d(0.5)) / m;  // [voxels]
+                const double j = emission.sample3(place)[0], r = (place - as_double(at)).length() * h;
+                if (j > 0) sum += j * std::exp(-depth(place * h, as_double(at) * h, 60)) / (r * r);
+            }
+    return sum * std::pow(h / m, 3);
+}
+
 TEST(EmittedLight, OfABallInAnAbsorberIsItsClosedForm)
 {
-    // In the middle 4 pi j (1 - e^-sigma R) / sigma, to 2 % for the rough radius. Elsewhere the sum of e^-sigma r / r^2
+    // In the middle 4 pi j (1 - e^-sigma R) / sigma, to 3 % for the rough radius. Elsewhere the sum of e^-sigma r / r^2
     // over points of the ball.
-    const int n = 33, m = 20;
+    const int n = sized(25, 33);
     const double radius = 0.17;
-    for (const double sigma : {2.0, 8.0}) {
+    for (const double sigma : full_size() ? std::vector<double>{1, 3, 8} : std::vector<double>{3}) {
         Scene scene(
             n, [&](const Vec3d&) { return sigma; }, [&](const Vec3d& x) { return in_ball(x, radius); });
         scene.solve(grey(0), sweeps(0));
         const ChannelReport& r = scene.report.channel[0];
         const double middle = 4 * pi * (1 - std::exp(-sigma * radius)) / sigma;
-        EXPECT_NEAR(scene.phi(Vec3i(16)) / middle, 1, 0.02) << sigma;
-        for (const Vec3i& p : {Vec3i(26, 16, 16), Vec3i(31, 16, 16), Vec3i(24, 25, 26), Vec3i(29, 29, 29)}) {
-            double exact = 0;
-            int points = 0;
-            for (int k = 0; k < m * m * m; ++k) {
-                const Vec3d from = (Vec3d(k % m, k / m % m, k / m / m) + Vec3d(0.5)) / m;
-                const Vec3d at = Vec3d(0.5) + (from - Vec3d(0.5)) * (2 * radius);
-                if (!in_ball(at, radius)) continue;
-                const double distance = (scene.centre(p) - at).length();
-                exact += std::exp(-sigma * distance) / (distance * distance);
-                ++points;
-            }
-            exact *= r.emitted / (4 * pi) / points;
-            EXPECT_NEAR(scene.phi(p) / exact, 1, 0.03) << sigma << ' ' << p;
+        EXPECT_NEAR(scene.phi(Vec3i(n / 2)) / middle, 1, 0.03) << sigma;
+        for (const Vec3i& p :
+             {Vec3i(n * 3 / 4, n / 2, n / 2), Vec3i(n - 2, n / 2, n / 2), Vec3i(n * 3 / 4), Vec3i(n - 2)}) {
+            EXPECT_NEAR(scene.phi(p) / by_points(scene, Vec3i(n / 3), Vec3i(n - 1 - n / 3), p, 3), 1, 0.02)
+                << sigma << ' ' << p;
         }
         EXPECT_NEAR((sum(r.budget.out) + r.budget.absorbed) / r.emitted, 1, 1e-5);
         EXPECT_NEAR(r.emission_scaled_by, 0, 0.02);
@@ -268,52 +278,30 @@ TEST(EmittedLight, OfABallInAnAbsorberIsItsClosedForm)
 
 TEST(EmittedLight, OfASmallBodyAcrossAGapFallsWithTheSquareOfTheDistance)
 {
-    // A cube of one mean free path across in clear air. phi without scattering is the sum over 24^3 points of the cube.
+    // A cube of one mean free path across in clear air; 32 directions, where sweeps had errors of tens of per cent.
     const auto cube = [](const Vec3d& x) {
         return std::abs(x[0] - 0.25) < 0.0625 && std::abs(x[1] - 0.5) < 0.0625 && std::abs(x[2] - 0.5) < 0.0625;
     };
-    double before = -1;
     for (const int n : {16, 32}) {
         Scene scene(
             n, [&](const Vec3d& x) { return cube(x) ? 8.0 : clear; },
             [&](const Vec3d& x) { return cube(x) ? 1.0 : 0.0; });
         scene.solve(grey(0.5), sweeps(3));
-        Scene bare(
-            n, [&](const Vec3d& x) { return cube(x) ? 8.0 : clear; },
-            [&](const Vec3d& x) { return cube(x) ? 1.0 : 0.0; });
+        Scene bare = scene;
         bare.solve(grey(0), sweeps(0));
-        double error = 0;
-        int count = 0;
-        const int m = 24;
-        for (int k = n / 2; k < n; k += n / 16, ++count) {
-            const Vec3i p(k, n / 2, n / 2);
-            const Vec3d at = bare.centre(p);
-            double exact = 0;
-            for (int a = 0; a < m; ++a)
-                for (int b = 0; b < m; ++b)
-                    for (int c = 0; c < m; ++c) {
-                        const Vec3d from =
-                            Vec3d(0.25, 0.5, 0.5) + (Vec3d(a, b, c) + Vec3d(0.5)) * (0.125 / m) - Vec3d(0.0625);
-                        const Vec3d way = at - from;
-                        double out = 1e9;
-                        for (int axis = 0; axis < 3; ++axis) {
-                            const double edge = (axis == 0 ? 0.25 : 0.5) + std::copysign(0.0625, way[axis]);
-                            out = std::min(out, (edge - from[axis]) / way[axis]);
-                        }
-                        exact += std::exp(-8 * out * way.length()) / way.lengthSqr() * std::pow(0.125 / m, 3);
-                    }
-            error += std::abs(bare.phi(p) / exact - 1);
-            // Light of further collisions comes from the same cube: the ratio to the uncollided light is the same at
-            // all distances, but for its other distribution over the cube.
-            EXPECT_NEAR(scene.phi(p) / bare.phi(p),
-                        scene.phi(Vec3i(n - 1, n / 2, n / 2)) / bare.phi(Vec3i(n - 1, n / 2, n / 2)), 0.04);
+        const Vec3i low(3 * n / 16, 7 * n / 16, 7 * n / 16), high(5 * n / 16 - 1, 9 * n / 16 - 1, 9 * n / 16 - 1),
+            last(n - 1, n / 2, n / 2);
+        const double far = scene.phi(last) / bare.phi(last);
+        for (const Vec3i& p : {Vec3i(n / 2, n / 2, n / 2), Vec3i(3 * n / 4, n / 2, n / 2), last,
+                               Vec3i(n / 2, 3 * n / 4, n / 2), Vec3i(3 * n / 4)}) {
+            // Of voxels of 1/2 and of 1/4 mean free path.
+            EXPECT_NEAR(bare.phi(p) / by_points(bare, low, high, p, 4), 1, n == 16 ? 0.1 : 0.025) << n << ' ' << p;
+            // Light of further collisions comes from the same cube: its ratio to the other light is the same at all
+            // distances, but for its other distribution over the cube, and for what sweeps carry of it: a tenth.
+            EXPECT_NEAR(scene.phi(p) / bare.phi(p), far, n == 16 ? 0.07 : 0.05) << n << ' ' << p;
         }
-        error /= count;
-        EXPECT_LT(error, 0.02) << "of the tree, and of edges one voxel wide";
-        // What makes the powers balance again falls with the voxel: edges of a cube are a voxel wide.
-        const double scaled = std::abs(bare.report.channel[0].emission_scaled_by);
-        EXPECT_LT(scaled, before < 0 ? 0.04 : 0.85 * before);
-        before = scaled;
+        EXPECT_GT(far, 1.05);
+        EXPECT_NEAR(bare.report.channel[0].emission_scaled_by, 0, n == 16 ? 0.04 : 0.01);
         EXPECT_GT(scene.report.channel[0].emission_collisions, 1);
         EXPECT_EQ(scene.report.channel[0].budget.negative, 0);
         EXPECT_LT(scene.report.channel[0].budget.defect, 1e-5);
@@ -342,7 +330,7 @@ TEST(EmittedLight, BesideADensityJumpKeepsHalfAVoxel)
     };
     EXPECT_NEAR(at(5, 5, 5) / 5.95659, 1, 0.04);
     EXPECT_NEAR(at(5, 15, 5) / 1.37185, 1, 0.04);
-    EXPECT_NEAR(at(15, 15, 15) / 0.470754, 1, 0.04);
+    EXPECT_NEAR(at(15, 15, 15) / 0.470754, 1, 0.06);
     EXPECT_NEAR(report.channel[0].emitted / 8000, 1, 1e-5);
 }
 

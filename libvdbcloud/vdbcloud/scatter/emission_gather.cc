@@ -16,10 +16,10 @@ namespace {
 
 constexpr double deepest = 30;    // e^-30 = 1e-13 of the light is left
 constexpr double thickest = 2.5;  // visible thickness above which the node's children stand for it
-constexpr double thin = 0.2;      // visible thickness, and thickness of parts, above which extinction is taken by parts
 constexpr double smooth = 0.1;    // share of the receivers' light times its change by the depths of a node's children
 constexpr int least_edge = 4;     // of a node whose children's depths are compared [voxels]
-constexpr double most_parts = 512;    // times the node's share
+constexpr double kink = 0.04;     // share of a node times the change of extinction that every receiver's depth needs
+constexpr double shown = 0.05;    // share of a node whose own extinction is taken by parts
 constexpr double least_share = 1e-6;  // of a node that counts
 constexpr int least_gap = 2;          // nearest voxels that a node may hold [voxels]
 
@@ -30,9 +30,11 @@ double sinhc(double x) { return x < 0.3 ? 1 + x * x / 6 * (1 + x * x / 20) : std
 
 double total(const EmissionNode& node) { return double(node.power[0]) + node.power[1] + node.power[2]; }
 
-/// Receivers from whose depths the depths of the others are interpolated: every n-th.
-int stride_of(const EmissionNode& node, double share)
+/// Receivers from whose depths the depths of the others are interpolated: every n-th. `change`: of extinction among the
+/// receivers, times a voxel's edge. The depth has a kink where extinction jumps.
+int stride_of(const EmissionNode& node, double share, double change)
 {
+    if (share * change > kink) return 1;
     const int of_size = node.edge() < 4 ? 1 : node.edge() < 16 ? 2 : 4;
     return std::max(of_size, share > 0.05 ? 1 : share > 0.02 ? 2 : share > 0.005 ? 4 : 8);
 }
@@ -43,8 +45,8 @@ struct View {
     double fluence = 0;     ///< of unit power
     double per_offset = 0;  ///< relative change for a source this much further away [1/world unit]
 
-    /// `tau`: the depth up to the node's mean position, or with `own_known` from the node's parts (parts_depth()).
-    View(const EmissionNode& node, const Vec3d& from, const Vec3d& spacing, double tau, bool own_known)
+    /// `tau`: the depth up to the node's mean position, or with `parts` up to the node's reach.
+    View(const EmissionNode& node, const Vec3d& from, const Vec3d& spacing, double tau, const EmissionParts* parts)
     {
         towards = Vec3d(node.centre) - from;
         const double r = towards.length();
@@ -61,7 +63,8 @@ struct View {
         const double x = std::sqrt(3 * along) * node.sigma;
         const double nearer = r - std::sqrt(3 * along) * x / (3 + x);
         const double shape = (4 * (along + trilinear) - all) / (nearer * nearer);
-        fluence = std::exp(-tau) * (own_known ? 1.0 : sinhc(x)) * (1 + shape) / (nearer * nearer);
+        const double own = parts ? std::exp(-tau - (*parts)(node, -towards)) : std::exp(-tau) * sinhc(x);
+        fluence = own * (1 + shape) / (nearer * nearer);
         per_offset = node.sigma + 2 / nearer;
     }
 
@@ -102,7 +105,6 @@ struct EmissionGather::Tile {
 /// Depths from a node to the receivers of a tile.
 class EmissionGather::TileDepths {
 public:
-    TileDepths() { depth_[0] = 0; }  ///< 0 everywhere
     /// `depth_at(p)`: from the node to the point at `p` from the tile's first receiver [voxels].
     template<typename DepthAt>
     TileDepths(const Vec3i& n, int stride, const DepthAt& depth_at)
@@ -120,7 +122,6 @@ public:
     float least() const { return least_; }
     double operator()(const Vec3i& p) const
     {
-        if (points_[0] * points_[1] * points_[2] == 1) return depth_[0];
         if (stride_ == 1) return at(p[0], p[1], p[2]);
         int base[3];
         double part[3];
@@ -171,18 +172,17 @@ struct EmissionGather::Voxels {
         if (look.share < least_share) return true;
         if (my.coarse(node, tile, look)) return false;
         const bool by_parts = look.parts;
-        const TileDepths depths(tile.n, stride_of(node, look.share), [&](const Vec3i& p) {
+        const TileDepths depths(tile.n, stride_of(node, look.share, change), [&](const Vec3i& p) {
             if (tile.single() && !by_parts) return look.tau;
             const Vec3d at = tile.low + as_double(p);
-            return my.depth_(my.index_.world(at), my.index_.world(my.way_out(node, at, by_parts)), deepest);
+            return my.depth_(my.index_.world(at), my.way_out(node, at, by_parts), deepest);
         });
-        const TileDepths parts = by_parts ? my.parts_depth(node, tile, look.share) : TileDepths();
         for (int i = 0; i < tile.n[0]; ++i)
             for (int j = 0; j < tile.n[1]; ++j)
                 for (int k = 0; k < tile.n[2]; ++k) {
                     const Vec3i p(i, j, k);
                     if (mask[size_t(tile.at[0] + i)] >> (8 * (tile.at[1] + j) + tile.at[2] + k) & 1)
-                        add(node, tile, p, depths(p) + parts(p), by_parts);
+                        add(node, tile, p, depths(p), by_parts);
                 }
         return true;
     }
@@ -190,7 +190,7 @@ struct EmissionGather::Voxels {
     void add(const EmissionNode& node, const Tile& tile, const Vec3i& p, double tau, bool by_parts)
     {
         const Vec3d& h = my.index_.spacing();
-        const View view(node, my.metric(tile.low + as_double(p)), h, tau, by_parts);
+        const View view(node, my.metric(tile.low + as_double(p)), h, tau, by_parts ? &my.parts_ : nullptr);
         const size_t slot = slot_of(tile.at + p);
         double width = 0;
         for (int a = 0; a < 3; ++a) width += std::pow(view.towards[a] * h[a], 2);
@@ -257,6 +257,7 @@ struct EmissionGather::Voxels {
     std::vector<double>& out;
     const Vec3i first;
     double scale = 0;          // least fluence of the receivers, roughly
+    double change = 0;         // of extinction in the block, times a voxel's edge
     std::vector<float> sigma;  // of the block and two voxels about it; empty until needed
     std::array<std::vector<float>, 3> emission;
     std::array<uint64_t, 8> done{};
@@ -276,11 +277,11 @@ struct EmissionGather::Plane {
 
     /// The depth from a point on the way from `source` to a place of the plane, and on to the end of the trilinear
     /// fringe.
-    double depth(const Vec3d& source, const Vec3d& place, const Vec3d& from) const
+    double depth(const Vec3d& source, const Vec3d& place, const Vec3d& from) const  // `from` [world]
     {
         const Vec3d way = place - source;
         const double across = std::max(std::abs(way[face / 2]), 1e-3);
-        return my.depth_(my.index_.world(place + way * (0.5 / across)), my.index_.world(from), deepest);
+        return my.depth_(my.index_.world(place + way * (0.5 / across)), from, deepest);
     }
 
     bool take(const EmissionNode& node, const Tile& tile)
@@ -291,18 +292,17 @@ struct EmissionGather::Plane {
         if (my.coarse(node, tile, look)) return false;
         const bool by_parts = look.parts;
         const Vec3d centre = my.voxels(Vec3d(node.centre));
-        const TileDepths depths(tile.n, stride_of(node, look.share), [&](const Vec3i& p) {
+        const TileDepths depths(tile.n, stride_of(node, look.share, 0), [&](const Vec3i& p) {
             const Vec3d at = tile.low + as_double(p);
             return depth(centre, at, my.way_out(node, at, by_parts));
         });
-        const TileDepths parts = by_parts ? my.parts_depth(node, tile, look.share) : TileDepths();
         for (int i = 0; i < tile.n[0]; ++i)
             for (int j = 0; j < tile.n[1]; ++j)
                 for (int k = 0; k < tile.n[2]; ++k) {
                     const Vec3i p(i, j, k);
                     if (!inside(tile.at + p)) continue;
-                    const View view(node, my.metric(tile.low + as_double(p)), my.index_.spacing(), depths(p) + parts(p),
-                                    by_parts);
+                    const View view(node, my.metric(tile.low + as_double(p)), my.index_.spacing(), depths(p),
+                                    by_parts ? &my.parts_ : nullptr);
                     const double cosine = std::abs(view.towards[axis]);
                     for (size_t c = 0; c < size_t(my.channels_); ++c)
                         out[cell(tile.at + p) * size_t(my.channels_) + c] += cosine * view.of_channel(node, c);
@@ -321,7 +321,7 @@ struct EmissionGather::Plane {
             const Vec3d way = tile.low - source;
             const double solid = rectangle((way[u] - 0.5) * h[u], (way[u] + 0.5) * h[u], (way[v] - 0.5) * h[v],
                                            (way[v] + 0.5) * h[v], std::abs(way[axis]) * h[axis]);
-            share += solid * std::exp(-depth(source, tile.low, source)) / 27;
+            share += solid * std::exp(-depth(source, tile.low, my.index_.world(source))) / 27;
         }
         for (size_t c = 0; c < size_t(my.channels_); ++c)
             out[cell(tile.at) * size_t(my.channels_) + c] += share * node.power[c] / (h[u] * h[v]);
@@ -339,7 +339,7 @@ EmissionGather::EmissionGather(const VoxelIndex& index, const EmissionTree& tree
                                const std::vector<float>& sigma, int degree, double opening)
     : index_(index), tree_(tree), emission_(emission), depth_(depth), sigma_(sigma), degree_(degree),
       terms_(harmonic_count(degree)), channels_(tree.channels()), opening_(opening), near_(index.spacing(), degree),
-      box_(index.blocks())
+      parts_(index, tree, depth), box_(index.blocks())
 {
 }
 
@@ -374,7 +374,8 @@ EmissionGather::Look EmissionGather::look(const EmissionNode& node, const Tile& 
     const double x = double(node.sigma) * node.size;
     look.tau = tau;
     look.thickness = x * std::max(look.share, std::exp(-std::max(tau - x / 2, 0.0) / 2));
-    look.parts = !node.single() && look.thickness > thin && most_parts * look.share >= 8;
+    look.parts = !node.single() && look.thickness > EmissionParts::thin && look.share > shown &&
+                 parts_.reach(node) < (metric((tile.low + tile.high) / 2) - Vec3d(node.centre)).length() / 1.5;
     return look;
 }
 
@@ -402,73 +403,31 @@ double EmissionGather::least_fluence(const Tile& tile) const
 
 Vec3d EmissionGather::way_out(const EmissionNode& node, const Vec3d& receiver, bool by_parts) const
 {
-    const Vec3d centre(node.centre), apart = metric(receiver) - centre;
-    return voxels(by_parts ? centre + apart * std::min(reach(node) / apart.length(), 1.0) : centre);
-}
-
-double EmissionGather::reach(const EmissionNode& node) const
-{
-    double square = 0;
-    for (int a = 0; a < 3; ++a) square += std::pow((node.high[a] - node.low[a] + 3) * index_.spacing()[a], 2);
-    return std::sqrt(square) / 2;
-}
-
-Vec3d EmissionGather::way_out_of(const EmissionNode& part, const EmissionNode& node, const Vec3d& receiver) const
-{
-    const Vec3d centre(node.centre), from(part.centre), apart = metric(receiver) - centre;
-    const double distance = apart.length(), edge = std::min(reach(node), distance);
-    const Vec3d s = apart / distance;
-    return from + s * std::max(edge - s.dot(from - centre), 0.0);
+    const Vec3d centre(node.centre);
+    return index_.world(voxels(by_parts ? parts_.way_out(node, centre, (metric(receiver) - centre).unit()) : centre));
 }
 
 bool EmissionGather::coarse(const EmissionNode& node, const Tile& tile, const Look& look) const
 {
     if (node.single() && tile.single()) return false;
     const double nearness = node.size / distance(node, tile.low, tile.high);
-    if (nearness > opening_ && look.share * nearness * nearness > smooth) return true;
+    if ((nearness > opening_ || look.parts) && look.share * nearness * nearness > (look.parts ? 0.3 : 1) * smooth)
+        return true;
     if (node.single()) return false;
     if (look.thickness > thickest && look.share > 0.01) return true;
     if (node.edge() < least_edge || look.share < smooth / 2) return false;
     const bool by_parts = look.parts;
-    const Vec3d receiver = (tile.low + tile.high) / 2, there = index_.world(receiver);
+    const Vec3d receiver = (tile.low + tile.high) / 2, there = index_.world(receiver),
+                towards = (metric(receiver) - Vec3d(node.centre)).unit();
     double sum = 0, whole = 0;
     for (int32_t k = 0; k < node.count; ++k) {
         const EmissionNode& part = tree_.nodes()[size_t(node.first + k)];
-        const Vec3d from = by_parts ? way_out_of(part, node, receiver) : Vec3d(part.centre);
-        sum += total(part) * std::exp(-depth_(there, index_.world(voxels(from)), deepest));
+        const Vec3d centre(part.centre), from = by_parts ? parts_.way_out(node, centre, towards) : centre;
+        sum += total(part) * std::exp(-depth_(there, parts_.world(from), deepest));
         whole += total(part);
     }
-    const double middle = depth_(there, index_.world(way_out(node, receiver, by_parts)), deepest);
+    const double middle = depth_(there, way_out(node, receiver, by_parts), deepest);
     return look.share * std::abs(std::log(std::max(sum / whole, 1e-30)) + middle) > smooth;
-}
-
-EmissionGather::TileDepths EmissionGather::parts_depth(const EmissionNode& node, const Tile& tile, double share) const
-{
-    std::vector<const EmissionNode*> parts, coarse{&node};
-    while (!coarse.empty()) {  // level by level, so that parts are alike
-        std::vector<const EmissionNode*> fine;
-        for (size_t n = 0; n < coarse.size(); ++n) {
-            const EmissionNode& part = *coarse[n];
-            const size_t count = parts.size() + fine.size() + coarse.size() - n + size_t(part.count);
-            if (part.single() || part.sigma * part.size < thin || double(count) > most_parts * share)
-                parts.push_back(&part);
-            else
-                for (int32_t k = 0; k < part.count; ++k) fine.push_back(&tree_.nodes()[size_t(part.first + k)]);
-        }
-        coarse = std::move(fine);
-    }
-    const double whole = total(node);
-    return TileDepths(tile.n, tile.edge(), [&](const Vec3i& p) {
-        double sum = 0;
-        for (const EmissionNode* part : parts) {
-            const double x = part->sigma * part->size / 2;
-            const Vec3d from = voxels(Vec3d(part->centre)),
-                        to = voxels(way_out_of(*part, node, tile.low + as_double(p)));
-            const double tau = depth_(index_.world(from), index_.world(to), deepest);
-            sum += total(*part) / whole * sinhc(x) * std::exp(-tau);
-        }
-        return -std::log(std::max(sum, 1e-30));
-    });
 }
 
 bool EmissionGather::apart(const EmissionNode& node, const Vec3d& low, const Vec3d& high) const
@@ -533,6 +492,9 @@ void EmissionGather::block(size_t block, const BlockMask& wanted, std::vector<do
     const Tile tile{Vec3i(0, 0, 0), Vec3i(8, 8, 8), low, low + Vec3d(7.0)};
     if (!voxels.any(tile)) return;
     voxels.scale = least_fluence(tile);
+    const auto [least, most] = std::minmax_element(sigma_.begin() + ptrdiff_t(block * Blocks::size),
+                                                   sigma_.begin() + ptrdiff_t((block + 1) * Blocks::size));
+    voxels.change = (*most - *least) * std::cbrt(index_.spacing()[0] * index_.spacing()[1] * index_.spacing()[2]);
     descend(tile, {0}, voxels);
 }
 

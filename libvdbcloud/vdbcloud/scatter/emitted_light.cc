@@ -17,7 +17,7 @@ using Arrays = std::vector<std::vector<float>>;
 constexpr double most_emitters = 0.05;  // of a medium's voxels
 /// Scattered light of emitting voxels is followed up to this many collisions, or until another adds less than this
 /// share of the power.
-constexpr int most_collisions = 6;
+constexpr int most_collisions = 2;
 constexpr double least_gain = 0.01;
 
 bool emits(const std::vector<const std::vector<float>*>& emission, size_t slot)
@@ -49,6 +49,12 @@ public:
         volume_ = h[0] * h[1] * h[2];
         each_active(blocks_,
                     [&](size_t slot) { sigma_[slot] = float(p1.scaling(slot).extinction * p1.sigma_t(slot)); });
+        jump_ = over_tents(sigma_);  // a face of a cube: 5/6 of its extinction
+        each_active(blocks_, [&](size_t slot) {
+            jump_[slot] = std::min(6 * std::abs(jump_[slot] / std::max(jump_[slot], sigma_[slot]) -
+                                                sigma_[slot] / std::max(jump_[slot], sigma_[slot])),
+                                   1.0f);
+        });
         for (const std::vector<float>* j : emission) {
             source_.push_back(*j);
             light_.emplace_back();
@@ -123,16 +129,22 @@ private:
     /// Adds to Q the isotropic part of light that collides within emitting voxels, collision by collision.
     void follow_collisions()
     {
-        const std::vector<BlockMask> emitters = voxels([&](size_t slot) { return emits(emission_, slot); });
+        std::vector<uint8_t> wanted(blocks_.slots(), 0);  // emitting voxels and their neighbours, for the tents
+        for (size_t slot = 0; slot < blocks_.count() * Blocks::size; ++slot)
+            if (blocks_.active(slot) && emits(emission_, slot))
+                for (int k = 0; k < 27; ++k)
+                    wanted[blocks_.slot(blocks_.voxel(slot) + Vec3i(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1))] = 1;
+        const std::vector<BlockMask> emitters = voxels([&](size_t slot) { return wanted[slot] != 0; });
         for (int collision = 1; collision <= most_collisions; ++collision) {
             gather(emitters, false);
             double gain = 0;
             for (size_t c = 0; c < light_.size(); ++c) {
+                average_at_jumps(light_[c]);
                 std::vector<float> next = *emission_[c];
                 each_active(blocks_, [&](size_t slot) {
                     if (!emits(emission_, slot)) return;
-                    const double rate = p1_.scaling(slot).albedo * sigma_[slot] / std::sqrt(4 * pi);
-                    next[slot] += float(rate * light_[c].moments[0][slot]);
+                    const double rate = p1_.scaling(slot).albedo * sigma_[slot] / (4 * pi);
+                    next[slot] += float(rate * light_[c].scattered[slot]);
                 });
                 const double before = power(source_[c]), after = power(next);
                 if (before > 0) gain = std::max(gain, after / before - 1);
@@ -156,6 +168,7 @@ private:
                 std::accumulate(cells.begin(), cells.end(), 0.0) * index.spacing()[u] * index.spacing()[v];
             out += light.out_by_plane[size_t(face)];
         }
+        average_at_jumps(light);
         const double collided =
             volume_ * total(blocks_, [&](size_t slot) { return double(sigma_[slot]) * light.scattered[slot]; });
         const double factor = out + collided > 0 ? power(source_[c]) / (out + collided) : 1.0;
@@ -177,13 +190,42 @@ private:
             const double not_j = double(source_[c][slot]) - (*emission_[c])[slot];
             light.absorbed[slot] = float((1 - w0) * rate);
             light.scattered[slot] = float(w0 * rate - 4 * pi * not_j);
-            light.followed[slot] = float(not_j);
             light.fluence[slot] = float(std::sqrt(4 * pi) * light.moments[0][slot]);
+            light.followed[slot] = float(not_j + w0 * (sigma_[slot] * double(light.fluence[slot]) - rate) / (4 * pi));
             for (size_t a = 0; a < 3 && p1_.mean_cosine() != 0; ++a)
                 light.forward[a][slot] = float(p1_.q1_factor(slot) * std::sqrt(4 * pi / 3) *
                                                light.moments[size_t(harmonic(1, order[a]))][slot]);
         });
         sort_by_face(light);
+    }
+
+    /// The mean over each voxel's tent of a field that is linear from centre to centre: weights 1/6, 2/3, 1/6 along
+    /// each axis. Voxels beside that are not active count as the voxel's own.
+    std::vector<float> over_tents(std::vector<float> field) const
+    {
+        for (int a = 0; a < 3; ++a) {
+            const std::vector<float> of = field;
+            each_active(blocks_, [&](size_t slot) {
+                double sum = 4.0 * of[slot];
+                for (const int face : {2 * a, 2 * a + 1}) {
+                    const size_t beside = blocks_.neighbour(slot, face);
+                    sum += of[blocks_.active(beside) ? beside : slot];
+                }
+                field[slot] = float(sum / 6);
+            });
+        }
+        return field;
+    }
+
+    /// Where extinction jumps, makes the mean fluence of a thin voxel the mean over its tent: extinction is trilinear.
+    /// The fluence has a kink there. Elsewhere the tents would only smooth it.
+    void average_at_jumps(EmittedLight& light) const
+    {
+        const std::vector<float> tent = over_tents(light.moments[0]);
+        each_active(blocks_, [&](size_t slot) {
+            const double mean = std::sqrt(4 * pi) * tent[slot], thin = 1 - diffusive(sigma_[slot] * p1_.hbar());
+            light.scattered[slot] = float(light.scattered[slot] + thin * jump_[slot] * (mean - light.scattered[slot]));
+        });
     }
 
     /// Divides the power that leaves by the flux at the voxels that have exposed faces.
@@ -208,6 +250,7 @@ private:
     const int degree_;
     const SegmentDepth depth_;
     std::vector<float> sigma_;  // sigma_t'
+    std::vector<float> jump_;   // 1 where extinction jumps, 0 where it is smooth
     double volume_ = 1;
     Arrays source_;  // Q
     std::vector<EmittedLight> light_;

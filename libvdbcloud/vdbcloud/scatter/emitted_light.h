@@ -19,7 +19,9 @@ struct EmittedLight {
     std::vector<float> fluence;    ///< sqrt(4 pi) times moments[0]
     std::vector<float> scattered;  ///< power that is scattered and not part of Q, per volume
     std::vector<float> absorbed;   ///< power that is absorbed, per volume
-    std::vector<float> followed;   ///< Q - j, which sweeps must not scatter again [radiance / world unit]
+    /// What sweeps must scatter less than `moments` [radiance / world unit], so that their source has the power of
+    /// `scattered`: Q - j, and the difference of the voxel's mean from its centre.
+    std::vector<float> followed;
     /// w0' g' sigma_t' times the flux, along the index axes; empty where scattering is isotropic.
     std::array<std::vector<float>, 3> forward;
     std::array<std::vector<float>, 6> planes;  ///< power per area out through the cells of each plane
