@@ -127,6 +127,27 @@ TEST(PathDeepEmission, OfASmallBodyLightsAsALamp)
     expect_equal(found, expected, 0.04);
 }
 
+TEST(PathDeepEmission, OfASmallBodyDeepInAShieldLightsAsALamp)
+{
+    // Within a shield, a body of edge 0.1 mean free paths; the ray passes it at one mean free path. Light that was
+    // scattered near the body is most of it, and paths from the camera seldom get there.
+    const Vec3d place(2.03, 7.1, 6.9), eye(8, 7, 7);
+    const double h = 0.1;
+    Scene scene;
+    scene.volumes.push_back(volume_of(box({28, 28, 28}, 0.5, [](openvdb::Coord) { return 1.0; }),
+                                      medium(Vec3d(1, 1, 1.1), Vec3d(0.5), 0.3)));
+    Scene lamp = scene;
+    lamp.lights = {make_lamp(place, Vec3d(h * h * h))};
+    auto body = Vec3SGrid::create(Vec3f(0));
+    body->setTransform(openvdb::math::Transform::createLinearTransform(h));
+    body->transform().postTranslate(place);
+    body->tree().setValueOn({0, 0, 0}, Vec3f(1));
+    scene.volumes[0].emission = body;
+    const WorldRay ray{eye, (place + Vec3d(0, 1, 0.2) - eye).unit()};
+    expect_equal(traced(scene, sized(6000, 160000), ray), traced(lamp, sized(10000, 320000), ray, all_light, 2),
+                 sized(0.12, 0.05));
+}
+
 TEST(PathDeepEmission, RouletteKeepsTheMean)
 {
     // Emission at optical depth 4.3: marches that end at random below a transmittance of 0.1 get there once in 7.

@@ -42,14 +42,20 @@ EmissionField::EmissionField(const PreparedScene& scene) : scene_(&scene)
         for (const Vec3i& b : map.bricks()) {
             const float* corners = map.find(b);
             double sum = 0;
-            for_each_cell(corners, [&](const Vec3i&, double mean) {
+            Vec3i first(BrickMap::size), end(0);  // of the cells that emit
+            for_each_cell(corners, [&](const Vec3i& c, double mean) {
+                for (int a = 0; a < 3 && mean > 0; ++a) {
+                    first[a] = std::min(first[a], c[a]);
+                    end[a] = std::max(end[a], c[a] + 1);
+                }
                 sum += mean;
                 squares += mean * mean * cell;
                 return true;
             });
             if (!(sum > 0)) continue;
             for (int n = 0; n < 8; ++n) {
-                const Vec3i corner = (b + Vec3i(n & 1, n >> 1 & 1, n >> 2)) * BrickMap::size;
+                const Vec3i corner = b * BrickMap::size + Vec3i(n & 1 ? end[0] : first[0], n & 2 ? end[1] : first[1],
+                                                                n & 4 ? end[2] : first[2]);
                 const Vec3d x = world.point(Vec3d(corner[0], corner[1], corner[2]));
                 for (int a = 0; a < 3; ++a) {
                     low[a] = std::min(low[a], x[a]);
@@ -68,6 +74,15 @@ EmissionField::EmissionField(const PreparedScene& scene) : scene_(&scene)
 }
 
 bool EmissionField::often_met(const Vec3d& x) const { return (x - centre_).length() < diagonal_; }
+
+EquiangularSampler EmissionField::lit(const WorldRay& ray, double t0, double t1) const
+{
+    const Vec3d foot = ray.at((centre_ - ray.origin).dot(ray.direction)), aside = centre_ - foot;
+    const double distance = aside.length(), least = 0.25 * diagonal_;
+    if (distance >= least) return EquiangularSampler(ray, centre_, t0, t1);
+    const Vec3d any = std::abs(ray.direction[0]) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
+    return EquiangularSampler(ray, foot + least * ray.direction.cross(any).unit(), t0, t1);
+}
 
 Vec3d EmissionField::point(double u, const Vec3d& in_cell) const
 {

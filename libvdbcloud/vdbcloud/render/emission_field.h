@@ -1,6 +1,7 @@
 #pragma once
 // Where a scene emits, and directions that lead there. Private to render/.
 #include "vdbcloud/optics/cell_march.h"
+#include "vdbcloud/render/light_sampling.h"
 #include "vdbcloud/render/media.h"
 
 #include <vector>
@@ -20,6 +21,14 @@ public:
     /// emission, and x is closer to the box's centre than the box's diagonal. From beyond, the box covers 7 % of all
     /// directions or less.
     bool often_met(const Vec3d& x) const;
+    /// Emission fills a tenth or more of its box, and nothing repeats: points that it lights are worth sampling by the
+    /// distance from the box's centre.
+    bool compact() const { return diagonal_ > 0; }
+    const Vec3d& centre() const { return centre_; }
+    /// Such points of t0..t1: by equal angles about the centre, as if the ray passed it at a quarter of the diagonal or
+    /// more.
+    EquiangularSampler lit(const WorldRay&, double t0, double t1) const;
+
     /// Whether point() and density() are worth calling for rays from x. False in a scene that repeats without end.
     bool sampled(const Vec3d& x) const { return total_ > 0 && !often_met(x); }
     /// The emitting volumes, as indices into the scene's volumes. `density` of such a volume is nonzero where it emits.

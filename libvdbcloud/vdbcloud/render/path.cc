@@ -81,12 +81,17 @@ void PathTracer::operator()(const WorldRay& ray, PathRandom random, RayResult& r
         leg.share = Vec3d(1 / path.start);
         for (size_t l = 0; l < scene_.lights.size(); ++l)
             if (scene_.is_lamp[l]) result.direct[l] = lamp_on(l, ray, leg, 1, random);
+        if (scene_.emission.compact()) {
+            leg.near_emission = 1;
+            result.multiple += emission_on(ray, leg, 1, random);
+        }
         ++result.cells;
-        collide(hit, leg, path, random, result.multiple, result);
+        const double seen = collide(hit, leg, path, random, result.multiple, result);
         path.weight /= branches;
         path.start /= branches;
         const Vec3d x = ray.at(hit.t);
-        for (int n = 0; n < branches; ++n) follow(path, x, ray.direction, hit.volume, random, result.multiple, result);
+        for (int n = 0; n < branches; ++n)
+            follow(path, x, ray.direction, hit.volume, seen, random, result.multiple, result);
     }
     if (scene_.ground) see_ground(ray, random, result);
 }
@@ -110,13 +115,13 @@ void PathTracer::see_ground(const WorldRay& ray, PathRandom& random, RayResult& 
         !travel_on(path, leg, hit, random, result.ground))
         return;
     ++result.cells;
-    collide(hit, leg, path, random, result.ground, result);
-    follow(path, media_.ray().at(hit.t), media_.ray().direction, hit.volume, random, result.ground, result);
+    const double seen = collide(hit, leg, path, random, result.ground, result);
+    follow(path, media_.ray().at(hit.t), media_.ray().direction, hit.volume, seen, random, result.ground, result);
 }
 
 /// The path beyond a collision at x, with volume `v`, to its end. `light` takes what is not scattered once, by a light,
-/// towards the camera.
-void PathTracer::follow(Path path, Vec3d x, Vec3d incoming, size_t v, PathRandom& random, Vec3d& light,
+/// towards the camera. `seen`: the part of the emission seen from x that counts, as collide() returns it.
+void PathTracer::follow(Path path, Vec3d x, Vec3d incoming, size_t v, double seen, PathRandom& random, Vec3d& light,
                         RayResult& result)
 {
     while (survives(path, random)) {
@@ -127,11 +132,12 @@ void PathTracer::follow(Path path, Vec3d x, Vec3d incoming, size_t v, PathRandom
         for (size_t l = 0; l < scene_.lights.size(); ++l)
             if (scene_.is_lamp[l]) light += lamp_beyond(l, x, phase, path, random);
         const bool towards_emission = scene_.emission.sampled(x);
-        if (towards_emission) light += emission_beyond(x, phase, path, random);
+        if (towards_emission) light += emission_beyond(x, phase, path, seen, random);
 
         const double u1 = random.next(), u2 = random.next();
         const Vec3d outgoing = volume.phase.sample(incoming, u1, u2);
-        Leg leg{scene_.has_lamp || towards_emission ? phase(outgoing) : 1, path.share, false, towards_emission};
+        Leg leg{scene_.has_lamp || towards_emission ? phase(outgoing) : 1, path.share, false, towards_emission, seen};
+        leg.near_emission = towards_emission ? density_near_emission(x, outgoing) : 0;
         media_.set({x, outgoing});
         Collision hit;
         // A path may come to the ground any number of times.
@@ -143,7 +149,7 @@ void PathTracer::follow(Path path, Vec3d x, Vec3d incoming, size_t v, PathRandom
         incoming = media_.ray().direction;
         v = hit.volume;
         ++result.cells;
-        collide(hit, leg, path, random, light, result);
+        seen = collide(hit, leg, path, random, light, result);
     }
 }
 
@@ -154,12 +160,13 @@ bool PathTracer::travel_on(Path& path, const Leg& leg, Collision& hit, PathRando
     const bool collides = media_.collide(path.hero, random, hit);
     if (leg.towards_emission) {
         // The part of the ray's emission that emission_beyond() does not bring.
-        const double share = leg.phase / (leg.phase + scene_.emission.density(media_.ray()));
+        const double share = leg.seen * leg.phase / (leg.phase + scene_.emission.density(media_.ray()));
         light += path.worth() * share * emission_.sampled(media_, dim_by_chance, random);
     } else if (!scene_.emission.dark()) {
-        light += path.worth() * (scene_.media.grey && scene_.emission.often_met(media_.ray().origin)
-                                     ? emission_.unattenuated(media_, collides ? hit.t : far)
-                                     : emission_.sampled(media_, dim_by_chance, random));
+        light += path.worth() * leg.seen *
+                 (scene_.media.grey && scene_.emission.often_met(media_.ray().origin)
+                      ? emission_.unattenuated(media_, collides ? hit.t : far)
+                      : emission_.sampled(media_, dim_by_chance, random));
     }
     if (collides) return true;
     const bool to_sky = !scene_.ground || !(scene_.ground->distance(media_.ray()) < far);
@@ -182,13 +189,14 @@ bool PathTracer::meet_ground(const Vec3d& x, Path& path, Leg& leg, PathRandom& r
     for (size_t l = 0; l < scene_.lights.size(); ++l)
         if (scene_.is_lamp[l]) light += lamp_beyond(l, x, lambert, path, random);
     const bool towards_emission = scene_.emission.sampled(x);
-    if (towards_emission) light += emission_beyond(x, lambert, path, random);
+    if (towards_emission) light += emission_beyond(x, lambert, path, 1, random);
     const double u = random.next(), angle = 2 * pi * random.next();
     const Vec3d a = (std::abs(ground.up[0]) < 0.8 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).cross(ground.up).unit(),
                 b = ground.up.cross(a);
     const Vec3d outgoing =
         (std::sqrt(1 - u) * ground.up + std::sqrt(u) * (std::cos(angle) * a + std::sin(angle) * b)).unit();
     leg = {lambert(outgoing), path.share, false, towards_emission};
+    leg.near_emission = towards_emission ? density_near_emission(x, outgoing) : 0;
     media_.set({x, outgoing});
     return true;
 }
@@ -201,13 +209,14 @@ void PathTracer::attenuate(Path& path, const Vec3d& factor) const
     if (all > 0) path.share = density / all;
 }
 
-/// The path reaches a collision: its weight takes up the albedo, and the lights are added.
-void PathTracer::collide(const Collision& hit, const Leg& leg, Path& path, PathRandom& random, Vec3d& others,
-                         RayResult& result)
+/// The path reaches a collision: its weight takes up the albedo, and the lights are added. Returns the part of the
+/// emission seen from there that counts: emission_on() brings the remainder.
+double PathTracer::collide(const Collision& hit, const Leg& leg, Path& path, PathRandom& random, Vec3d& others,
+                           RayResult& result)
 {
     const PreparedVolume& volume = scene_.media.volumes[hit.volume];
     double path_density = 0;
-    if (!scene_.media.grey || scene_.has_lamp) {
+    if (!scene_.media.grey || scene_.has_lamp || leg.near_emission > 0) {
         const Vec3d tau = media_.optical_depth(0, hit.t);
         path_density = leg.density(volume.sigma_t * hit.density, attenuation(tau));
         if (!scene_.media.grey) {
@@ -226,6 +235,10 @@ void PathTracer::collide(const Collision& hit, const Leg& leg, Path& path, PathR
         if (scene_.is_lamp[l]) light *= path_density / (path_density + density_of_lamp_sampling(l, leg, hit.t));
         (leg.camera ? result.direct[l] : others) += light;
     }
+    double t0, t1;
+    if (!(leg.near_emission > 0) || !media_.bounds(t0, t1)) return 1;
+    const double other = leg.near_emission * scene_.emission.lit(media_.ray(), t0, t1).density(hit.t);
+    return path_density / (path_density + other);
 }
 
 /// Russian roulette: a path of small worth ends, or goes on with the worth `small`, with the same mean.
@@ -311,10 +324,12 @@ Vec3d PathTracer::lamp_beyond(size_t light, const Vec3d& x, const Scatter& scatt
            lamp_on(light, {x, direction}, leg, density_near_lamp(to_lamp / distance, direction), random);
 }
 
-/// Emission that one ray beyond a collision or a point of the ground, x, towards a point that emits, brings to the
-/// path.
+/// Emission that two rays beyond a collision or a point of the ground, x, bring to the path: that on a ray towards a
+/// point that emits, of which the part `seen` counts, and that which a point of a ray close to a compact body of
+/// emission scatters.
 template<typename Scatter>
-Vec3d PathTracer::emission_beyond(const Vec3d& x, const Scatter& scatter, const Path& path, PathRandom& random)
+Vec3d PathTracer::emission_beyond(const Vec3d& x, const Scatter& scatter, const Path& path, double seen,
+                                  PathRandom& random)
 {
     const double u = random.next(), in_x = random.next(), in_y = random.next(), in_z = random.next();
     const Vec3d to = scene_.emission.point(u, Vec3d(in_x, in_y, in_z)) - x;
@@ -323,7 +338,69 @@ Vec3d PathTracer::emission_beyond(const Vec3d& x, const Scatter& scatter, const 
     const WorldRay ray{x, to / distance};
     const double phase = scatter(ray.direction), density = scene_.emission.density(ray);
     aside_.set(ray);
-    return path.worth() * (phase / (phase + density)) * emission_.sampled(aside_, dim_on_purpose, random);
+    Vec3d all = (seen * phase / (phase + density)) * emission_.sampled(aside_, dim_on_purpose, random);
+    if (scene_.emission.compact()) {
+        const double v = random.next(), w = random.next();
+        const Vec3d aside = direction_near_lamp((scene_.emission.centre() - x).unit(), v, w);
+        const double scattered = scatter(aside);
+        const Leg leg{scattered, path.share, false};
+        if (scattered > 0) all += scattered * emission_on({x, aside}, leg, density_near_emission(x, aside), random);
+    }
+    return path.worth() * all;
+}
+
+/// Density with which emission_beyond() samples directions close to a compact body of emission; 0: there is none.
+double PathTracer::density_near_emission(const Vec3d& x, const Vec3d& direction) const
+{
+    if (!scene_.emission.compact()) return 0;
+    return density_near_lamp((scene_.emission.centre() - x).unit(), direction);
+}
+
+/// Emission that one point of a ray, sampled by its distance from the emission, scatters towards the ray's origin,
+/// weighted against the collisions of paths. `leg` and `direction_density`: densities of the ray for both.
+Vec3d PathTracer::emission_on(const WorldRay& ray, const Leg& leg, double direction_density, PathRandom& random)
+{
+    aside_.set(ray);
+    double t0, t1;
+    const double u = random.next();
+    if (!aside_.bounds(t0, t1)) return Vec3d(0.0);
+    const EquiangularSampler points = scene_.emission.lit(ray, t0, t1);
+    const double t = points.sample(u), density = direction_density * points.density(t);
+    if (!(density > 0)) return Vec3d(0.0);
+    const Vec3d transmittance = attenuation(aside_.optical_depth(0, t)), x = ray.at(t);
+    scattered_.assign(scene_.media.volumes.size(), Vec3d(0.0));
+    for (size_t v = 0; v < scattered_.size(); ++v) {
+        const Vec3d sigma_t = scene_.media.volumes[v].sigma_t * aside_.density(v, t);
+        if (sigma_t == Vec3d(0.0)) continue;
+        scattered_[v] = sigma_t * aside_.albedo(v, t) / (density + leg.density(sigma_t, transmittance));
+    }
+    Vec3d all(0);
+    for (size_t v = 0; v < scattered_.size(); ++v)
+        if (scattered_[v] != Vec3d(0.0))
+            all += scattered_[v] * emission_at(x, ray.direction, scene_.media.volumes[v], random);
+    return transmittance * all;
+}
+
+/// Emission that a collision at x turns from all directions into the opposite of `incoming`.
+Vec3d PathTracer::emission_at(const Vec3d& x, const Vec3d& incoming, const PreparedVolume& volume, PathRandom& random)
+{
+    const bool sampled = scene_.emission.sampled(x);
+    Vec3d all(0);
+    const auto add = [&](const Vec3d& direction) {
+        const WorldRay ray{x, direction};
+        const double phase = volume.phase(std::clamp(incoming.dot(direction), -1.0, 1.0)),
+                     density = sampled ? scene_.emission.density(ray) : 0;
+        aside_.set(ray);
+        all += phase / (phase + density) * emission_.sampled(aside_, dim_on_purpose, random);
+    };
+    if (sampled) {
+        const double u = random.next(), in_x = random.next(), in_y = random.next(), in_z = random.next();
+        const Vec3d to = scene_.emission.point(u, Vec3d(in_x, in_y, in_z)) - x;
+        if (to.length() > 0) add(to.unit());
+    }
+    const double u = random.next(), v = random.next();
+    add(volume.phase.sample(incoming, u, v));
+    return all;
 }
 
 }  // namespace vdbcloud

@@ -27,7 +27,8 @@ namespace vdbcloud {
 /// Emission is integrated times transmittance along whole rays (emission_march.h), not only up to their collisions: the
 /// camera ray, the ray of each segment, and beyond each collision a ray towards a point that emits (emission_field.h).
 /// The balance heuristic joins the two rays that leave a collision. So light behind deep matter is not left to paths
-/// that get there by chance.
+/// that get there by chance. Points that a compact body of emission lights are also sampled as those that a lamp
+/// lights.
 ///
 /// Ground. The part of the camera ray that passes the media goes on from the ground as a path of its own, with the
 /// transmittance as weight. A path that reaches the ground samples each light there and goes on by the cosine.
@@ -59,6 +60,8 @@ private:
         Vec3d share{1, 1, 1};  // times the extinction and transmittance of each channel: density of a collision
         bool camera = true;
         bool towards_emission = false;  // its start samples rays towards emission, too
+        double seen = 1;                // the part of the emission seen along it that counts, as collide() returns it
+        double near_emission = 0;       // density with which emission_on() samples its direction; 0: does not
 
         /// Density over the leg's points (and directions) with which a path collides.
         double density(const Vec3d& sigma_t, const Vec3d& transmittance) const
@@ -68,7 +71,7 @@ private:
     };
 
     void see_ground(const WorldRay&, PathRandom&, RayResult&);
-    void follow(Path, Vec3d x, Vec3d incoming, size_t v, PathRandom&, Vec3d& light, RayResult&);
+    void follow(Path, Vec3d x, Vec3d incoming, size_t v, double seen, PathRandom&, Vec3d& light, RayResult&);
     bool travel_on(Path&, const Leg&, Collision&, PathRandom&, Vec3d& light);
     bool meet_ground(const Vec3d& x, Path&, Leg&, PathRandom&, Vec3d& light);
     template<typename Scatter>
@@ -77,16 +80,20 @@ private:
     Vec3d lamp_on(size_t light, const WorldRay&, const Leg&, double direction_density, PathRandom&);
     template<typename Scatter>
     Vec3d lamp_beyond(size_t light, const Vec3d& x, const Scatter&, const Path&, PathRandom&);
-    void collide(const Collision&, const Leg&, Path&, PathRandom&, Vec3d& others, RayResult&);
+    double collide(const Collision&, const Leg&, Path&, PathRandom&, Vec3d& others, RayResult&);
     bool survives(Path&, PathRandom&) const;
     template<typename Scatter>
-    Vec3d emission_beyond(const Vec3d& x, const Scatter&, const Path&, PathRandom&);
+    Vec3d emission_beyond(const Vec3d& x, const Scatter&, const Path&, double seen, PathRandom&);
+    double density_near_emission(const Vec3d& x, const Vec3d& direction) const;
+    Vec3d emission_on(const WorldRay&, const Leg&, double direction_density, PathRandom&);
+    Vec3d emission_at(const Vec3d& x, const Vec3d& incoming, const PreparedVolume&, PathRandom&);
     void attenuate(Path&, const Vec3d& factor) const;
 
     const PathScene& scene_;
     PathMedia media_, aside_;  // the path's ray; a ray towards a light or emission, or past a lamp
     EmissionMarch emission_;
     std::vector<double> depths_;
+    std::vector<Vec3d> scattered_;  // of each volume
 };
 
 }  // namespace vdbcloud
