@@ -44,6 +44,11 @@ public:
     void operator()(const WorldRay&, PathRandom, RayResult&);
 
 private:
+    /// Transmittance below which Russian roulette ends the march for emission: on rays that the phase function drew,
+    /// and on rays that were drawn towards emission. A lower limit costs time in proportion to its logarithm on each
+    /// ray.
+    static constexpr double dim_by_chance = 0.1, dim_on_purpose = 1e-4;
+
     /// A path up to its last collision.
     struct Path {
         int hero = 0;
