@@ -39,8 +39,8 @@ awk '{ e[$1 == 10] = $2 < 0 ? -$2 : $2 } END { exit !(e[1] < 10 && e[0] < 4 && e
 within slab-1 R degree-3 0.0625 -7 7 1
 within slab-1 R degree-7 0.0625 -1 1 1
 within slab-1 T degree-7 0.0625 -0.1 0.1 1
-within slab-1 I degree-3 0.0625 -20 20 10
-within slab-1 I degree-7 0.0625 -6 6 10
+within slab-1 I degree-3 0.0625 -9 9 10
+within slab-1 I degree-7 0.0625 -2 2 10
 
 # Step cloud in voxels of 15.6 m, 1.1 mean free paths in the thick half. Light channels through the edges, which are linear
 # over a voxel, into the thin half: at the zenith 4 % of R and 2 % of T. At 60 degrees few rays pass through the edges.

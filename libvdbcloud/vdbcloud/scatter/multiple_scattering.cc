@@ -42,6 +42,8 @@ public:
           index_(density, {options.periodic}), density_(index_.gather(density)),
           exposed_(exposed_voxels(index_, density_))
     {
+        for (const Light& light : lights)
+            towards_.resize(towards_.size() + light.points(options.disc_samples).size(), light->common_direction());
         for (int c = 0; c < 3; ++c) {
             if (tint) tint_[c] = index_.gather(*tint, c);
             if (emission) emission_[c] = index_.gather(*emission, c);
@@ -122,10 +124,12 @@ private:
     BeamMedium beam_medium(const P1Operator& p1) const { return BeamMedium(index_, grid_, density_, p1); }
 
     /// Adds the beams of all lights in the medium of a channel. Density depths are cached if all channels share them.
-    /// `note`, if given, is called with each light, its depths at faces and at centres, and the extinction.
+    /// `note`, if given, is called with each light's depths at faces and at centres, the extinction, and the middle of
+    /// the sun that the light is a part of.
     void add_beams(const P1Operator& p1, const std::vector<std::pair<P1Source*, int>>& sources,
                    const Progress& progress,
-                   const std::function<void(const BeamDepths&, const std::vector<float>&, double)>& note = {})
+                   const std::function<void(const BeamDepths&, const std::vector<float>&, double,
+                                            const std::optional<Vec3d>&)>& note = {})
     {
         if (beams_.empty()) return;
         const BeamMedium medium = beam_medium(p1);
@@ -139,7 +143,7 @@ private:
             std::vector<std::pair<P1Source*, double>> channels;
             for (const auto& [source, channel] : sources) channels.emplace_back(source, light.strength()[channel]);
             add_beam(p1, depths, medium.extinction(), channels);
-            if (note) note(depths, medium.centres(light, o_.rays_per_voxel), medium.extinction());
+            if (note) note(depths, medium.centres(light, o_.rays_per_voxel), medium.extinction(), towards_[l]);
             if (!light->common_direction() || !o_.line_rays) continue;
             const double lost = medium.lost_by_lines(light);
             for (const auto& [source, channel] : sources) {
@@ -340,9 +344,10 @@ private:
         const double lines = report.lines;  // add_beams() measures them again
         P1Source unused(p1);
         add_beams(p1, {{&unused, c}}, {},
-                  [&](const BeamDepths& depths, const std::vector<float>& centre, double extinction) {
+                  [&](const BeamDepths& depths, const std::vector<float>& centre, double extinction,
+                      const std::optional<Vec3d>& disc) {
                       closure.add_uncollided(depths.light, beam_fluence(p1, depths, centre, extinction),
-                                             depths.light.strength()[c]);
+                                             depths.light.strength()[c], disc);
                   });
         report.lines = lines;
         add_emission_to(closure, c);
@@ -464,22 +469,25 @@ private:
         closure.start_with_flux(cell_flux(p1, p1_source, phi), 0.5);
         P1Source base = source_of(fine);
         report.lines = -1;
-        add_beams(
-            fine, {{&base, c}}, {}, [&](const BeamDepths& depths, const std::vector<float>& centre, double extinction) {
-                const Light& light = depths.light;
-                const double strength = light.strength()[c];
-                add_beam_profile(fine, depths, extinction, {{&base, strength}});
-                const auto late = beam_fluence(fine, depths, centre, extinction);
-                closure.add_uncollided(light, late, strength);
-                if (medium.degree == 1 || !medium.delta || !p1.uniform_albedo()) return;
-                // Light that is uncollided under P1's scaling but collided under this scaling starts along the beam.
-                auto early = beam_fluence(p1, depths, centre, medium.sigma_t_per_density * p1.scaling(0).extinction);
-                for (size_t slot = 0; slot < early.size(); ++slot) {
-                    early[slot] -= late[slot];
-                    phi[slot] += strength * early[slot];
-                }
-                closure.start_with(light, early, strength);
-            });
+        add_beams(fine, {{&base, c}}, {},
+                  [&](const BeamDepths& depths, const std::vector<float>& centre, double extinction,
+                      const std::optional<Vec3d>& disc) {
+                      const Light& light = depths.light;
+                      const double strength = light.strength()[c];
+                      add_beam_profile(fine, depths, extinction, {{&base, strength}});
+                      const auto late = beam_fluence(fine, depths, centre, extinction);
+                      closure.add_uncollided(light, late, strength, disc);
+                      if (medium.degree == 1 || !medium.delta || !p1.uniform_albedo()) return;
+                      // Light that is uncollided under P1's scaling but collided under this scaling starts along the
+                      // beam.
+                      auto early =
+                          beam_fluence(p1, depths, centre, medium.sigma_t_per_density * p1.scaling(0).extinction);
+                      for (size_t slot = 0; slot < early.size(); ++slot) {
+                          early[slot] -= late[slot];
+                          phi[slot] += strength * early[slot];
+                      }
+                      closure.start_with(light, early, strength);
+                  });
         add_sky_and_glow(fine, c, base);
         add_emission_to(closure, c);
         SweepGround ground = swept_ground(fine, c);
@@ -530,7 +538,8 @@ private:
     const Sources sources_;
     const Medium& medium_;
     const std::vector<Light>& lights_;
-    const std::vector<Light> beams_;  // without extent, their sum is that of lights_
+    const std::vector<Light> beams_;             // without extent, their sum is that of lights_
+    std::vector<std::optional<Vec3d>> towards_;  // of each beam: the middle of its sun
     const ScatterOptions o_;
     ScatterReport& report_;
     VoxelIndex index_;

@@ -3,6 +3,7 @@
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/scatter/active_slots.h"
+#include "vdbcloud/scatter/first_scattering.h"
 #include "vdbcloud/scatter/mixing.h"
 
 #include <algorithm>
@@ -116,9 +117,35 @@ void SecondMoment::add_beam_moments(const Light& light, const std::vector<float>
     });
 }
 
-void SecondMoment::add_uncollided(const Light& light, const std::vector<float>& fluence, double strength)
+void SecondMoment::add_uncollided(const Light& light, const std::vector<float>& fluence, double strength,
+                                  const std::optional<Vec3d>& disc)
 {
     add_beam_moments(light, fluence, strength, uncollided_);
+    const auto towards = disc ? disc : light->common_direction();
+    if (!towards || p1_.medium().phase.mean_cosine() == 0) return;
+    std::vector<float>& first = first_scattered(-index_components(p1_.index(), *towards));
+    each_active(p1_.blocks(),
+                [&](size_t slot) { first[slot] += float(p1_.scaling(slot).albedo * strength * fluence[slot]); });
+}
+
+/// The source's term of light that a sun sends along `along`, beyond the expansion.
+std::vector<float>& SecondMoment::first_scattered(const Vec3d& along)
+{
+    for (size_t k = 0; k < suns_.size(); ++k)
+        if (suns_[k] == along) return source_[size_t(terms_) + k];
+    suns_.push_back(along);
+    const auto value = first_scattering(ordinates_, p1_.medium().phase, p1_.delta(), along);
+    const auto expanded = expanded_scattering(ordinates_, p1_.delta(), along);
+    const size_t before = size_t(set_.source_terms);
+    std::vector<float> basis;
+    for (size_t m = 0; m < ordinates_.count(); ++m) {
+        const auto row = set_.source_basis.begin() + std::ptrdiff_t(m * before);
+        basis.insert(basis.end(), row, row + std::ptrdiff_t(before));
+        basis.push_back(float(value[m] - expanded[m]));
+    }
+    set_.source_basis = std::move(basis);
+    ++set_.source_terms;
+    return source_.emplace_back(p1_.blocks().slots(), 0.0f);
 }
 
 void SecondMoment::add_uncollided(const std::vector<std::vector<float>>& moments)
@@ -349,7 +376,8 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
 size_t SecondMoment::bytes() const
 {
     const size_t slots = p1_.blocks().slots();
-    return 4 * slots * (size_t(2 * terms_) + size_t(set_.moment_terms) + 2 + (emission_.empty() ? 0 : 1)) +
+    return 4 * slots *
+               (size_t(2 * terms_) + suns_.size() + size_t(set_.moment_terms) + 2 + (emission_.empty() ? 0 : 1)) +
            mixing_bytes(slots, p1_.mean_cosine()) + faces_.size() * (sizeof(SweepFace) + sizeof(FaceTally));
 }
 

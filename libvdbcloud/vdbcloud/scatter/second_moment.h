@@ -4,6 +4,8 @@
 #include "vdbcloud/scatter/ordinates.h"
 #include "vdbcloud/sweep/transport_sweep.h"
 
+#include <optional>
+
 namespace vdbcloud {
 
 struct ClosureOptions {
@@ -55,7 +57,9 @@ std::vector<ExposedVoxel> closure_exposed(const P1Operator&);
 ///     q = S / sigma_t' = w0' sum over l <= degree of m_l' sum over m of Y_lm(s) (M_lm + U_lm) + j / sigma_t'
 ///
 /// with m_l' the scaled moments of the phase function (optics/delta_scaling.h), U the moments of the uncollided light,
-/// sqrt(4 pi) M_00 = phi, and the higher M_lm the previous sweep's. Then the balance of each cell is solved for phi,
+/// sqrt(4 pi) M_00 = phi, and the higher M_lm the previous sweep's. The light of suns is scattered for the first time
+/// by the phase function itself (first_scattering.h), with the moments of the expansion. Then the balance of each cell
+/// is solved for phi,
 ///
 ///     div F + sigma_a phi = Q0,   F = J + W (F_P1 - J) - (grad phi - grad phi_L) / (3 sigma_tr),
 ///     F_P1 = -(grad phi_L / 3 + div t) / sigma_tr + Q1 / sigma_tr
@@ -84,8 +88,11 @@ public:
     /// Throws InputError if the degree is outside 1..7 or no set of directions is large enough.
     SecondMoment(const P1Operator& p1, const ClosureOptions& options, const OrdinateFrame& frame = {});
 
-    /// Adds a light's uncollided fluence (beam_fluence()) times `strength`, along the light's beam.
-    void add_uncollided(const Light& light, const std::vector<float>& fluence, double strength);
+    /// Adds a light's uncollided fluence (beam_fluence()) times `strength`, along the light's beam. `disc` is the unit
+    /// vector towards the middle of the sun that `light` is a part of, if it is: all parts scatter for the first time
+    /// as that does (first_scattering()). Lights at finite distance scatter by the expansion.
+    void add_uncollided(const Light& light, const std::vector<float>& fluence, double strength,
+                        const std::optional<Vec3d>& disc = std::nullopt);
     /// Adds moments of uncollided light about the index axes, by harmonic; those beyond the source's are left out.
     void add_uncollided(const std::vector<std::vector<float>>& moments);
     /// Adds emission j [radiance / world unit] times `factor`.
@@ -131,6 +138,7 @@ private:
     void close_face(P1Source& source, size_t exposed, int face, const FaceTally& tally) const;
     double tensor(int a, int b, size_t slot) const;
     double cross_gradient(int axis, size_t slot) const;
+    std::vector<float>& first_scattered(const Vec3d& along);
     void add_beam_moments(const Light& light, const std::vector<float>& fluence, double strength,
                           std::vector<std::vector<float>>& moments) const;
 
@@ -142,6 +150,7 @@ private:
     int terms_;                            // harmonics of the source: up to the last nonzero scaled moment
     std::vector<float> sigma_, thickest_;  // sigma_t', and the largest of a voxel's and an eighth of its neighbours'
     std::vector<std::vector<float>> uncollided_, source_;
+    std::vector<Vec3d> suns_;  // the ways of suns' light, along the index axes: a term of the source for each
     std::vector<float> emission_;
     SweepResult swept_;
     SweepGround* ground_ = nullptr;

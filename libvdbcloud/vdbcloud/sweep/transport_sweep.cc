@@ -23,7 +23,7 @@ using block_sweep::Rows;
 using block_sweep::Scratch;
 using Sign = std::array<int, 3>;
 
-constexpr int most_terms = 64;  // degree 7
+constexpr int most_terms = 64 + 192;  // degree 7, and suns
 
 Sign signs(int octant) { return {octant & 4 ? -1 : 1, octant & 2 ? -1 : 1, octant & 1 ? -1 : 1}; }
 
@@ -203,7 +203,8 @@ void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepRe
 {
     if (set.source_terms < 1 || set.source_terms > most_terms || set.moment_terms < 0 || set.moment_terms > most_terms)
         throw InputError("a sweep of " + std::to_string(set.source_terms) + " source and " +
-                         std::to_string(set.moment_terms) + " moment terms: expected 1 to 64");
+                         std::to_string(set.moment_terms) + " moment terms: expected 1 to " +
+                         std::to_string(most_terms));
     if (periodic_) return periodic_->run(set, fields, result, planes, ground);
     if (ground) throw InputError("a ground under a medium that ends on all sides: expected one that repeats along it");
     Impl& my = *impl_;
