@@ -1,5 +1,5 @@
 #pragma once
-// Light of a sun that is scattered for the first time, on a set of directions.
+// Private to scatter/. Light of a sun that is scattered for the first time, on a set of directions.
 #include "vdbcloud/optics/delta_scaling.h"
 #include "vdbcloud/scatter/ordinates.h"
 
