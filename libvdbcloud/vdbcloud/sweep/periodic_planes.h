@@ -90,6 +90,7 @@ struct PeriodicSweep::Impl {
     void tally(int p, int sign, const std::vector<Way>&);
     void leave(int p, int sign, const std::vector<Way>&, bool of_blocks);
     void finish(const SweepSet&, SweepResult&, PlaneLight*);
+    void forget(const std::vector<Way>&);
 
     double on_face(int d, const Way&, const Vec3i& voxel, int face) const;
     std::optional<double> through_void(int d, const Way&, const Vec3d& point) const;
@@ -136,6 +137,8 @@ struct PeriodicSweep::Impl {
     struct Pieces {
         std::vector<VoidPiece> list;
         std::vector<uint32_t> begin;  // of each tile of each layer, and the end
+
+        size_t bytes() const { return list.size() * sizeof(VoidPiece) + begin.size() * sizeof(uint32_t); }
     };
     std::vector<Pieces> pieces;  // by direction
     std::vector<Vec3d> known;    // directions that the pieces are of

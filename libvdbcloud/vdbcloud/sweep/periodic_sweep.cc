@@ -12,6 +12,8 @@ namespace {
 
 constexpr int slot_stride[3] = {64, 8, 1};
 
+constexpr size_t most_kept = size_t(1) << 28;  // of the pieces of all directions [bytes]
+
 }  // namespace
 
 bool PeriodicSweep::takes(const Vec3i& period) { return (period[0] > 0) + (period[1] > 0) + (period[2] > 0) == 2; }
@@ -123,6 +125,7 @@ void PeriodicSweep::Impl::sweep(int sign, const std::vector<Way>& ways)
         if (p == exit) leave(p, sign, ways, true);
     }
     leave(exit, sign, ways, false);
+    if (has_voids) forget(ways);
 }
 
 /// The plane before the first: all of it lies outside the blocks.
@@ -161,6 +164,14 @@ void PeriodicSweep::Impl::cross_plane(int p, const std::vector<Way>& ways, Job& 
         const size_t in_block = size_t((p & 7) * slot_stride[w] + (row & 7) * slot_stride[u]);
         plane_kernel::sweep_row(job, row, &tiles[size_t((layer * tu + (row >> 3)) * tv)], tv, in_block);
     });
+}
+
+/// Drops what was found for the directions of a batch where all directions together take too much memory.
+void PeriodicSweep::Impl::forget(const std::vector<Way>& ways)
+{
+    size_t kept = 0;
+    for (const Pieces& of : pieces) kept += of.bytes();
+    for (size_t d = 0; kept > most_kept && d < ways.size(); ++d) pieces[ways[d].number] = {};
 }
 
 void PeriodicSweep::Impl::finish(const SweepSet& with, SweepResult& to, PlaneLight* planes)
@@ -225,7 +236,7 @@ void PeriodicSweep::run(const SweepSet& set, const SweepFields& fields, SweepRes
 size_t PeriodicSweep::bytes() const
 {
     size_t in_pieces = 0;
-    for (const auto& of : impl_->pieces) in_pieces += of.list.size() * sizeof(VoidPiece) + 4 * of.begin.size();
+    for (const auto& of : impl_->pieces) in_pieces += of.bytes();
     return in_pieces + 4 * impl_->exits.size() + 4 * impl_->cell(impl_->nu, 0) * (2 * (2 * batch + 1)) +
            impl_->face_count * 64;
 }
