@@ -51,9 +51,9 @@ TEST_F(Grounds, ASweptFieldOverItIsThatOfPaths)
                         "--ortho-width", "2",
                         "--resolution",  "4",
                         "--aov",         "all"};
-        const auto seen = test::picture(stage("render", solved, "cells.exr", with(one, {"--samples", "64"})));
-        const auto truth = test::picture(
-            stage("render", solved, "path.exr", with(one, {"--integrator", "path", "--samples", "1500"})));
+        const auto seen = test::picture(stage("render", solved, "cells.exr", with(one, {"--samples", "16"})));
+        const auto truth =
+            test::picture(stage("render", solved, "path.exr", with(one, {"--integrator", "path", "--samples", "500"})));
         double mean[2][2] = {{0, 0}, {0, 0}}, squares = 0;
         for (int y = 0; y < 4; ++y)
             for (int x = 0; x < 4; ++x) {
