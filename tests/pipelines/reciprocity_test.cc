@@ -142,7 +142,7 @@ TEST(Reciprocity, OfLightPathsHoldsWithinTheirErrors)
     const auto density = three_puffs(2.0 / 24);
     for (size_t a = 0; a < 3; ++a)
         for (size_t b = 0; b < a; ++b) {
-            const int count = sized(25000, 1000000);
+            const int count = sized(11000, 500000);
             const Estimate there = traced_fluence(density, m, places[a], places[b], count),
                            back = traced_fluence(density, m, places[b], places[a], count);
             expect_equal(there, back, 0.15, std::to_string(a) + std::to_string(b));
