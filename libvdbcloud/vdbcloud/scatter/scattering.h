@@ -1,0 +1,132 @@
+#pragma once
+// Private to scatter/. One run of scatter_p1(): what the steps of a channel share. Sources are in
+// scattering_sources.cc, the solve of a channel in scattering_channel.cc, where its power goes in scattering_powers.cc,
+// the rest in multiple_scattering.cc.
+#include "vdbcloud/grid/sources.h"
+#include "vdbcloud/scatter/beam_medium.h"
+#include "vdbcloud/scatter/channel_groups.h"
+#include "vdbcloud/scatter/channel_report.h"
+#include "vdbcloud/scatter/collided_grids.h"
+#include "vdbcloud/scatter/emitted_light.h"
+#include "vdbcloud/scatter/ground.h"
+#include "vdbcloud/scatter/heating.h"
+#include "vdbcloud/scatter/multiple_scattering.h"
+
+#include <functional>
+#include <optional>
+
+namespace vdbcloud {
+
+/// What scatter_p1() does, with all that its steps share. Used once.
+class Scattering {
+public:
+    Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission, const Medium& medium,
+               const std::vector<Light>& lights, const ScatterOptions& options, ScatterReport& report);
+    CollidedLight run(const Progress& progress);
+    const FluenceOf* given = nullptr;  ///< P1's fluence, where it is known without a solve
+
+private:
+    const std::vector<float>* tint(int channel) const
+    {
+        if (tint_[0].empty()) return nullptr;
+        return tint_[channel].empty() ? &tint_[0] : &tint_[channel];
+    }
+    const std::vector<float>* emission(int channel) const
+    {
+        if (emission_[0].empty()) return nullptr;
+        return emission_[channel].empty() ? &emission_[0] : &emission_[channel];
+    }
+
+    /// Keeps w0 = albedo x tint within [0, 1], as render does.
+    void clamp_tint();
+
+    /// Groups of channels that share a matrix or a solution.
+    std::vector<ChannelGroup> groups() const;
+
+    BeamMedium beam_medium(const P1Operator& p1) const { return BeamMedium(index_, grid_, density_, p1); }
+
+    /// Adds the beams of all lights in the medium of a channel. Density depths are cached if all channels share them.
+    /// `note`, if given, is called with each light's depths at faces and at centres, the extinction, and the middle of
+    /// the sun that the light is a part of.
+    void add_beams(const P1Operator& p1, const std::vector<std::pair<P1Source*, int>>& sources,
+                   const Progress& progress,
+                   const std::function<void(const BeamDepths&, const std::vector<float>&, double,
+                                            const std::optional<Vec3d>&)>& note = {});
+    bool by_rays() const { return o_.emission_by_rays && !o_.limiter && !periodic_ && !given; }
+
+    /// Follows the emission of a group's channels by rays.
+    void follow_emission(const P1Operator& p1, const ChannelGroup& group);
+    const EmittedLight* emitted(int channel) const { return emitted_[channel] ? &*emitted_[channel] : nullptr; }
+
+    /// Emission as the sweeps take it.
+    void add_emission_to(SecondMoment& closure, int c) const;
+    void note_bytes(const P1Operator& p1, size_t sources, size_t besides);
+    void solve_group(const ChannelGroup& group, int& done, int count, const Progress& progress);
+    void add_sky_and_glow(const P1Operator& p1, int c, P1Source& source) const;
+    void keep_p1(const P1Operator& p1, const P1Source& source, int c, const std::vector<double>& phi,
+                 ChannelReport& report);
+
+    /// Adds uncollided light to collided light, components along the index axes.
+    void add_light(const EmittedLight& light, std::vector<double>& phi, std::array<std::vector<float>, 3>& flux) const;
+
+    /// Flux-limited diffusion of one channel: solves repeatedly, each time with factors from the last solution.
+    void limit(const P1Operator& p1, const P1Source& p1_source, int c, std::vector<double>& phi, ChannelReport& report);
+
+    /// P1's source, with room for what the request needs.
+    P1Source source_of(const P1Operator& p1) const;
+
+    /// P1's light on the planes, with the angular detail of one sweep.
+    void sweep_planes(const P1Operator& p1, int c, const std::vector<double>& phi,
+                      std::array<std::vector<float>, 3> flux, PlaneLight& planes, ChannelReport& report);
+
+    /// `flux`: of P1 alone, else null. `swept`: null without a sweep.
+    void finish(const P1Operator& p1, const P1Source& source, int c, const std::vector<double>& phi,
+                const std::array<std::vector<float>, 3>* flux, const PlaneLight* swept, ChannelReport& report);
+
+    /// The ground as sweeps meet it; without cells where there is none.
+    SweepGround swept_ground(const P1Operator& p1, int c) const;
+
+    /// What reaches the ground; the diffuse light of P1 alone, for sweeps bring their own.
+    PlaneGround ground_under(const P1Operator& p1, const P1Source& source, int c, const std::vector<double>& phi,
+                             bool p1_alone);
+
+    /// `swept`: of sweeps; null for P1 alone.
+    void note_ground(const PlaneGround& under, int c, const PlaneLight* swept, ChannelReport& report);
+    void put_ground();
+    void fill_map(const P1Operator& p1, int c, const PlaneLight& swept, const PlanePower& planes);
+    void put_heating();
+
+    /// Solves the transport equation of one channel. `phi` is P1's solution on entry and the closed solution on return.
+    void close(const P1Operator& p1, const P1Source& p1_source, int c, std::vector<double>& phi, ChannelReport& report);
+
+    int degree() const { return o_.closure.iterations > 0 ? o_.closure.degree : 1; }
+    DeltaScaling scaling() const
+    {
+        return o_.delta ? delta_scaling(medium_.phase, degree()) : no_scaling(medium_.phase, degree());
+    }
+
+    /// The report of a channel whose solution is `scale` times another channel's.
+    void share(int from, int to, double scale);
+    void stamp(GridBase& grid) const;
+
+    const FloatGrid& grid_;
+    const Sources sources_;
+    const Medium& medium_;
+    const std::vector<Light>& lights_;
+    const std::vector<Light> beams_;             // without extent, their sum is that of lights_
+    std::vector<std::optional<Vec3d>> towards_;  // of each beam: the middle of its sun
+    const ScatterOptions o_;
+    ScatterReport& report_;
+    VoxelIndex index_;
+    std::vector<float> density_;
+    std::vector<ExposedVoxel> exposed_;
+    bool periodic_ = false;
+    std::optional<GroundPlane> ground_;
+    std::vector<float> direct_on_ground_, diffuse_on_ground_;  // of the channel that is being finished
+    std::vector<float> tint_[3], emission_[3];
+    std::array<Solution, 3> solution_;
+    std::array<Share, 3> share_;
+    std::array<std::optional<EmittedLight>, 3> emitted_;  // of the solve at work
+};
+
+}  // namespace vdbcloud

@@ -1,0 +1,143 @@
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/scatter/scattering.h"
+#include "vdbcloud/scatter/world_axes.h"
+
+#include <algorithm>
+
+namespace vdbcloud {
+
+void Scattering::keep_p1(const P1Operator& p1, const P1Source& source, int c, const std::vector<double>& phi,
+                         ChannelReport& report)
+{
+    auto flux = cell_flux(p1, source, phi);
+    PlaneLight planes;
+    if (o_.flux_map) sweep_planes(p1, c, phi, flux, planes, report);
+    finish(p1, source, c, phi, &flux, o_.flux_map ? &planes : nullptr, report);
+    std::vector<double> whole = phi;
+    if (const EmittedLight* light = emitted(c)) add_light(*light, whole, flux);
+    if (p1.mean_cosine() != 0) {
+        auto shortened = flux;  // as pictures will
+        report.flux_limited = limit_flux(p1, whole, shortened);
+    }
+    solution_[c].flux = flux_in_world(index_, std::move(flux));
+}
+
+void Scattering::add_light(const EmittedLight& light, std::vector<double>& phi,
+                           std::array<std::vector<float>, 3>& flux) const
+{
+    const auto own = flux_of(light.moments);
+    for (size_t slot = 0; slot < phi.size(); ++slot) {
+        phi[slot] += light.fluence[slot];
+        for (size_t a = 0; a < 3; ++a) flux[a][slot] += own[a][slot];
+    }
+}
+
+void Scattering::limit(const P1Operator& p1, const P1Source& p1_source, int c, std::vector<double>& phi,
+                       ChannelReport& report)
+{
+    FluxLimiter limiter(index_.blocks());
+    P1Medium medium = p1.medium();
+    medium.limiter = &limiter.factor();
+    auto flux = cell_flux(p1, p1_source, phi);
+    LimiterReport& done = report.limiter;
+    for (;;) {
+        limiter.update(phi, flux);
+        const P1Operator limited(index_, density_, exposed_, medium);
+        P1Source source = source_of(limited);
+        report.lines = -1;
+        add_beams(limited, {{&source, c}}, {});
+        add_sky_and_glow(limited, c, source);
+        Multigrid multigrid(limited.stencil());
+        const std::vector<double> before = phi;
+        report.solve = solve_p1(limited, multigrid, source, phi, o_.solve);
+        done.change = relative_change(phi, before);
+        done.converged = done.change < o_.limiter_change;
+        if (++done.iterations < o_.limiter_iterations && !done.converged && report.solve.converged) {
+            flux = cell_flux(limited, source, phi);
+            continue;
+        }
+        done.least = limiter.least();
+        report_.converged = report_.converged && done.converged;
+        return keep_p1(limited, source, c, phi, report);
+    }
+}
+
+void Scattering::sweep_planes(const P1Operator& p1, int c, const std::vector<double>& phi,
+                              std::array<std::vector<float>, 3> flux, PlaneLight& planes, ChannelReport& report)
+{
+    ClosureOptions options = o_.closure;
+    options.degree = 1;
+    SecondMoment closure(p1, options, frame_of(index_, o_.periodic, o_.up));
+    if (!o_.sky.dark()) closure.set_sky(sky_along(index_, o_.sky, c, closure.set().direction));
+    limit_flux(p1, phi, flux);
+    closure.start_with_flux(flux);
+    const double lines = report.lines;  // add_beams() measures them again
+    P1Source unused(p1);
+    add_beams(p1, {{&unused, c}}, {},
+              [&](const BeamDepths& depths, const std::vector<float>& centre, double extinction,
+                  const std::optional<Vec3d>& disc) {
+                  closure.add_uncollided(depths.light, beam_fluence(p1, depths, centre, extinction),
+                                         depths.light.strength()[c], disc);
+              });
+    report.lines = lines;
+    add_emission_to(closure, c);
+    SweepGround ground = swept_ground(p1, c);
+    if (ground_) closure.set_ground(&ground);
+    closure.sweep_planes(phi, planes);
+}
+
+void Scattering::close(const P1Operator& p1, const P1Source& p1_source, int c, std::vector<double>& phi,
+                       ChannelReport& report)
+{
+    const auto exposed = closure_exposed(p1);
+    P1Medium medium = p1.medium();
+    medium.degree = o_.closure.degree;
+    const P1Operator fine(index_, density_, exposed, medium);
+    SecondMoment closure(fine, o_.closure, frame_of(index_, o_.periodic, o_.up));
+    if (!o_.sky.dark()) closure.set_sky(sky_along(index_, o_.sky, c, closure.set().direction));
+    // At g = 0.85 P1's flux is far too long where light enters. From half of it one sweep leaves half the error
+    // that the whole leaves, without a limit that two lights would not share. The fixed point does not depend on
+    // it.
+    closure.start_with_flux(cell_flux(p1, p1_source, phi), 0.5);
+    P1Source base = source_of(fine);
+    report.lines = -1;
+    add_beams(fine, {{&base, c}}, {},
+              [&](const BeamDepths& depths, const std::vector<float>& centre, double extinction,
+                  const std::optional<Vec3d>& disc) {
+                  const Light& light = depths.light;
+                  const double strength = light.strength()[c];
+                  add_beam_profile(fine, depths, extinction, {{&base, strength}});
+                  const auto late = beam_fluence(fine, depths, centre, extinction);
+                  closure.add_uncollided(light, late, strength, disc);
+                  if (medium.degree == 1 || !medium.delta || !p1.uniform_albedo()) return;
+                  // Light that is uncollided under P1's scaling but collided under this scaling starts along the
+                  // beam.
+                  auto early = beam_fluence(p1, depths, centre, medium.sigma_t_per_density * p1.scaling(0).extinction);
+                  for (size_t slot = 0; slot < early.size(); ++slot) {
+                      early[slot] -= late[slot];
+                      phi[slot] += strength * early[slot];
+                  }
+                  closure.start_with(light, early, strength);
+              });
+    add_sky_and_glow(fine, c, base);
+    add_emission_to(closure, c);
+    SweepGround ground = swept_ground(fine, c);
+    if (ground_) closure.set_ground(&ground);
+    Multigrid multigrid(fine.stencil());
+    note_bytes(fine, 3, multigrid.bytes() + closure.bytes() + 20 * index_.blocks().slots());
+    P1Source source(fine);
+    PlaneLight planes;
+    report.closure = closure.run(multigrid, o_.solve, base, phi, source, &planes);
+    for (const SolveResult& solve : report.closure.solves)
+        if (!solve.converged) report.solve = solve;
+    finish(fine, source, c, phi, nullptr, &planes, report);
+    const int kept = std::min(o_.closure.degree, std::max(o_.keep_moments, 1));
+    auto moments = closure.moments();
+    if (const EmittedLight* light = emitted(c))
+        for (size_t k = 0; k < std::min(moments.size(), light->moments.size()); ++k)
+            for (size_t slot = 0; slot < moments[k].size(); ++slot) moments[k][slot] += light->moments[k][slot];
+    solution_[c].moments = moments_in_world(index_, moments, kept);
+    solution_[c].flux = flux_of(solution_[c].moments);
+}
+
+}  // namespace vdbcloud
