@@ -144,6 +144,13 @@ TEST_F(Stages, EverythingTheProgramsWriteIsInTheFormatsPage)
                    report()));
     const std::string series = stage("p1solve", write_ball("a.vdb", "density", openvdb::GRID_FOG_VOLUME), "series.vdb",
                                      with(medium, with({"--series", "3", "--galerkin", "--series-raw"}, report())));
+    write_text(scratch / "boxes.txt", "0 0 0  8 8 8  1 0\n3 3 3  5 5 5  1 1\n");
+    const std::string glowing =
+        stage("vdbimport", scratch / "boxes.txt", "glowing.vdb", with({"--boxes", "--cell", "1,1,1"}, report()));
+    stage("p1solve", glowing, "lit.glowing.vdb", with({"--albedo", "0.5"}, report()));
+    const std::string above =
+        stage("p1solve", glowing, "above.vdb",
+              with({"--albedo", "0.5", "--sun", "0,1,0", "--periodic", "xz", "--ground-albedo", "0.3"}, report()));
     stage("p1solve", cloud, "limited.vdb", with(with(medium, {"--limiter", "levermore-pomraning"}), report()));
     stage("p1solve", cloud, "plan.vdb", with({"--dry-run", "--iterations", "1", "--directions", "8"}, report()));
     stage("render", lit, "lit.exr", with({"--resolution", "8"}, report()));
@@ -175,7 +182,7 @@ TEST_F(Stages, EverythingTheProgramsWriteIsInTheFormatsPage)
     // Where the page has more: what only failures, a plan of cloudsim and lists with entries report.
     EXPECT_GE(std::count(used.begin(), used.end(), true), long(documented.size()) - 6);
 
-    for (const std::string& path : {cloud, light, lit, series, air, imported}) {
+    for (const std::string& path : {cloud, light, lit, series, above, glowing, air, imported}) {
         const GridFile file = read_grid_file(path);
         EXPECT_EQ(get_number(*file.metadata, schema::format, 0), schema::format_version) << path;
         const auto check = [&](const MetaMap& map, const std::string& of) {
