@@ -93,6 +93,8 @@ private:
     /// `swept`: of sweeps; null for P1 alone.
     void note_ground(const PlaneGround& under, int c, const PlaneLight* swept, ChannelReport& report);
     void put_ground();
+    /// A field of the solutions, and each channel's scale of it.
+    std::pair<std::array<const std::vector<float>*, 3>, Vec3d> by_channel(std::vector<float> Solution::*field) const;
     void fill_map(const P1Operator& p1, int c, const PlaneLight& swept, const PlanePower& planes);
     void put_heating();
 

@@ -55,14 +55,21 @@ void Scattering::note_ground(const PlaneGround& under, int c, const PlaneLight* 
     solution_[c].ground = ground_->radiance(direct_on_ground_, diffuse_on_ground_);
 }
 
-void Scattering::put_ground()
+std::pair<std::array<const std::vector<float>*, 3>, Vec3d>
+Scattering::by_channel(std::vector<float> Solution::*field) const
 {
     std::array<const std::vector<float>*, 3> of;
     Vec3d scale;
     for (int c = 0; c < 3; ++c) {
-        of[size_t(c)] = &solution_[size_t(share_[size_t(c)].of)].ground;
+        of[size_t(c)] = &(solution_[size_t(share_[size_t(c)].of)].*field);
         scale[c] = share_[size_t(c)].scale;
     }
+    return {of, scale};
+}
+
+void Scattering::put_ground()
+{
+    const auto [of, scale] = by_channel(&Solution::ground);
     report_.ground = ground_->grid(of, scale, grid_.transform());
     stamp(*report_.ground);
 }
@@ -83,12 +90,7 @@ void Scattering::fill_map(const P1Operator& p1, int c, const PlaneLight& swept, 
 
 void Scattering::put_heating()
 {
-    std::array<const std::vector<float>*, 3> of;
-    Vec3d scale;
-    for (int c = 0; c < 3; ++c) {
-        of[size_t(c)] = &solution_[size_t(share_[size_t(c)].of)].heating;
-        scale[c] = share_[size_t(c)].scale;
-    }
+    const auto [of, scale] = by_channel(&Solution::heating);
     report_.heating = heating_grid(index_, grid_, of, scale);
     stamp(*report_.heating);
 }

@@ -1,6 +1,7 @@
 #include "vdbcloud/sweep/block_sweep.h"
 #include "vdbcloud/core/clones.h"
 
+#include "vdbcloud/sweep/characteristic.h"
 #include "vdbcloud/sweep/lanes.h"
 
 #include <algorithm>
@@ -13,19 +14,6 @@ namespace vdbcloud::block_sweep {
 using namespace lanes;
 
 namespace {
-
-constexpr float series_below = 0.3f;
-
-/// (1 - e^-t) / t - e^-t: by its series where that would cancel; `inverse` is 1 / t elsewhere.
-VDBCLOUD_INLINE Lanes ramp(Lanes t, Lanes inverse, Lanes lost, Lanes e)
-{
-    Lanes s = all(1.0f / 144) - t * all(1.0f / 840);
-    s = all(1.0f / 30) - t * s;
-    s = all(1.0f / 8) - t * s;
-    s = all(1.0f / 3) - t * s;
-    s = t * (all(0.5f) - t * s);
-    return t < all(series_below) ? s : lost * inverse - e;
-}
 
 /// Where row `i` of a layout's 64 rows begins in a padded block.
 VDBCLOUD_INLINE int row_at(int i) { return (i / 8 + 1) * 160 + (i % 8 + 1) * 16 + 4; }
@@ -214,16 +202,7 @@ VDBCLOUD_CLONES void sweep_planes(const Traversal& traversal, int d, Scratch& s)
             }
             const Lanes sigma_u = before(s.sigma), source_u = before(s.source);
             const Lanes own = load(from + p * q_plane + r * q_row), sigma = load(s.sigma + here);
-            const Lanes t = (sigma_u + sigma) * half;
-            // 1 / sigma_u, 1 / t and 1 / lean by one division.
-            const Lanes divisor = at_least(sigma_u, 1e-30f), length = at_least(t, series_below);
-            const Lanes lean = all(6.0f) + t * (all(3.0f) + t), both = divisor * length;
-            const Lanes inverse = all(1.0f) / (both * lean), inverse_both = inverse * lean;
-            const Lanes q_u = sigma_u > all(0.0f) ? source_u * (inverse_both * length) : own;
-            const Lanes q = sigma > all(0.0f) ? own : q_u;
-            const Lanes e = exp_minus(at_most(t, 80.0f)), lost = all(1.0f) - e;
-            const Lanes weight = ramp(t, inverse_both * divisor, lost, e) - (sigma - sigma_u) * half * (inverse * both);
-            store(s.radiance + here, radiance * e + q * lost + (q_u - q) * weight);
+            store(s.radiance + here, characteristic(radiance, sigma_u, source_u, sigma, own, half));
         }
     }
     float* out = s.out[d];
