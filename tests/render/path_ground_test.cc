@@ -129,6 +129,52 @@ TEST(PathGround, AllLightComesBackWhereNothingAbsorbs)
     }
 }
 
+/// Emission of a layer that is `radiance` times its density.
+Vec3SGridPtr glow_of(const FloatGrid& density, const Vec3f& radiance)
+{
+    auto grid = Vec3SGrid::create(Vec3f(0));
+    grid->setTransform(density.transform().copy());
+    for (auto v = density.cbeginValueOn(); v; ++v) grid->tree().setValueOn(v.getCoord(), float(*v) * radiance);
+    return grid;
+}
+
+TEST(PathGround, UnderAGlowingAbsorberShinesAsLambertSays)
+{
+    // B = j / sigma_t without scattering: B (1 - e^-tau/mu) from the layer, and from the ground its albedo times the
+    // mean of the same over the cosines of a Lambertian surface, which reaches the eye with e^-tau/mu.
+    const double tau = 1.5, mu = 0.6;
+    const Vec3f b(1, 2, 0.5);
+    for (const double albedo : {0.0, 0.3, 1.0}) {
+        Scene scene = layer_over_ground(tau, 0, 0, 0.6, albedo);
+        scene.lights.clear();
+        scene.volumes[0].emission = glow_of(*scene.volumes[0].density, float(tau) * b);
+        double down = 0;
+        for (int k = 0; k < 2000; ++k) {
+            const double x = (k + 0.5) / 2000;  // the cosine's square is even
+            down -= std::expm1(-tau / std::sqrt(x)) / 2000;
+        }
+        const auto ray = [&](int n) { return from_above(mu, n); };
+        const Vec3d seen = Vec3d(b) * (albedo * down * std::exp(-tau / mu)), own = Vec3d(b) * -std::expm1(-tau / mu);
+        // The midpoint rule errs by 1e-4.
+        expect_mean(traced(scene, sized(2500, 100000), ray, everything), seen + own, 0.05, 1e-4 * (seen + own),
+                    std::to_string(albedo));
+        if (albedo > 0) expect_mean(traced(scene, sized(2500, 100000), ray, of_ground), seen, 0.05, 1e-4 * seen);
+    }
+}
+
+TEST(PathGround, KirchhoffsLawHoldsOverAWhiteGround)
+{
+    // Emission sigma_a B under a sky of radiance B: the radiance B in the mean, whatever scatters.
+    Scene scene = layer_over_ground(2, 0.7, 0.5, 0.6, 1);
+    scene.lights.clear();
+    scene.volumes[0].emission = glow_of(*scene.volumes[0].density, Vec3f(0.6f));
+    scene.sky = Sky::constant(Vec3d(1));
+    expect_mean(
+        traced(
+            scene, sized(2500, 100000), [](int n) { return from_above(0.05 + 0.95 * (n % 50) / 50, n); }, everything),
+        Vec3d(1), 0.03);
+}
+
 TEST(PathGround, ColouredMediaShareTheirPathsWithoutBias)
 {
     // The three channels of one scene against three grey scenes.
