@@ -43,12 +43,13 @@ struct SweptMedium {
         for (size_t slot = 0; slot < index.blocks().count() * 512; ++slot)
             if (index.blocks().active(slot)) source.back()[slot] = float(f(index.blocks().voxel(slot)));
     }
-    SweepFields fields() const { return {&sigma, &source}; }
+    SweepFields fields() const { return {&sigma, &source, emission}; }
     FloatGridPtr grid;
     VoxelIndex index;
     std::vector<float> sigma;
     std::vector<SweepFace> faces;
     std::vector<std::vector<float>> source;
+    bool emission = false;  ///< SweepFields::emission
 };
 
 /// Directions without harmonics: source term k and moment k belong to direction k alone, so that moment k is weight k

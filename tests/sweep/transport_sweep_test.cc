@@ -75,6 +75,23 @@ TEST(TransportSweep, EqualsTheReferenceInAnyDensityForAnyThreadCount)
     }
 }
 
+TEST(TransportSweep, EqualsTheReferenceForEmission)
+{
+    Medium m(test::voxel_field(Vec3i(28, 27, 25), Vec3d(0.5, 1.0, 1.7), [](const Vec3i& p) { return clumps(p, 11); }));
+    m.add_source([](const Vec3i& p) { return uniform(hash_bits(5, p.x(), p.y(), p.z())); });
+    const SweepSet set = set_of(ordinates(OrdinateKind::Product, 32, 1), 0, 2, 0.3);
+    SweepResult fast, slow, scattered;
+    TransportSweep(m.index, m.faces).run(set, m.fields(), scattered);
+    m.emission = true;
+    TransportSweep(m.index, m.faces).run(set, m.fields(), fast);
+    reference_sweep(m.index, m.faces, set, m.fields(), slow);
+    double largest = 0;
+    const double worst = worst_difference(fast, slow, largest);
+    EXPECT_GT(largest, 0.5);
+    EXPECT_LT(worst, 1e-5 * largest);
+    EXPECT_GT(worst_difference(fast, scattered, largest), 1e-2 * largest) << "another law of the source";
+}
+
 TEST(TransportSweep, EqualsTheReferenceAlongAxesAndDiagonals)
 {
     // Rays along faces and through edges and corners of blocks and voxels.

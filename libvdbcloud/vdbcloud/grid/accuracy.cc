@@ -30,6 +30,8 @@ const std::vector<AccuracyKind>& accuracy_kinds()
         {"defect", "power that enters less what leaves and is absorbed"},
         {"faces_against_lines", "power that the suns lose, by voxel faces over by lines, less 1"},
         {"lost_at_voids", "share of the outflow that would enter again"},
+        {"emission_scaled_by", "light of emission by rays, multiplied by 1 and this for the balance of power"},
+        {"planes_scaled_by", "light of sweeps on the planes about the medium, multiplied by 1 and this for the same"},
         {"mean_transmittance_error", "of compared voxels, against exact rays"},
         {"max_transmittance_error", "of compared voxels, against exact rays"},
         {"series_phi_error", "of the series' phi against the direct solution, rms"},

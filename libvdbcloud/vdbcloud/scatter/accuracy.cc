@@ -36,9 +36,16 @@ Accuracy accuracy_of(const ScatterReport& report, const std::vector<Light>& ligh
     worst(
         "lost_at_voids", [](const ChannelReport& c) { return c.reentry; },
         [](const ChannelReport& c) { return c.reentry >= 0; });
+    worst(
+        "emission_scaled_by", [](const ChannelReport& c) { return c.emission_scaled_by; },
+        [](const ChannelReport& c) { return c.emission_by_rays; });
+    worst(
+        "planes_scaled_by", [](const ChannelReport& c) { return c.planes.scaled_by; },
+        [](const ChannelReport& c) { return c.planes.scaled_by != 0; });
     if (std::any_of(lights.begin(), lights.end(), [](const Light& light) { return light->source().has_value(); }))
         accuracy.left_out.push_back(lamp_cusp);
     if (report.emission_outside) accuracy.left_out.push_back("emission outside the density");
+    if (report.emission_without_rays) accuracy.left_out.push_back("rays of compact emission");
     return accuracy;
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 using Arrays = std::vector<std::vector<float>>;
 
-constexpr double most_emitters = 0.05;  // of a medium's voxels
+constexpr double most_emitters = 0.05;  // of a medium's voxels, whose emission rays follow alone
 /// Scattered light of emitting voxels is followed up to this many collisions, or until another adds less than this
 /// share of the power.
 constexpr int most_collisions = 2;
@@ -258,10 +258,11 @@ private:
 
 }  // namespace
 
-bool is_compact(const Blocks& blocks, const std::vector<const std::vector<float>*>& emission)
+double share_by_rays(const Blocks& blocks, const std::vector<const std::vector<float>*>& emission)
 {
-    const double count = total(blocks, [&](size_t slot) { return emits(emission, slot) ? 1.0 : 0.0; });
-    return count <= most_emitters * double(blocks.active_count());
+    const double emitting = total(blocks, [&](size_t slot) { return emits(emission, slot) ? 1.0 : 0.0; });
+    if (emitting == 0) return 0;
+    return std::clamp(2 - emitting / (most_emitters * double(blocks.active_count())), 0.0, 1.0);
 }
 
 std::vector<EmittedLight> emitted_light(const P1Operator& scaled, const BeamMedium& medium,

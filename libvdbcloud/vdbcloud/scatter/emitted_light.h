@@ -32,9 +32,11 @@ struct EmittedLight {
     int collisions = 0;
 };
 
-/// Whether emission shines from so few voxels, at most a twentieth of the medium's, that rays are worth their time.
-/// Emission of a larger part has no small bright sources; P1 and sweeps take it, exactly where it is isothermal.
-bool is_compact(const Blocks&, const std::vector<const std::vector<float>*>& emission);
+/// The part of emission that rays follow: all where at most a twentieth of the medium's voxels emit, nothing from a
+/// tenth on, in between linear in their number, so that light does not jump as a fire grows. P1 and sweeps take the
+/// other part. Emission of a large part of the medium has no small bright sources, and P1 and sweeps are exact where it
+/// is isothermal.
+double share_by_rays(const Blocks&, const std::vector<const std::vector<float>*>& emission);
 
 /// The light of one to three channels of emission [radiance / world unit, by slot] in one medium. `scaled`: the
 /// operator whose scaling separates collided and uncollided light; `medium`: of the same operator. Depths are shared by

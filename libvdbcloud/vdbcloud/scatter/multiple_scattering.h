@@ -86,7 +86,9 @@ struct ScatterReport {
     int levels = 0;
     int solves = 0;
     bool converged = true;
-    bool emission_outside = false;    ///< emission where density is 0 was ignored
+    bool emission_outside = false;  ///< emission where density is 0 was ignored
+    /// Few voxels emit, and rays did not follow their light: options or a periodic medium do not allow it.
+    bool emission_without_rays = false;
     int top = Blocks::YPlus;          ///< the plane that faces up, across the index axis nearest to ScatterOptions::up
     std::optional<FluxMap> flux_map;  ///< on request (ScatterOptions)
     GridBasePtr heating;              ///< on request: absorbed power per volume (docs/format.md)

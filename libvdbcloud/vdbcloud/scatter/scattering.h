@@ -58,6 +58,12 @@ private:
     void follow_emission(const P1Operator& p1, const ChannelGroup& group);
     const EmittedLight* emitted(int channel) const { return emitted_[channel] ? &*emitted_[channel] : nullptr; }
 
+    /// The part of a channel's emission that is a source of P1 and the sweeps.
+    double swept_share(int channel) const
+    {
+        return !emission(channel) ? 0.0 : emitted_[channel] ? 1 - emitted_share_[size_t(channel)] : 1.0;
+    }
+
     /// Emission as the sweeps take it.
     void add_emission_to(SecondMoment& closure, int c) const;
     void note_bytes(const P1Operator& p1, size_t sources, size_t besides);
@@ -129,6 +135,7 @@ private:
     std::array<Solution, 3> solution_;
     std::array<Share, 3> share_;
     std::array<std::optional<EmittedLight>, 3> emitted_;  // of the solve at work
+    std::array<double, 3> emitted_share_{};               // share_by_rays() of it
 };
 
 }  // namespace vdbcloud

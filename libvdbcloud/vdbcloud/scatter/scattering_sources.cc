@@ -44,7 +44,18 @@ void Scattering::follow_emission(const P1Operator& p1, const ChannelGroup& group
             of.push_back(emission(solve.channel));
             channels.push_back(solve.channel);
         }
-    if (of.empty() || !by_rays() || !is_compact(index_.blocks(), of)) return;
+    const double share = of.empty() ? 0.0 : share_by_rays(index_.blocks(), of);
+    if (share == 0) return;
+    if (!by_rays()) {
+        report_.emission_without_rays = true;
+        return;
+    }
+    std::vector<std::vector<float>> part;
+    for (size_t k = 0; share < 1 && k < of.size(); ++k) {
+        part.push_back(*of[k]);
+        for (float& j : part.back()) j = float(share * j);
+    }
+    for (size_t k = 0; k < part.size(); ++k) of[k] = &part[k];
     P1Medium medium = p1.medium();
     medium.degree = degree();
     const P1Operator scaled(index_, density_, exposed_, medium);
@@ -55,6 +66,7 @@ void Scattering::follow_emission(const P1Operator& p1, const ChannelGroup& group
         report.emission_scaled_by = light[k].scaled_by;
         report.emission_collisions = light[k].collisions;
         emitted_[channels[k]] = std::move(light[k]);
+        emitted_share_[size_t(channels[k])] = share;
     }
 }
 
@@ -62,18 +74,16 @@ void Scattering::add_emission_to(SecondMoment& closure, int c) const
 {
     if (const EmittedLight* light = emitted(c)) {
         closure.add_uncollided(light->moments);
-        closure.add_emission(light->followed, -1);
-    } else if (emission(c))
-        closure.add_emission(*emission(c), 1);
+        closure.scatter_less(light->followed);
+    }
+    if (const double share = swept_share(c); share > 0) closure.add_emission(*emission(c), share);
 }
 
 void Scattering::add_sky_and_glow(const P1Operator& p1, int c, P1Source& source) const
 {
     if (!o_.sky.dark()) add_sky(p1, sky_on_faces(index_, o_.sky, c), source);
-    if (const EmittedLight* light = emitted(c))
-        add_emitted(p1, *light, source);
-    else if (emission(c))
-        add_emission(p1, *emission(c), 1, source);
+    if (const EmittedLight* light = emitted(c)) add_emitted(p1, *light, source);
+    if (const double share = swept_share(c); share > 0) add_emission(p1, *emission(c), share, source);
 }
 
 P1Source Scattering::source_of(const P1Operator& p1) const

@@ -170,10 +170,17 @@ void SecondMoment::start_with_flux(const std::array<std::vector<float>, 3>& flux
 
 void SecondMoment::add_emission(const std::vector<float>& emission, double factor)
 {
-    if (emission_.empty()) emission_.assign(p1_.blocks().slots(), 0.0f);
+    emission_.resize(1, std::vector<float>(p1_.blocks().slots(), 0.0f));
     each_active(p1_.blocks(), [&](size_t slot) {
-        emission_[slot] += float(factor * emission[slot] * std::sqrt(4 * pi) / sigma_[slot]);
+        emission_[0][slot] += float(factor * emission[slot] * std::sqrt(4 * pi) / sigma_[slot]);
     });
+}
+
+void SecondMoment::scatter_less(const std::vector<float>& light)
+{
+    if (less_.empty()) less_.assign(p1_.blocks().slots(), 0.0f);
+    each_active(p1_.blocks(),
+                [&](size_t slot) { less_[slot] += float(light[slot] * std::sqrt(4 * pi) / sigma_[slot]); });
 }
 
 void SecondMoment::take_phi(const std::vector<double>& phi)
@@ -200,7 +207,7 @@ void SecondMoment::build_source()
                 source_[size_t(k)][slot] =
                     float(albedo * scattered[size_t(l)] *
                           (double(swept_.moments[size_t(k)][slot]) + uncollided_[size_t(k)][slot]));
-        if (!emission_.empty()) source_[0][slot] += emission_[slot];
+        if (!less_.empty()) source_[0][slot] -= less_[slot];
     });
 }
 
@@ -315,13 +322,47 @@ std::unique_ptr<TransportSweep> SecondMoment::fast_sweep() const
 }
 
 /// The fast sweep, or the reference where `fast` is null.
+void SecondMoment::run_sweep(TransportSweep* fast, const SweepSet& set, const SweepFields& fields, SweepResult& to,
+                             PlaneLight* planes, SweepGround* ground) const
+{
+    if (fast)
+        fast->run(set, fields, to, planes, ground);
+    else
+        reference_sweep(p1_.index(), faces_, set, fields, to, planes, ground);
+}
+
+void SecondMoment::sweep_emission(TransportSweep* fast)
+{
+    if (emission_.empty()) return;
+    SweepSet set = set_;
+    set.source_terms = 1;
+    set.source_basis.assign(set.count(), float(std::sqrt(1 / (4 * pi))));
+    set.inflow.clear();
+    SweepGround ground;
+    if (ground_) ground = {ground_->face, ground_->albedo, std::vector<float>(ground_->direct.size(), 0.0f), {}};
+    run_sweep(fast, set, {&sigma_, &emission_, true}, glow_.light, &glow_.planes, ground_ ? &ground : nullptr);
+    glow_.on_ground = std::move(ground.irradiance);
+}
+
+/// Light by the source of collided light and of the sky, and the light of emission.
 void SecondMoment::sweep(TransportSweep* fast, SweepResult& to, PlaneLight* planes) const
 {
-    const SweepFields fields{&sigma_, &source_};
-    if (fast)
-        fast->run(set_, fields, to, planes, ground_);
-    else
-        reference_sweep(p1_.index(), faces_, set_, fields, to, planes, ground_);
+    run_sweep(fast, set_, {&sigma_, &source_}, to, planes, ground_);
+    if (emission_.empty()) return;
+    const auto add = [](const std::vector<float>& from, std::vector<float>& sum) {
+        for (size_t n = 0; n < sum.size(); ++n) sum[n] += from[n];
+    };
+    for (size_t k = 0; k < to.moments.size(); ++k) add(glow_.light.moments[k], to.moments[k]);
+    for (size_t n = 0; n < to.tally.size(); ++n) {
+        to.tally[n].current += glow_.light.tally[n].current;
+        to.tally[n].fluence += glow_.light.tally[n].fluence;
+        to.tally[n].second += glow_.light.tally[n].second;
+    }
+    if (ground_) add(glow_.on_ground, ground_->irradiance);
+    for (size_t face = 0; planes && face < 6; ++face) {
+        add(glow_.planes.from_medium[face], planes->from_medium[face]);
+        add(glow_.planes.from_sky[face], planes->from_sky[face]);
+    }
 }
 
 void SecondMoment::sweep_planes(const std::vector<double>& phi, PlaneLight& planes)
@@ -329,6 +370,7 @@ void SecondMoment::sweep_planes(const std::vector<double>& phi, PlaneLight& plan
     take_phi(phi);
     build_source();
     const auto fast = fast_sweep();
+    sweep_emission(fast.get());
     SweepResult unused;
     sweep(fast.get(), unused, &planes);
 }
@@ -340,6 +382,7 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
     report.directions = ordinates_.count();
     const VoxelIndex& index = p1_.index();
     const auto fast = fast_sweep();
+    sweep_emission(fast.get());
     bool has_planes = false;
     take_phi(phi);
     std::vector<double> excess;
@@ -377,7 +420,8 @@ size_t SecondMoment::bytes() const
 {
     const size_t slots = p1_.blocks().slots();
     return 4 * slots *
-               (size_t(2 * terms_) + suns_.size() + size_t(set_.moment_terms) + 2 + (emission_.empty() ? 0 : 1)) +
+               (size_t(2 * terms_) + suns_.size() + size_t(set_.moment_terms) + 2 + (less_.empty() ? 0 : 1) +
+                (emission_.empty() ? 0 : 1 + size_t(set_.moment_terms))) +
            mixing_bytes(slots, p1_.mean_cosine()) + faces_.size() * (sizeof(SweepFace) + sizeof(FaceTally));
 }
 

@@ -54,12 +54,13 @@ std::vector<ExposedVoxel> closure_exposed(const P1Operator&);
 ///
 /// Each iteration sweeps radiance L through the voxels (sweep/transport_sweep.h) with the source
 ///
-///     q = S / sigma_t' = w0' sum over l <= degree of m_l' sum over m of Y_lm(s) (M_lm + U_lm) + j / sigma_t'
+///     q = S / sigma_t' = w0' sum over l <= degree of m_l' sum over m of Y_lm(s) (M_lm + U_lm)
 ///
 /// with m_l' the scaled moments of the phase function (optics/delta_scaling.h), U the moments of the uncollided light,
 /// sqrt(4 pi) M_00 = phi, and the higher M_lm the previous sweep's. The light of suns is scattered for the first time
-/// by the phase function itself (first_scattering.h), with the moments of the expansion. Then the balance of each cell
-/// is solved for phi,
+/// by the phase function itself (first_scattering.h), with the moments of the expansion. The light of emission j that
+/// has not collided is part of L: one sweep with the source j, which all iterations share. Then the balance of each
+/// cell is solved for phi,
 ///
 ///     div F + sigma_a phi = Q0,   F = J + W (F_P1 - J) - (grad phi - grad phi_L) / (3 sigma_tr),
 ///     F_P1 = -(grad phi_L / 3 + div t) / sigma_tr + Q1 / sigma_tr
@@ -95,8 +96,11 @@ public:
                         const std::optional<Vec3d>& disc = std::nullopt);
     /// Adds moments of uncollided light about the index axes, by harmonic; those beyond the source's are left out.
     void add_uncollided(const std::vector<std::vector<float>>& moments);
-    /// Adds emission j [radiance / world unit] times `factor`.
+    /// Adds emission j [radiance / world unit] times `factor`. Its light up to the first collision is swept once, with
+    /// j linear from voxel to voxel (SweepFields::emission), and added to the light of each sweep.
     void add_emission(const std::vector<float>& emission, double factor);
+    /// Takes `light` [radiance / world unit] from what is scattered into each direction.
+    void scatter_less(const std::vector<float>& light);
     /// Sets the radiance that enters along each of set().direction: one value for a uniform sky, or one per direction.
     void set_sky(double radiance) { set_.inflow.assign(ordinates_.count(), float(radiance)); }
     void set_sky(std::vector<float> along) { set_.inflow = std::move(along); }
@@ -133,6 +137,9 @@ private:
     double weight_between(int axis, size_t below, size_t slot) const;
     void build_source();
     std::unique_ptr<TransportSweep> fast_sweep() const;
+    void sweep_emission(TransportSweep* fast);
+    void run_sweep(TransportSweep* fast, const SweepSet&, const SweepFields&, SweepResult& to, PlaneLight* planes,
+                   SweepGround* ground) const;
     void sweep(TransportSweep* fast, SweepResult& to, PlaneLight* planes) const;
     void close(P1Source& source) const;
     void close_face(P1Source& source, size_t exposed, int face, const FaceTally& tally) const;
@@ -151,7 +158,14 @@ private:
     std::vector<float> sigma_, thickest_;  // sigma_t', and the largest of a voxel's and an eighth of its neighbours'
     std::vector<std::vector<float>> uncollided_, source_;
     std::vector<Vec3d> suns_;  // the ways of suns' light, along the index axes: a term of the source for each
-    std::vector<float> emission_;
+    std::vector<float> less_;  // of the source; empty: nothing
+    std::vector<std::vector<float>> emission_;  // j / sigma_t' by Y_00: one array, or none
+    struct Glow {
+        SweepResult light;
+        PlaneLight planes;
+        std::vector<float> on_ground;
+    };
+    Glow glow_;  // what emission_ brings before it collides
     SweepResult swept_;
     SweepGround* ground_ = nullptr;
 };

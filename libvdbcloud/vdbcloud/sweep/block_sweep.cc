@@ -178,7 +178,10 @@ void set_apron(const Traversal& traversal, int region, const FaceValues& from, f
     set_apron(traversal, region, values, padded);
 }
 
-VDBCLOUD_CLONES void sweep_planes(const Traversal& traversal, int d, Scratch& s)
+namespace {
+
+template<bool emission>
+VDBCLOUD_INLINE void sweep_inside(const Traversal& traversal, int d, Scratch& s)
 {
     const int plane = traversal.stride[0], row = traversal.stride[1], q_plane = traversal.q_stride[0],
               q_row = traversal.q_stride[1];
@@ -202,9 +205,19 @@ VDBCLOUD_CLONES void sweep_planes(const Traversal& traversal, int d, Scratch& s)
             }
             const Lanes sigma_u = before(s.sigma), source_u = before(s.source);
             const Lanes own = load(from + p * q_plane + r * q_row), sigma = load(s.sigma + here);
-            store(s.radiance + here, characteristic(radiance, sigma_u, source_u, sigma, own, half));
+            store(s.radiance + here, characteristic<emission>(radiance, sigma_u, source_u, sigma, own, half));
         }
     }
+}
+
+}  // namespace
+
+VDBCLOUD_CLONES void sweep_planes(const Traversal& traversal, int d, bool emission, Scratch& s)
+{
+    if (emission)
+        sweep_inside<true>(traversal, d, s);
+    else
+        sweep_inside<false>(traversal, d, s);
     float* out = s.out[d];
     if (traversal.layout == &turned)
         for (int x = 0; x < 8; ++x) transpose(s.radiance + 160 + (x + 1) * 16 + 4, 160, out + x * 64, 8);

@@ -87,8 +87,8 @@ void fill_apron(const Traversal&, int region, float value, float* padded);
 void set_apron(const Traversal&, int region, const FaceValues& neighbour, float* padded);
 
 /// Sweeps the planes: radiance inside from its aprons and those of sigma and source. Then `out` of d holds it in slot
-/// order.
-void sweep_planes(const Traversal&, int d, Scratch&);
+/// order. `emission`: SweepFields::emission.
+void sweep_planes(const Traversal&, int d, bool emission, Scratch&);
 
 void take_faces(const Traversal&, const float* padded, FaceValues& to);
 /// Radiance on a downstream face (traversal order) after half a voxel more, from that on its last centres.

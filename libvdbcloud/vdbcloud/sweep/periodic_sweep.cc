@@ -104,6 +104,7 @@ void PeriodicSweep::Impl::sweep(int sign, const std::vector<Way>& ways)
     job.directions = int(ways.size());
     job.offsets = offsets.data();
     job.sigma = fields->sigma_t->data();
+    job.emission = fields->emission;
     for (const auto& term : *fields->source) job.source.push_back(term.data());
     for (auto& moment : result->moments) job.moments.push_back(moment.data());
     job.basis = basis.data();

@@ -84,9 +84,11 @@ VDBCLOUD_CLONES void sweep_row(const Job& job, int row, const int32_t* blocks, i
             };
             const Lanes radiance = before(job.before[size_t(d)].radiance), sigma_u = before(job.sigma_before);
             out[d] = radiance;
-            if (any(sigma) || any(sigma_u))
-                out[d] = characteristic(radiance, sigma_u, before(job.before[size_t(d)].source), sigma, own[d],
-                                        all(o.half_step));
+            if (any(sigma) || any(sigma_u)) {
+                const Lanes source_u = before(job.before[size_t(d)].source), half = all(o.half_step);
+                out[d] = job.emission ? characteristic<true>(radiance, sigma_u, source_u, sigma, own[d], half)
+                                      : characteristic<false>(radiance, sigma_u, source_u, sigma, own[d], half);
+            }
             const Plane& here = job.here[size_t(d)];
             keep(here.radiance + to, out[d]);
             keep(here.source + to, sigma * own[d]);

@@ -45,6 +45,7 @@ struct Job {
     const float* sigma_before = nullptr;
     float* sigma_here = nullptr;
     int rows = 0, columns = 0;
+    bool emission = false;   ///< SweepFields::emission
     bool contiguous = true;  ///< the voxels of a row are neighbours in memory; else eight slots apart
 };
 

@@ -19,7 +19,7 @@ public:
     /// `ground`: where directions that come from beneath begin, instead of the sky; null: none.
     Scalar(const VoxelIndex& index, const VoidRays& rays, const SweepFields& fields, const Vec3d& direction,
            const float* basis, double sky, const GroundSums* ground)
-        : blocks_(index.blocks()), rays_(rays), sigma_(*fields.sigma_t), sky_(sky),
+        : blocks_(index.blocks()), rays_(rays), sigma_(*fields.sigma_t), emission_(fields.emission), sky_(sky),
           ground_(ground && !ground->leaves(direction) ? ground : nullptr), radiance_(blocks_.slots(), 0.0),
           q_(blocks_.slots(), 0.0)
     {
@@ -150,15 +150,24 @@ private:
             source += weight * p.sigma * p.q;
         }
         const double before = sigma > 0 ? source / sigma : q_[slot], q = sigma_[slot] > 0 ? q_[slot] : before;
-        const double tau = 0.5 * (sigma + sigma_[slot]) * ds, e = std::exp(-tau);
-        const double lost = -std::expm1(-tau), slope = tau > 1e-5 ? lost / tau - e : tau / 2;
+        const double tau = 0.5 * (sigma + sigma_[slot]) * ds, e = std::exp(-tau), lost = -std::expm1(-tau);
         const double lean = 0.5 * (sigma_[slot] - sigma) * ds / (6 + tau * (3 + tau));
-        return radiance * e + q * lost + (before - q) * (slope - lean);
+        const double weight = emission_ ? emission_weight(sigma, sigma_[slot], ds) * lost : slope(tau) - lean;
+        return radiance * e + q * lost + (before - q) * weight;
+    }
+
+    static double slope(double tau) { return tau > 1e-5 ? -std::expm1(-tau) / tau - std::exp(-tau) : tau / 2; }
+
+    static double emission_weight(double before, double sigma, double ds)
+    {
+        const double x = sigma * ds, part = before + sigma > 0 ? before / (before + sigma) : 0.0;
+        return x > 1e-4 ? 2 * part * slope(x) / -std::expm1(-x) : part * (1 - x / 6);
     }
 
     const Blocks& blocks_;
     const VoidRays& rays_;
     const std::vector<float>& sigma_;
+    bool emission_;
     double sky_;
     const GroundSums* ground_;
     Vec3d step_;  // voxels per world unit

@@ -162,7 +162,7 @@ void TransportSweep::Impl::sweep_block(const Batch& with, bool first, const Sign
         last = &path.traversal;
         block_sweep::prepare(path.traversal, n, s);
         aprons.load(path, n, block, upstream, set->inflow.empty() ? 0.0f : set->inflow[path.number], s);
-        block_sweep::sweep_planes(path.traversal, n, s);
+        block_sweep::sweep_planes(path.traversal, n, fields->emission, s);
         aprons.store_faces(path, n, block, s);
         tallies.add(path.traversal, n, block, set->direction[path.number], set->weight[path.number], s);
         if (planes) planes->add(path.traversal, n, block, set->direction[path.number], set->weight[path.number], s);

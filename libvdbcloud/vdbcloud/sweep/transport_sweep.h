@@ -40,6 +40,9 @@ struct FaceTally {
 struct SweepFields {
     const std::vector<float>* sigma_t = nullptr;              ///< [1/world unit]
     const std::vector<std::vector<float>>* source = nullptr;  ///< S / sigma_t, source_terms arrays [radiance]
+    /// S is emission: S itself is linear from voxel to voxel, as in pictures. Else S / sigma_t is, as scattered light
+    /// is.
+    bool emission = false;
 };
 
 /// A Lambertian ground on a plane of the ActiveBox, under a medium that repeats along the plane. Directions that leave
@@ -72,11 +75,16 @@ struct SweepResult {
 /// The first two terms of w are exact for uniform sigma_t. The last is how the emission leans with sigma_t: first
 /// order in its change, second in tau, and of the right size at large tau. Weights are >= 0 and sum to 1: L is a mean
 /// of inflow and q, so a furnace is kept to rounding and nothing is negative. q_u is S_u / sigma_u; where one of the
-/// two ends is void q is that of the other. Bilinear interpolation from plane to plane spreads a beam: first order in
-/// the voxel. The scheme is not conservative; whoever needs balance takes ratios from it (scatter/second_moment.h).
-/// Voxels that are not active have sigma_t = 0; inside blocks light crosses them the same way, outside blocks by rays
-/// (void_rays.h) that end at a block's face or in the sky. Light that leaves a block into the void has crossed the half
-/// voxel about its last centres.
+/// two ends is void q is that of the other. Of SweepFields::emission S is linear in length, and
+///
+///     w = sigma_u / (sigma_u + sigma) (1 - e^-tau) 2 (1/x - 1 / (e^x - 1)),   x = sigma ds
+///
+/// exact for uniform sigma_t and for small tau; within 2 % of 1 - e^-tau up to tau = 8, 10 % at 20, 24 % at 60. By the
+/// w above a voxel that emits beside one without extinction would lose a third of its half of the light between them.
+/// Bilinear interpolation from plane to plane spreads a beam: first order in the voxel. The scheme is not conservative;
+/// whoever needs balance takes ratios from it (scatter/second_moment.h). Voxels that are not active have sigma_t = 0;
+/// inside blocks light crosses them the same way, outside blocks by rays (void_rays.h) that end at a block's face or in
+/// the sky. Light that leaves a block into the void has crossed the half voxel about its last centres.
 ///
 /// On faces L is that of the middle: taken where light passed the plane of centres half a voxel before, at most one
 /// voxel aside, from the four about it; outward, of the voxel's own plane and after half a voxel of it. (From the
