@@ -2,7 +2,7 @@
 # README's pipes by two builds, in turn: processor seconds of each program, and the ratio of medians. Two builds that are
 # measured at different hours of a shared machine tell nothing.
 # Usage: pipes.sh BEFORE_BIN AFTER_BIN [ROUNDS] [SIZE], default 3 rounds at 128^3, prints a table. In each round the builds run
-# in the order before, after, after, before.
+# in the order before, after, after, before. What the older build refuses stands as "-" and in neither sum.
 set -euo pipefail
 [ $# -ge 2 ] || { echo "usage: pipes.sh BEFORE_BIN AFTER_BIN [ROUNDS] [SIZE]" >&2; exit 2; }
 before=$(cd "$1" && pwd) after=$(cd "$2" && pwd) rounds=${3:-3} size=${4:-128}
@@ -14,7 +14,11 @@ cd "$folder"
 cpu() {
     local build=$1 stage=$2 TIMEFORMAT='%U %S'
     shift 2
-    { time "$@" > said 2>&1 3>&-; } 2> seconds || { echo "pipes.sh: $*: $(tail -n 1 said)" >&2; exit 1; }
+    { time "$@" > said 2>&1 3>&-; } 2> seconds || {
+        [ "$build" = before ] && return
+        echo "pipes.sh: $*: $(tail -n 1 said)" >&2
+        exit 1
+    }
     awk -v b="$build" -v s="$stage" '{ print b, s, $1 + $2 }' seconds >> all
 }
 
@@ -36,10 +40,11 @@ for ((k = 0; k < rounds; ++k)); do
 done
 
 # median BUILD STAGE
-median() { awk -v b="$1" -v s="$2" '$1 == b && $2 == s { print $3 }' all | sort -g | awk '{ v[NR] = $1 } END { print (v[int((NR + 1) / 2)] + v[int(NR / 2) + 1]) / 2 }'; }
+median() { awk -v b="$1" -v s="$2" '$1 == b && $2 == s { print $3 }' all | sort -g | awk '{ v[NR] = $1 } END { print NR ? (v[int((NR + 1) / 2)] + v[int(NR / 2) + 1]) / 2 : "-" }'; }
 printf '| program | before [s] | after [s] | after / before |\n|---|--:|--:|--:|\n'
 awk '!seen[$2]++ { print $2 }' all | while read -r stage; do
     printf '%s %s %s\n' "$stage" "$(median before "$stage")" "$(median after "$stage")"
 done | awk '
+    $2 == "-" { printf "| %s | - | %.2f | - |\n", $1, $3; next }
     { b += $2; a += $3; printf "| %s | %.2f | %.2f | %.2f |\n", $1, $2, $3, $3 / $2 }
     END { printf "| all | %.2f | %.2f | %.2f |\n", b, a, a / b }'

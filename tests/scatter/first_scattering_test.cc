@@ -20,11 +20,14 @@ Ordinates set_of(int degree)
 
 TEST(FirstScattering, HasTheMomentsOfTheExpansion)
 {
+    // Also along a direction of the set, where a sharp peak is seen whole: without a limit it is up to 1e10 times the
+    // rest.
     const PhaseFunction phases[] = {PhaseFunction::henyey_greenstein(0.85), PhaseFunction::henyey_greenstein(-0.4),
+                                    PhaseFunction::henyey_greenstein(0.99), PhaseFunction::henyey_greenstein(0.99999),
                                     PhaseFunction("hg-draine", {20})};
     for (const PhaseFunction& phase : phases)
         for (const int degree : {1, 3, 7})
-            for (const Vec3d& way : ways) {
+            for (const Vec3d& way : {ways[0], ways[1], set_of(degree).direction[5]}) {
                 const Ordinates set = set_of(degree);
                 const DeltaScaling scaling = delta_scaling(phase, degree);
                 const auto found = first_scattering(set, phase, scaling, way);

@@ -1,8 +1,10 @@
 #include "vdbcloud/scatter/first_scattering.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/optics/spherical_harmonics.h"
 #include "vdbcloud/solve/dense.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -29,6 +31,14 @@ std::vector<double> harmonics_of(const Ordinates& set, int degree)
     return y;
 }
 
+/// The greatest value that the expansion can have: where all its terms add.
+double peak(const DeltaScaling& scaling)
+{
+    double sum = 0;
+    for (int l = 0; l <= scaling.degree; ++l) sum += (2 * l + 1) / (4 * pi) * std::abs(scaling.moments[size_t(l)]);
+    return sum;
+}
+
 }  // namespace
 
 std::vector<double> expanded_scattering(const Ordinates& set, const DeltaScaling& scaling, const Vec3d& along)
@@ -44,12 +54,13 @@ std::vector<double> first_scattering(const Ordinates& set, const PhaseFunction& 
                                      const Vec3d& along)
 {
     std::vector<double> value(set.count());
-    for (size_t m = 0; m < set.count(); ++m) value[m] = phase(set.direction[m].dot(along)) / scaling.scattering();
+    for (size_t m = 0; m < set.count(); ++m)
+        value[m] = std::min(phase(set.direction[m].dot(along)) / scaling.scattering(), peak(scaling));
     std::vector<double> missing = scattered_moments(scaling, along);
     const std::vector<double> y = harmonics_of(set, scaling.degree);
     const size_t terms = missing.size();
     std::vector<double> normal(terms * terms, 0.0);
-    const auto room = [power = 0.25 * (5 + scaling.degree)](double target) { return std::pow(target, power); };
+    const auto room = [](double target) { return target * target * target; };
     for (size_t m = 0; m < set.count(); ++m) {
         const double* of = y.data() + m * terms;
         for (size_t j = 0; j < terms; ++j) {
