@@ -18,7 +18,7 @@ struct P1Medium {
     PhaseFunction phase;
     bool delta = true;  ///< delta-M scaling (optics/delta_scaling.h)
     int degree = 1;     ///< of the scaling; 1: delta-Eddington, the right choice for P1 without sweeps
-    const std::vector<float>* limiter = nullptr;  ///< factor of D for each slot (flux_limiter.h); null: 1 everywhere
+    const std::vector<float>* limiter = nullptr;  ///< factor of D for each slot; null: 1 everywhere
     double ground_albedo = 0;                     ///< on the faces of ExposedVoxel::grounded (ground.h)
 };
 

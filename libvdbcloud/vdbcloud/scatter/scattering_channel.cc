@@ -1,5 +1,6 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/scatter/scattering.h"
+#include "vdbcloud/scatter/streaming.h"
 #include "vdbcloud/scatter/world_axes.h"
 
 #include <algorithm>
@@ -92,8 +93,11 @@ void Scattering::close(const P1Operator& p1, const P1Source& p1_source, int c, s
     const auto exposed = closure_exposed(p1);
     P1Medium medium = p1.medium();
     medium.degree = o_.closure.degree;
+    const OrdinateFrame frame = frame_of(index_, o_.periodic, o_.up);
+    const std::vector<float> limit = streaming_limit(p1, frame);
+    medium.limiter = &limit;
     const P1Operator fine(index_, density_, exposed, medium);
-    SecondMoment closure(fine, o_.closure, frame_of(index_, o_.periodic, o_.up));
+    SecondMoment closure(fine, o_.closure, frame);
     if (!o_.sky.dark()) closure.set_sky(sky_along(index_, o_.sky, c, closure.set().direction));
     // At g = 0.85 P1's flux is far too long where light enters. From half of it one sweep leaves half the error
     // that the whole leaves, without a limit that two lights would not share. The fixed point does not depend on

@@ -62,11 +62,12 @@ std::vector<ExposedVoxel> closure_exposed(const P1Operator&);
 /// has not collided is part of L: one sweep with the source j, which all iterations share. Then the balance of each
 /// cell is solved for phi,
 ///
-///     div F + sigma_a phi = Q0,   F = J + W (F_P1 - J) - (grad phi - grad phi_L) / (3 sigma_tr),
+///     div F + sigma_a phi = Q0,   F = J + W (F_P1 - J) - D (grad phi - grad phi_L),
 ///     F_P1 = -(grad phi_L / 3 + div t) / sigma_tr + Q1 / sigma_tr
 ///
 /// where phi_L, J = int s L and t = int (s s - I/3) L are the sweep's. On exposed faces J is the sweep's current, F_P1
-/// is c + w (phi_b / 2 - 2 J_sky) with c = J.n - w (int L / 2 - 2 J_sky), and phi - phi_L leaves as in P1.
+/// is c + w (phi_b / 2 - 2 J_sky) with c = J.n - w (int L / 2 - 2 J_sky), and phi - phi_L leaves as in P1. D is
+/// P1's, bounded where the medium is thin (streaming.h).
 ///
 /// At the fixed point phi is the sweep's wherever that is a solution of the balance, so in voxels that are optically
 /// thin: there P1's law of the flux with t from differences of voxels is the worse of the two. Where voxels are thick
