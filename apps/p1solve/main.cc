@@ -50,10 +50,10 @@ void solve(app::App& app, P1solveOptions& o)
     const UpAxis up = app::settled_up(app, o.up, file, sky_wanted(o) || o.ground.given());
     o.scatter.up = vector_of(up);
     o.scatter.sky = chosen_sky(o, lights, o.scatter.up);
-    if (app.dry_run()) return estimate(app, o, medium, *density, lights.size());
+    const auto emission = app::vector_grid(app, file, find_grid(file, schema::emission));
+    if (app.dry_run()) return estimate(app, o, medium, *density, emission.get(), lights.size());
 
     const auto tint = app::vector_grid(app, file, grid_of(file, schema::colour));
-    const auto emission = app::vector_grid(app, file, find_grid(file, schema::emission));
     if (tint) app.uses(grid_of(file, schema::colour)->getName());
     if (emission) app.uses(emission->getName());
     check_heating(o, medium, bool(tint));

@@ -1,6 +1,7 @@
 #include "report.h"
 
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/scatter/emission_cost.h"
 
 #include <algorithm>
 #include <cmath>
@@ -97,10 +98,12 @@ void fill_report(app::App& app, const ScatterReport& report)
     for (int c = 0; c < 3; ++c) r["channels"][channels[c]] = described(report.channel[c], report.top);
 }
 
-void estimate(app::App& app, const P1solveOptions& o, const Medium& medium, const FloatGrid& density, size_t lights)
+void estimate(app::App& app, const P1solveOptions& o, const Medium& medium, const FloatGrid& density,
+              const Vec3SGrid* emission, size_t lights)
 {
     const double voxels = double(density.activeVoxelCount()), slots = 512.0 * density.tree().leafCount();
     double bytes = 90 * slots + 60 * voxels, seconds = voxels * (1e-6 * double(lights) + 1e-6);
+    if (emission) seconds += seconds_of_rays(density, *emission, o.scatter);
     if (const ClosureOptions& c = o.scatter.closure; c.iterations > 0) {
         const size_t directions = ordinates(c.kind, c.directions, c.degree).count();
         const DeltaScaling scaling =

@@ -9,8 +9,9 @@ namespace vdbcloud {
 void fill_report(app::App&, const ScatterReport&);
 
 /// Estimates memory and processor seconds of a run, within a factor of two: from the numbers of voxels and from costs
-/// per voxel that the benchmarks measured.
-void estimate(app::App&, const P1solveOptions&, const Medium&, const FloatGrid& density, size_t lights);
+/// per voxel that the benchmarks measured. `emission`: null for none.
+void estimate(app::App&, const P1solveOptions&, const Medium&, const FloatGrid& density, const Vec3SGrid* emission,
+              size_t lights);
 
 /// Warns of negative fluence, and of emission outside the density, which multiple scattering ignores. Throws
 /// ConvergenceError where a solver or the flux limiter missed its tolerance, unless --allow-unconverged.

@@ -2,6 +2,7 @@
 
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/scatter/active_slots.h"
+#include "vdbcloud/scatter/emission_cost.h"
 #include "vdbcloud/scatter/emission_gather.h"
 
 #include <algorithm>
@@ -14,7 +15,6 @@ namespace {
 
 using Arrays = std::vector<std::vector<float>>;
 
-constexpr double most_emitters = 0.05;  // of a medium's voxels, whose emission rays follow alone
 /// Scattered light of emitting voxels is followed up to this many collisions, or until another adds less than this
 /// share of the power.
 constexpr int most_collisions = 2;
@@ -261,8 +261,7 @@ private:
 double share_by_rays(const Blocks& blocks, const std::vector<const std::vector<float>*>& emission)
 {
     const double emitting = total(blocks, [&](size_t slot) { return emits(emission, slot) ? 1.0 : 0.0; });
-    if (emitting == 0) return 0;
-    return std::clamp(2 - emitting / (most_emitters * double(blocks.active_count())), 0.0, 1.0);
+    return share_by_rays(emitting, double(blocks.active_count()));
 }
 
 std::vector<EmittedLight> emitted_light(const P1Operator& scaled, const BeamMedium& medium,

@@ -32,10 +32,7 @@ struct EmittedLight {
     int collisions = 0;
 };
 
-/// The part of emission that rays follow: all where at most a twentieth of the medium's voxels emit, nothing from a
-/// tenth on, in between linear in their number, so that light does not jump as a fire grows. P1 and sweeps take the
-/// other part. Emission of a large part of the medium has no small bright sources, and P1 and sweeps are exact where it
-/// is isothermal.
+/// share_by_rays() of emission_cost.h; a voxel emits where one of the channels does.
 double share_by_rays(const Blocks&, const std::vector<const std::vector<float>*>& emission);
 
 /// The light of one to three channels of emission [radiance / world unit, by slot] in one medium. `scaled`: the

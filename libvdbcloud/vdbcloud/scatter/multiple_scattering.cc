@@ -37,7 +37,6 @@ Scattering::Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Ve
     if (tint && tint_[0] == tint_[1] && tint_[0] == tint_[2]) tint_[1] = tint_[2] = {};
     if (emission && emission_[0] == emission_[1] && emission_[0] == emission_[2]) emission_[1] = emission_[2] = {};
     if (tint) clamp_tint();
-    periodic_ = index_.blocks().period() != Vec3i(0, 0, 0);
     report.voxels = index_.blocks().active_count();
     report.blocks = index_.blocks().count();
     report.exposed = exposed_.size();

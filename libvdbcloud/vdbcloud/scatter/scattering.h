@@ -7,6 +7,7 @@
 #include "vdbcloud/scatter/channel_groups.h"
 #include "vdbcloud/scatter/channel_report.h"
 #include "vdbcloud/scatter/collided_grids.h"
+#include "vdbcloud/scatter/emission_cost.h"
 #include "vdbcloud/scatter/emitted_light.h"
 #include "vdbcloud/scatter/ground.h"
 #include "vdbcloud/scatter/heating.h"
@@ -52,7 +53,7 @@ private:
                    const Progress& progress,
                    const std::function<void(const BeamDepths&, const std::vector<float>&, double,
                                             const std::optional<Vec3d>&)>& note = {});
-    bool by_rays() const { return o_.emission_by_rays && !o_.limiter && !periodic_ && !given; }
+    bool by_rays() const { return allows_rays(o_) && !given; }
 
     /// Follows the emission of a group's channels by rays.
     void follow_emission(const P1Operator& p1, const ChannelGroup& group);
@@ -128,7 +129,6 @@ private:
     VoxelIndex index_;
     std::vector<float> density_;
     std::vector<ExposedVoxel> exposed_;
-    bool periodic_ = false;
     std::optional<GroundPlane> ground_;
     std::vector<float> direct_on_ground_, diffuse_on_ground_;  // of the channel that is being finished
     std::vector<float> tint_[3], emission_[3];

@@ -1,0 +1,42 @@
+#include "vdbcloud/scatter/emission_cost.h"
+
+#include "vdbcloud/core/vdb.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbcloud {
+
+namespace {
+
+constexpr double alone = 0.05;  // share of the voxels up to which rays follow all light
+/// Measured in Kobayashi's shields and a cumulus, 8000 to 10^6 voxels: 1 to 5.5 microseconds.
+constexpr double seconds_per_voxel = 2.5e-6;
+
+}  // namespace
+
+double share_by_rays(double emitting, double voxels)
+{
+    return emitting > 0 ? std::clamp(2 - emitting / (alone * voxels), 0.0, 1.0) : 0.0;
+}
+
+bool allows_rays(const ScatterOptions& options)
+{
+    const auto& periodic = options.periodic;
+    return options.emission_by_rays && !options.limiter && !periodic[0] && !periodic[1] && !periodic[2];
+}
+
+double seconds_of_rays(const FloatGrid& density, const Vec3SGrid& emission, const ScatterOptions& options)
+{
+    if (!allows_rays(options)) return 0;
+    double emitting = 0;
+    const auto inside = density.getConstAccessor();
+    for (auto v = emission.cbeginValueOn(); v; ++v)
+        if (std::max({(*v)[0], (*v)[1], (*v)[2]}) > 0 && inside.getValue(v.getCoord()) > 0)
+            emitting += double(v.getVoxelCount());
+    const double voxels = double(density.activeVoxelCount());
+    if (share_by_rays(emitting, voxels) == 0) return 0;
+    return seconds_per_voxel * voxels * std::log2(1 + emitting);
+}
+
+}  // namespace vdbcloud

@@ -1,0 +1,20 @@
+#pragma once
+// Whether rays follow the light of emission up to its first collision, and what they cost.
+#include "vdbcloud/scatter/multiple_scattering.h"
+
+namespace vdbcloud {
+
+/// The part of emission that rays follow: all where at most a twentieth of the medium's voxels emit, nothing from a
+/// tenth on, in between linear in their number, so that light does not jump as a fire grows. P1 and sweeps take the
+/// other part. Emission of a large part of the medium has no small bright sources, and P1 and sweeps are exact where it
+/// is isothermal.
+double share_by_rays(double emitting, double voxels);
+
+/// Whether the options let rays follow emission: not in periodic media, and not with the limiter.
+bool allows_rays(const ScatterOptions&);
+
+/// Processor time that the rays take [s], within a factor of about two; 0 where no rays follow. It grows with the
+/// voxels and with the logarithm of the emitting voxels.
+double seconds_of_rays(const FloatGrid& density, const Vec3SGrid& emission, const ScatterOptions&);
+
+}  // namespace vdbcloud
