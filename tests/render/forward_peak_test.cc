@@ -38,7 +38,7 @@ ForwardPeak peak_of(const PhaseFunction& phase, int degree) { return ForwardPeak
 
 TEST(ForwardPeak, IsTheSumOverOrdersOfScattering)
 {
-    for (double g : {0.5, 0.85})
+    for (double g : {0.5, 0.85, 0.99, 0.999, 0.9999, 0.999999, 1 - 1e-9})
         for (int degree : {1, 3, 7}) {
             const ForwardPeak peak = peak_of(PhaseFunction::henyey_greenstein(g), degree);
             for (double degrees : {1.0, 7.0, 20.0, 33.0, 44.0})
@@ -49,6 +49,18 @@ TEST(ForwardPeak, IsTheSumOverOrdersOfScattering)
                 }
         }
     EXPECT_NEAR(peak_of(PhaseFunction::henyey_greenstein(0.85), 1)(std::cos(20 * pi / 180), 8), 0.312, 0.003);
+}
+
+TEST(ForwardPeak, IsTheSumOverOrdersCloseToTheSun)
+{
+    // The table's first angle beyond 0 is 0.008 degrees, the second 0.033.
+    for (const auto& [g, tolerance] : {std::pair(0.99, 5e-4), {0.999, 8e-3}, {0.9999, 0.02}})
+        for (double degrees : {0.0, 0.01, 0.03, 0.1, 0.3})
+            for (double x : {0.3, 3.0, 15.0}) {
+                const double c = std::cos(degrees * pi / 180), expected = by_orders(g, 3, c, x);
+                EXPECT_NEAR(peak_of(PhaseFunction::henyey_greenstein(g), 3)(c, x), expected, tolerance)
+                    << g << ' ' << degrees << ' ' << x;
+            }
 }
 
 TEST(ForwardPeak, IsOneWhereNothingScattersAgainAndFarFromTheSun)

@@ -171,13 +171,13 @@ double PhaseFunction::moment(int l) const
 int PhaseFunction::degree_below(double size) const
 {
     // |m_l| <= weight |g|^(l-2): the moments of (1 + alpha c^2) / norm times the lobe are a mean of three powers of g.
-    int degree = 3;
+    double degree = 3;
     for (const PhaseLobe& lobe : lobes_) {
         const double g = std::abs(lobe.g);
         if (g > 0 && lobe.weight > 0)
-            degree = std::max(degree, 3 + int(std::ceil(std::log(size / double(lobes_.size())) / std::log(g))));
+            degree = std::max(degree, 3 + std::ceil(std::log(size / double(lobes_.size())) / std::log(g)));
     }
-    return degree;
+    return int(std::min(degree, 1e9));
 }
 
 bool PhaseFunction::operator==(const PhaseFunction& other) const

@@ -83,7 +83,7 @@ public:
     /// operator on harmonics of degree l.
     double moment(int l) const;
     double mean_cosine() const { return moment(1); }
-    /// A degree L such that |m_l| < `size` for all l >= L; 0 < size < 1.
+    /// A degree L such that |m_l| < `size` for all l >= L, at most 1e9; 0 < size < 1.
     int degree_below(double size) const;
 
     /// True for the same form and parameters equal to 1e-9 relative, as parameters may be converted to text and back.

@@ -26,47 +26,79 @@ double share(double angle)
 /// e^u - 1 - u.
 double beyond_first(double u) { return std::abs(u) < 1e-4 ? u * u / 2 : std::expm1(u) - u; }
 
-/// (2l+1) P_l(cosine), l = 0 .. count - 1.
-std::vector<double> weighted_legendre(double cosine, size_t count)
+/// Degrees between which summands are taken as linear: every degree up to 512, then steps of 1/256 of the degree.
+/// Moments fall over 1 / (1 - g) degrees, and e^u - 1 - u is smooth in the logarithm of the degree: the error is below
+/// 1e-5.
+std::vector<double> knots_up_to(double last)
 {
-    std::vector<double> weighted(count);
-    double before = 0, legendre = 1;
-    for (size_t l = 0; l < count; ++l) {
-        weighted[l] = double(2 * l + 1) * legendre;
-        const double next = (double(2 * l + 1) * cosine * legendre - double(l) * before) / double(l + 1);
-        before = legendre;
-        legendre = next;
-    }
-    return weighted;
+    std::vector<double> knots;
+    for (double l = 0; l < last; l = std::floor(l + std::max(1.0, l / 256))) knots.push_back(l);
+    knots.push_back(last);
+    return knots;
 }
 
-/// e^u - 1 - u of every degree at one x, 0 up to the degree of the scaling, minus its limit at high degree. Off the
-/// forward direction the sum of a constant over all l is 0. Without this constant the sum over l converges.
-std::vector<double> terms(const std::vector<double>& moments, const DeltaScaling& scaling, double x)
+/// e^u - 1 - u of the degrees of `knots` at one x, 0 up to the degree of the scaling, minus its limit at high degree.
+/// Off the forward direction the sum of a constant over all l is 0. Without this constant the sum over l converges.
+std::vector<double> terms(const std::vector<double>& moments, const std::vector<double>& knots,
+                          const DeltaScaling& scaling, double x)
 {
     const double limit = beyond_first(-x * scaling.delta_f);
     std::vector<double> terms;
-    for (size_t l = 0; l < moments.size(); ++l)
-        terms.push_back((int(l) > scaling.degree ? beyond_first(x * (moments[l] - scaling.delta_f)) : 0.0) - limit);
+    for (size_t k = 0; k < knots.size(); ++k)
+        terms.push_back((knots[k] > scaling.degree ? beyond_first(x * (moments[k] - scaling.delta_f)) : 0.0) - limit);
     return terms;
+}
+
+/// For each knot the number by which its term counts in the sum of (2l+1) P_l(1) over all degrees.
+std::vector<double> weights_forward(const std::vector<double>& knots)
+{
+    std::vector<double> weights(knots.size(), 0.0);
+    for (size_t k = 0; k + 1 < knots.size(); ++k) {  // sums of 2l+1 and of (2l+1) t over a panel, t from 0 below 1
+        const double n = knots[k + 1] - knots[k], sum = n * (2 * knots[k] + n),
+                     with_t = (n - 1) * ((2 * knots[k] + 1) / 2 + (2 * n - 1) / 3);
+        weights[k] += sum - with_t;
+        weights[k + 1] += with_t;
+    }
+    return weights;
+}
+
+/// The same of (2l+1) P_l at an angle > 0. Terms vary slowly over the pi / angle degrees between sign changes of P_l,
+/// so high degrees cancel. They are faded out by e^-(l angle / 100)^4: smooth, and even in l + 1/2, of which even
+/// powers give nothing off the forward direction.
+std::vector<double> weights_at(double angle, const std::vector<double>& knots)
+{
+    const double cosine = std::cos(angle), end = 240 / angle;
+    std::vector<double> weights(knots.size(), 0.0);
+    double before = 0, legendre = 1, l = 0;
+    for (size_t k = 0; k + 1 < knots.size() && l < end; ++k)
+        for (const double below = knots[k], above = knots[k + 1]; l < above && l < end; ++l) {
+            const double fade = std::exp(-std::pow((l + 0.5) * angle / 100, 4));
+            const double weight = fade * (2 * l + 1) * legendre, t = (l - below) / (above - below);
+            weights[k] += (1 - t) * weight;
+            weights[k + 1] += t * weight;
+            const double next = ((2 * l + 1) * cosine * legendre - l * before) / (l + 1);
+            before = legendre;
+            legendre = next;
+        }
+    return weights;
 }
 
 }  // namespace
 
 ForwardPeak::ForwardPeak(const PhaseFunction& phase, const DeltaScaling& scaling)
 {
+    const std::vector<double> knots = knots_up_to(std::max(scaling.degree + 1, phase.degree_below(1e-9 / deepest)));
     std::vector<double> moments;
-    const int count = std::max(scaling.degree + 1, phase.degree_below(1e-9 / deepest));
-    for (int l = 0; l < count; ++l) moments.push_back(phase.moment(l));
+    for (const double l : knots) moments.push_back(phase.moment(int(l)));
     std::vector<std::vector<double>> at_depth;
-    for (int j = 0; j < depths; ++j) at_depth.push_back(terms(moments, scaling, depth_of(j)));
+    for (int j = 0; j < depths; ++j) at_depth.push_back(terms(moments, knots, scaling, depth_of(j)));
     table_.reserve(size_t(angles) * depths);
     for (int i = 0; i < angles; ++i) {
-        const double cosine = std::cos(angle_of(i)), p = 4 * pi * phase(cosine);
-        const auto weighted = weighted_legendre(cosine, moments.size());
+        const double p = 4 * pi * phase(std::cos(angle_of(i)));
+        const auto weights = i == 0 ? weights_forward(knots) : weights_at(angle_of(i), knots);
         for (int j = 0; j < depths; ++j) {
             const double x = depth_of(j);
-            const double sum = std::inner_product(weighted.begin(), weighted.end(), at_depth[size_t(j)].begin(), 0.0);
+            const double sum = std::inner_product(weights.begin(), weights.end(), at_depth[size_t(j)].begin(), 0.0);
             const double ratio = x > 0 ? std::max(0.0, 1 + sum / (x * p)) : 1;
             table_.push_back(float(1 + share(angle_of(i)) * (ratio - 1)));
         }

@@ -19,8 +19,9 @@ namespace vdbcloud {
 /// and 75 degrees.
 ///
 /// Stored as a table, bilinear in the root of the angle and the logarithm of 1 + x; x is capped at 64. Immutable.
-/// Construction time is proportional to the degree at which the moments fall below 1e-9 / 64: 0.1 s for droplets of 50
-/// micrometres. Source: Nakajima & Tanaka 1988, whose second-order correction (IMS) is the term u^2 / 2 of e^u - 1 - u.
+/// Construction takes less than 0.1 s for any phase function: the sum over l ends some hundreds of sign changes of P_l
+/// out, and its summands are linear between degrees 1/256 apart. Source: Nakajima & Tanaka 1988, whose second-order
+/// correction (IMS) is the term u^2 / 2 of e^u - 1 - u.
 class ForwardPeak {
 public:
     /// `scaling` is the delta scaling of `phase`, with f > 0.
