@@ -23,7 +23,7 @@ std::vector<float> limit_of(const test::P1Case& c, double g)
 TEST(StreamingLimit, IsTheMeanWayToTheSurfaceInClearAir)
 {
     // In the middle of a clear cube of edge 1 the mean over directions of the way to its surface is 0.6106: the
-    // integral of 1 / (2 max |s_a|). 32 directions err by 3 %. At the middle of a face half the directions see matter.
+    // integral of 1 / (2 max |s_a|). 16 directions err by 11 %. At the middle of a face half the directions see matter.
     const int n = 15;
     const double sigma = 1e-3;
     const test::P1Case c(voxel_field(Vec3i(n), Vec3d(1.0 / n), [&](const Vec3i&) { return sigma; }));
@@ -37,7 +37,7 @@ TEST(StreamingLimit, IsTheMeanWayToTheSurfaceInClearAir)
         }
     const auto factor = limit_of(c, 0.4);
     const double sigma_tr = sigma * (1 - 0.5 * 0.4);
-    EXPECT_NEAR(factor[c.index.blocks().slot(Vec3i(7, 7, 7))] / (10 * way * sigma_tr), 1, 0.04);
+    EXPECT_NEAR(factor[c.index.blocks().slot(Vec3i(7, 7, 7))] / (10 * way * sigma_tr), 1, 0.13);
     const double on_face = factor[c.index.blocks().slot(Vec3i(0, 7, 7))] / (10 * way * sigma_tr);
     EXPECT_GT(on_face, 0.5);
     EXPECT_LT(on_face, 0.9);

@@ -14,7 +14,7 @@ namespace vdbcloud {
 /// duct where 1 / sigma_tr is thousands, and P1 carries light to the duct's far end as if nothing were in the way. What
 /// sweeps correct by P1's matrix (second_moment.h) must not go there: dark places would get negative fluence.
 ///
-/// Cost: one sweep of 32 directions.
+/// Cost: one sweep of 16 directions.
 /// Source: Larsen & Trahan 2009 take D from the same integral, as a tensor; the bound: none, measured on shields with
 /// ducts.
 std::vector<float> streaming_limit(const P1Operator&, const OrdinateFrame&);
