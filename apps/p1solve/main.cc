@@ -5,6 +5,7 @@
 //   p1solve low.vdb high.vdb --sun 0,1,0 -o both.vdb         several files as one medium
 //   p1solve slab.vdb --sun 0.5,1,0 --periodic xz -o slab.lit.vdb        a cloud layer without end
 //   p1solve slab.vdb --sun 0.5,1,0 --periodic xz --ground-albedo 0.8 -o snow.vdb        the same over snow
+//   p1solve cloud.vdb --sun 0.3,1,0.2 --ground-albedo 0.3 --iterations 3 -o grass.vdb   a cloud over grass
 //
 //   p1solve light.vdb --g 0.85 --iterations 5 --directions 64 --degree 3 -o lit.vdb    on to the transport equation, by sweeps
 //

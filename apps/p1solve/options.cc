@@ -192,8 +192,9 @@ void declare(app::App& app, P1solveOptions& o)
         app.add_option("--ground-albedo", o.ground_albedo,
                        "albedo of a Lambertian ground beneath the medium, 0 to 1: an endless plane one voxel below the "
                        "centres of the lowest voxels, which reflects direct and diffuse light and hides the sky below "
-                       "the horizon. For media of --periodic along both horizontal axes; without it light that leaves "
-                       "downwards is lost. With gaps in the lowest layer give --iterations 5, too")
+                       "the horizon; without it light that leaves downwards is lost. Refused with lamps unless the "
+                       "medium is periodic, and with --periodic along one axis. With --periodic along both horizontal "
+                       "axes and gaps in the lowest layer give --iterations 5, too")
             ->check(app::within(0, 1))
             ->default_str("")
             ->group("Lights");
@@ -256,10 +257,10 @@ void check_heating(const P1solveOptions& o, const Medium& medium, bool tinted)
 void choose_ground(P1solveOptions& o, const app::Axes& periodic)
 {
     if (!o.ground.given()) return;
-    if (periodic[0] + periodic[1] + periodic[2] != 2)
+    if (const int axes = periodic[0] + periodic[1] + periodic[2]; axes != 0 && axes != 2)
         throw UsageError("--ground-albedo with --periodic " + periodic_text(periodic) +
-                         ": expected a medium periodic along both horizontal axes, such as --periodic xz. For other "
-                         "media: render --integrator path");
+                         ": expected --periodic none, or a medium periodic along both horizontal axes, such as "
+                         "--periodic xz. For other media: render --integrator path");
     o.scatter.ground_albedo = o.ground_albedo;
 }
 

@@ -45,7 +45,7 @@ void add_planes(const ChannelReport& c, int top, nlohmann::json& to)
     to["from_ground"] = p.from_ground;
 }
 
-nlohmann::json described(const ChannelReport& c, int top)
+nlohmann::json described(const ChannelReport& c, int top, bool endless_ground)
 {
     const P1Budget& b = c.budget;
     nlohmann::json r = {{"solved_as", std::string(1, "rgb"[c.solved_as])},
@@ -59,7 +59,10 @@ nlohmann::json described(const ChannelReport& c, int top)
         {"beam_lost_in_medium", c.deposited}, {"sky_in", b.sky_in}, {"emitted", c.emitted}, {"absorbed", b.absorbed},
         {"out_by_face", numbers(b.out)},      {"defect", b.defect}};
     if (c.planes.known) add_planes(c, top, r["budget"]);
-    if (const GroundPower& ground = c.ground; ground.direct + ground.diffuse > 0) {
+    if (const GroundPower& ground = c.ground; endless_ground) {
+        r["budget"]["shadow_on_ground"] = -ground.direct;
+        r["budget"]["light_on_ground"] = ground.diffuse;
+    } else if (ground.direct + ground.diffuse > 0) {
         r["budget"]["direct_on_ground"] = ground.direct;
         r["budget"]["from_ground"] = ground.sent_up;
         r["budget"]["absorbed_by_ground"] = ground.absorbed;
@@ -95,7 +98,8 @@ void fill_report(app::App& app, const ScatterReport& report)
     r["memory"] = {{"array_bytes", report.bytes},
                    {"bytes_per_active_voxel", report.voxels ? double(report.bytes) / double(report.voxels) : 0.0}};
     const char* const channels[] = {"r", "g", "b"};
-    for (int c = 0; c < 3; ++c) r["channels"][channels[c]] = described(report.channel[c], report.top);
+    for (int c = 0; c < 3; ++c)
+        r["channels"][channels[c]] = described(report.channel[c], report.top, report.endless_ground);
 }
 
 void estimate(app::App& app, const P1solveOptions& o, const Medium& medium, const FloatGrid& density,

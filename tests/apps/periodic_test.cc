@@ -1,7 +1,6 @@
 // Media that repeat: --periodic travels in the file from illuminate and p1solve to render, and contradictions are told.
 #include "apps/picture_file.h"
-#include "apps/stages.h"
-#include "support/fields.h"
+#include "apps/repeating_field.h"
 #include "vdbcloud/grid/sources.h"
 #include "vdbcloud/optics/collided_light.h"
 
@@ -13,23 +12,11 @@ namespace {
 using openvdb::Coord;
 using Axes = std::array<bool, 3>;
 
-class Periodic : public Stages {
+class Periodic : public RepeatingField {
 protected:
     std::string field(const std::string& name, const Vec3i& size = Vec3i(16, 8, 16))
     {
-        const auto grid = box(size, 0.1, [](Coord c) { return c[1] == 0 ? 0.1 : clumps(c, 4, 1.0); });
-        write_grid_file(scratch / name, file_of({grid}));
-        return scratch / name;
-    }
-    RunResult ended(const std::string& name, const Words& words, int status)
-    {
-        const RunResult result = run(with({program(name)}, words));
-        EXPECT_EQ(result.status, status) << name << " " << result.err;
-        return result;
-    }
-    void says(const RunResult& result, const std::string& text)
-    {
-        EXPECT_NE(result.err.find(text), std::string::npos) << result.err;
+        return RepeatingField::field(name, 0.1, size);
     }
     static Axes axes(const std::string& path, const std::string& grid)
     {

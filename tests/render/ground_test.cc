@@ -76,6 +76,30 @@ TEST(GroundSeen, IsInterpolatedAlongTheGroundAndRepeats)
     EXPECT_NEAR(seen(3, 7.5), 0.5 * 8 + 0.5 * 1, 1e-5) << "across the seam";
 }
 
+TEST(GroundSeen, HasItsBackgroundBeyondItsGrid)
+{
+    // A patch by voxels of twice the edge, whose first middle is that of voxel 2, 3.
+    Scene scene = over_ground([](int, int) { return 0.0; });
+    scene.periodic = {false, false, false};
+    scene.volumes[0].medium.sigma_t_per_density = Vec3d(0.0);
+    scene.ground_radiance = Vec3SGrid::create(Vec3f(0.25f));
+    auto transform = scene.volumes[0].density->transform().copy();
+    transform->preTranslate(openvdb::Vec3d(2, -1, 3));
+    transform->preScale(openvdb::Vec3d(2, 1, 2));
+    scene.ground_radiance->setTransform(transform);
+    for (int x = 0; x < 2; ++x)
+        for (int z = 0; z < 2; ++z) scene.ground_radiance->tree().setValueOn(Coord(x, 0, z), Vec3f(1.25f + float(x)));
+    const auto seen = [&](double x, double z) {
+        return Picture(scene, one_pixel(Vec3d(x / 8, 0.5, z / 8), Vec3d(0, -1, 0)), {}).at("ground", 0);
+    };
+    EXPECT_NEAR(seen(2, 3), 1.25, 1e-5);
+    EXPECT_NEAR(seen(4, 5), 2.25, 1e-5);
+    EXPECT_NEAR(seen(3, 4), 1.75, 1e-5);
+    EXPECT_NEAR(seen(2, 2), 0.75, 1e-5) << "half way to the background";
+    EXPECT_NEAR(seen(50, -30), 0.25, 1e-5);
+    EXPECT_NEAR(seen(2, 8), 0.25, 1e-5);
+}
+
 TEST(GroundSeen, OfARayThatGoesUpIsTheSky)
 {
     Scene scene = over_ground([](int, int) { return 0.7; });

@@ -1,10 +1,12 @@
 #pragma once
 // A density with its exposed faces and sources, and sets of directions, for the tests of sweeps.
+#include "vdbcloud/core/random.h"
 #include "vdbcloud/scatter/harmonics.h"
 #include "vdbcloud/scatter/ordinates.h"
 #include "vdbcloud/sweep/transport_sweep.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
 namespace vdbcloud::test {
@@ -25,6 +27,14 @@ inline SweepSet set_of(const Ordinates& ordinates, int source_degree, int moment
         set.inflow.push_back(float(sky));
     }
     return set;
+}
+
+/// Clumps with true voids and jumps; about the share `missing` of all blocks is empty.
+inline double clumps(const Vec3i& p, uint64_t seed, double missing)
+{
+    const double big = uniform(hash_bits(seed, uint64_t(p.x() >> 3), uint64_t(p.y() >> 3), uint64_t(p.z() >> 3)));
+    const double small = uniform(hash_bits(seed + 1, uint64_t(p.x() >> 1), uint64_t(p.y() >> 1), uint64_t(p.z() >> 1)));
+    return big < missing || small < 0.3 ? 0 : std::pow(10.0, 4 * small - 3);
 }
 
 /// A density, its exposed faces, and a source.

@@ -87,7 +87,7 @@ const std::vector<GridKind>& grid_kinds()
         {Role::Heating, heating, Rest::Nothing, "", {},
          "float or vec3s", "radiance x sr/world unit", "unknown", "0", "p1solve", yes, no, no},
         {Role::GroundRadiance, ground_radiance, Rest::Nothing, "", {},
-         "vec3s", "radiance", "unknown", "0 0 0", "p1solve", yes, no, yes},
+         "vec3s", "radiance", "unknown", "far ground", "p1solve", yes, no, yes},
         {Role::Solid, solid, Rest::Nothing, "", {},
          "float", "world unit", "level set", "band", "fractalgen", no, no, yes},
         {Role::Water, water, Rest::Nothing, "", {},

@@ -16,7 +16,8 @@ public:
 
 private:
     std::optional<Ground> ground_;
-    std::optional<BrickMap> radiance_;
+    Vec3d far_{0, 0, 0};              // radiance beyond the grid of the ground: its background
+    std::optional<BrickMap> change_;  // of the radiance, against that
 };
 
 }  // namespace vdbcloud

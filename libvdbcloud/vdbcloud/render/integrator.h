@@ -45,7 +45,7 @@ struct Scene {
     /// Beneath all matter; none: light that leaves the media downwards is lost. Lights are above it.
     std::optional<Ground> ground;
     /// What the ground sends upwards, for all integrators but Path: radiance at the voxels of the layer on the ground,
-    /// in the lattice of the first volume; interpolated along the layer, and repeated as the media are.
+    /// interpolated along the layer, and repeated as the media are. Beyond the grid the ground has its background.
     Vec3SGridPtr ground_radiance;
 };
 

@@ -23,7 +23,8 @@ double share_by_rays(double emitting, double voxels)
 bool allows_rays(const ScatterOptions& options)
 {
     const auto& periodic = options.periodic;
-    return options.emission_by_rays && !options.limiter && !periodic[0] && !periodic[1] && !periodic[2];
+    return options.emission_by_rays && !options.limiter && !options.ground_albedo && !periodic[0] && !periodic[1] &&
+           !periodic[2];
 }
 
 double seconds_of_rays(const FloatGrid& density, const Vec3SGrid& emission, const ScatterOptions& options)

@@ -10,7 +10,8 @@ namespace vdbcloud {
 /// is isothermal.
 double share_by_rays(double emitting, double voxels);
 
-/// Whether the options let rays follow emission: not in periodic media, and not with the limiter.
+/// Whether the options let rays follow emission: not in periodic media, not over a ground, and not with the
+/// limiter.
 bool allows_rays(const ScatterOptions&);
 
 /// Processor time that the rays take [s], within a factor of about two; 0 where no rays follow. It grows with the

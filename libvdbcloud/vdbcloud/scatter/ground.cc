@@ -12,21 +12,23 @@
 
 namespace vdbcloud {
 
-GroundPlane::GroundPlane(const VoxelIndex& index, const Vec3d& up, double albedo)
-    : index_(index), box_(index.blocks()), albedo_(albedo)
+int face_down(const VoxelIndex& index, const Vec3d& up)
 {
-    if (!(albedo >= 0 && albedo <= 1))
-        throw InputError("albedo of the ground " + std::to_string(albedo) + ": expected 0 to 1");
-    int axis = -1;
     for (int a = 0; a < 3; ++a)
-        if (std::abs(index.axis(a).dot(up.unit())) > 1 - 1e-6) axis = a;
-    if (axis < 0) throw InputError("a ground beneath a grid without an axis that points up: expected one");
+        if (const double along = index.axis(a).dot(up.unit()); std::abs(along) > 1 - 1e-6) return 2 * a + (along < 0);
+    throw InputError("a ground beneath a grid without an axis that points up: expected one");
+}
+
+GroundPlane::GroundPlane(const VoxelIndex& index, const Vec3d& up, double albedo)
+    : index_(index), box_(index.blocks()), albedo_(albedo), face_(face_down(index, up))
+{
+    check_ground_albedo(albedo);
+    const int axis = face_ / 2;
     for (int a = 0; a < 3; ++a)
         if (box_.periodic[size_t(a)] != (a != axis))
             throw InputError(std::string("a ground beneath a medium that ") +
                              (a == axis ? "repeats along " : "ends along ") + "xyz"[a] +
                              ": expected one that repeats along the two axes across up, and ends along up");
-    face_ = 2 * axis + (index.axis(axis).dot(up) < 0);
 }
 
 void GroundPlane::mark(std::vector<ExposedVoxel>& exposed) const

@@ -6,6 +6,9 @@
 
 namespace vdbcloud {
 
+/// The face (Blocks::Face) of the index axis that looks down. Throws InputError for a grid without an axis along `up`.
+int face_down(const VoxelIndex&, const Vec3d& up);
+
 /// A Lambertian ground under a medium that repeats along both axes across `up`: the plane of the ActiveBox that faces
 /// down. Cells are those of that plane (ActiveBox::cell). With D the direct and E the diffuse irradiance of a cell, the
 /// cell's radiance is albedo (D + E) / pi.

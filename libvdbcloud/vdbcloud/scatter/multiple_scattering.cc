@@ -44,6 +44,11 @@ Scattering::Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Ve
     report.top = 2 * axis + (index_.axis(axis).dot(o_.up) > 0);
     if (o_.flux_map) report.flux_map = columns_of(index_, o_.up);
     if (!o_.ground_albedo || report.blocks == 0) return;
+    if (index_.blocks().period() == Vec3i(0, 0, 0)) {
+        endless_.emplace(index_, o_.up, *o_.ground_albedo, beams_, o_.sky);
+        report.endless_ground = true;
+        return;
+    }
     ground_.emplace(index_, o_.up, *o_.ground_albedo);
     ground_->mark(exposed_);
     if (o_.closure.iterations == 0) ground_->require_cover();
@@ -59,7 +64,7 @@ CollidedLight Scattering::run(const Progress& progress)
     for (const ChannelGroup& group : all) solve_group(group, done, count, progress);
 
     if (o_.heating) put_heating();
-    if (ground_) put_ground();
+    if (ground_ || endless_) put_ground();
     fields.scaling = scaling();
     if (o_.closure.iterations == 0 && fields.scaling.mean_cosine() != 0) fields.flux_limit = longest_flux;
     collided_grids(
@@ -126,12 +131,18 @@ void Scattering::solve_group(const ChannelGroup& group, int& done, int count, co
         std::vector<double> phi;
         const int c = group.solves[k].channel;
         ChannelReport& report = report_.channel[c];
+        const auto solve_for = [&](P1Source& source) {
+            report.solve = multigrid ? solve_p1(p1, *multigrid, source, phi, solve)
+                                     : relax_p1(p1, o_.relaxation, source, phi, solve);
+        };
         if (given) {
             phi = (*given)(index_, c);
             report.solve = judge_p1(p1, *multigrid, sources[k], phi);
+        } else if (endless_ && o_.closure.iterations == 0) {
+            const P1Source unlit = sources[k];
+            add_patch(p1, unlit, c, solve_for, phi, sources[k], report);
         } else {
-            report.solve = multigrid ? solve_p1(p1, *multigrid, sources[k], phi, solve)
-                                     : relax_p1(p1, o_.relaxation, sources[k], phi, solve);
+            solve_for(sources[k]);
         }
         if (o_.closure.iterations > 0) {
             close(p1, sources[k], c, phi, report);

@@ -49,7 +49,8 @@ struct ScatterOptions {
     bool heating = false;   ///< make ScatterReport::heating
 };
 
-/// Powers of a ground [radiance x (world unit)^2].
+/// Powers of a ground [radiance x (world unit)^2]. Of an endless ground under a medium that ends on all sides: what the
+/// medium changes on the patch (endless_ground.h). `direct` is then below 0, the shadow.
 struct GroundPower {
     double direct = 0, diffuse = 0;  ///< on the ground: of the beams; of all other light
     double sent_up = 0, absorbed = 0;
@@ -89,6 +90,7 @@ struct ScatterReport {
     bool emission_outside = false;  ///< emission where density is 0 was ignored
     /// Few voxels emit, and rays did not follow their light: options or a periodic medium do not allow it.
     bool emission_without_rays = false;
+    bool endless_ground = false;      ///< a ground under a medium that ends on all sides (GroundPower)
     int top = Blocks::YPlus;          ///< the plane that faces up, across the index axis nearest to ScatterOptions::up
     std::optional<FluxMap> flux_map;  ///< on request (ScatterOptions)
     GridBasePtr heating;              ///< on request: absorbed power per volume (docs/format.md)
@@ -117,8 +119,9 @@ Accuracy accuracy_of(const ScatterReport&, const std::vector<Light>&);
 /// With closure.iterations > 0 transport sweeps refine P1 to the transport equation (second_moment.h). Scaling and
 /// moments are then of closure.degree, and multiple scattering is the sum over l <= degree of m_l' Y_lm(s) M_lm.
 ///
-/// With ScatterOptions::ground_albedo light is reflected by a ground: column by column in sweeps, by partial currents
-/// in P1, which needs a medium without gaps in its lowest layer. The limiter takes no ground.
+/// With ScatterOptions::ground_albedo light is reflected by a ground. Beneath a medium that repeats: column by column
+/// in sweeps, by partial currents in P1, which needs a medium without gaps in its lowest layer. Beneath a medium that
+/// ends on all sides the ground is endless (endless_ground.h). The limiter takes no ground.
 ///
 /// Errors: InputError for shear, coefficients out of range, a light that a periodic medium does not allow, or a ground
 /// that the medium does not allow (ground.h). A solver

@@ -62,6 +62,7 @@ PlanePower planes_by_sweep(const VoxelIndex& index, const PlaneLight& light, con
     power.known = true;
     power.reentered = reentry * (sum(budget.out) - budget.to_ground);
     std::array<double, 6> medium{}, sky{};
+    double from_patch = 0;
     for (int face = 0; face < 6; ++face) {
         const auto total = [&](const std::vector<float>& of) {
             return std::accumulate(of.begin(), of.end(), 0.0) * to_power(light, face) * cell_area(index, face);
@@ -70,8 +71,9 @@ PlanePower planes_by_sweep(const VoxelIndex& index, const PlaneLight& light, con
         sky[size_t(face)] = total(light.from_sky[size_t(face)]);
         power.sky_in[size_t(face)] = light.sky_in[size_t(face)] * to_power(light, face ^ 1) *
                                      double(light.from_sky[size_t(face)].size()) * cell_area(index, face);
+        from_patch += light.ground_in[size_t(face)] * to_power(light, face ^ 1) * cell_area(index, face);
     }
-    double from_medium = sum(budget.out) - budget.sky_in + sum(power.sky_in) - power.reentered - sum(sky);
+    double from_medium = sum(budget.out) - budget.sky_in + sum(power.sky_in) + from_patch - power.reentered - sum(sky);
     double scalable = sum(medium);
     if (ground.face >= 0) {
         // What the ground sends up grows with what is scaled, where the plane gives its light.
@@ -81,7 +83,7 @@ PlanePower planes_by_sweep(const VoxelIndex& index, const PlaneLight& light, con
     }
     if (scalable != 0) power.scaled_by = from_medium / scalable - 1;
     for (size_t face = 0; face < 6; ++face) power.out[face] = medium[face] * (1 + power.scaled_by) + sky[face];
-    if (ground.face >= 0) power.from_ground = ground.up(power.out[size_t(ground.face)]);
+    power.from_ground = ground.face >= 0 ? ground.up(power.out[size_t(ground.face)]) : from_patch;
     return power;
 }
 

@@ -20,7 +20,8 @@ struct PlanePower {
     /// By a sweep: the light from the medium was multiplied by 1 + this so that the powers balance, for a sweep is not
     /// conservative.
     double scaled_by = 0;
-    double from_ground = 0;  ///< power that the ground sends up
+    /// Power that the ground sends up; of an endless ground what of it enters the box.
+    double from_ground = 0;
 };
 
 /// The ground beneath a medium, for the powers of its plane.

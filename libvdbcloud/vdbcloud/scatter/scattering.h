@@ -9,6 +9,7 @@
 #include "vdbcloud/scatter/collided_grids.h"
 #include "vdbcloud/scatter/emission_cost.h"
 #include "vdbcloud/scatter/emitted_light.h"
+#include "vdbcloud/scatter/endless_ground.h"
 #include "vdbcloud/scatter/ground.h"
 #include "vdbcloud/scatter/heating.h"
 #include "vdbcloud/scatter/multiple_scattering.h"
@@ -90,8 +91,16 @@ private:
     void finish(const P1Operator& p1, const P1Source& source, int c, const std::vector<double>& phi,
                 const std::array<std::vector<float>, 3>* flux, const PlaneLight* swept, ChannelReport& report);
 
-    /// The ground as sweeps meet it; without cells where there is none.
-    SweepGround swept_ground(const P1Operator& p1, int c) const;
+    /// Radiance that enters along the directions of the sweeps of a channel, from the sky and the endless ground.
+    void set_inflow(SecondMoment& closure, int c) const;
+    /// The ground as sweeps meet it; none where there is none.
+    std::optional<SweepGround> swept_ground(const P1Operator& p1, int c) const;
+    /// Keeps what a sweep found on an endless ground.
+    void note_patch(const std::optional<SweepGround>& ground);
+    /// Solves P1 with the endless ground's light, in a fixed number of rounds, so that lights add up: the patch's light
+    /// in a round is that of P1's light in the round before.
+    void add_patch(const P1Operator& p1, const P1Source& unlit, int c, const std::function<void(P1Source&)>& solve,
+                   std::vector<double>& phi, P1Source& source, ChannelReport& report);
 
     /// What reaches the ground; the diffuse light of P1 alone, for sweeps bring their own.
     PlaneGround ground_under(const P1Operator& p1, const P1Source& source, int c, const std::vector<double>& phi,
@@ -99,6 +108,7 @@ private:
 
     /// `swept`: of sweeps; null for P1 alone.
     void note_ground(const PlaneGround& under, int c, const PlaneLight* swept, ChannelReport& report);
+    void note_endless(int c, ChannelReport& report);
     void put_ground();
     /// A field of the solutions, and each channel's scale of it.
     std::pair<std::array<const std::vector<float>*, 3>, Vec3d> by_channel(std::vector<float> Solution::*field) const;
@@ -129,8 +139,10 @@ private:
     VoxelIndex index_;
     std::vector<float> density_;
     std::vector<ExposedVoxel> exposed_;
-    std::optional<GroundPlane> ground_;
-    std::vector<float> direct_on_ground_, diffuse_on_ground_;  // of the channel that is being finished
+    std::optional<GroundPlane> ground_;     // under a medium that repeats
+    std::optional<EndlessGround> endless_;  // under a medium that ends on all sides
+    // Of the channel that is being finished; on an endless ground their changes by the medium.
+    std::vector<float> direct_on_ground_, diffuse_on_ground_;
     std::vector<float> tint_[3], emission_[3];
     std::array<Solution, 3> solution_;
     std::array<Share, 3> share_;

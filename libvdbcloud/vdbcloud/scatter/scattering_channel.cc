@@ -12,8 +12,9 @@ void Scattering::keep_p1(const P1Operator& p1, const P1Source& source, int c, co
 {
     auto flux = cell_flux(p1, source, phi);
     PlaneLight planes;
-    if (o_.flux_map) sweep_planes(p1, c, phi, flux, planes, report);
-    finish(p1, source, c, phi, &flux, o_.flux_map ? &planes : nullptr, report);
+    const bool swept = o_.flux_map || endless_;
+    if (swept) sweep_planes(p1, c, phi, flux, planes, report);
+    finish(p1, source, c, phi, &flux, swept ? &planes : nullptr, report);
     std::vector<double> whole = phi;
     if (const EmittedLight* light = emitted(c)) add_light(*light, whole, flux);
     if (p1.mean_cosine() != 0) {
@@ -69,9 +70,10 @@ void Scattering::sweep_planes(const P1Operator& p1, int c, const std::vector<dou
     ClosureOptions options = o_.closure;
     options.degree = 1;
     SecondMoment closure(p1, options, frame_of(index_, o_.periodic, o_.up));
-    if (!o_.sky.dark()) closure.set_sky(sky_along(index_, o_.sky, c, closure.set().direction));
-    limit_flux(p1, phi, flux);
-    closure.start_with_flux(flux);
+    set_inflow(closure, c);
+    // A limit would not let the ground's light of several lights add up.
+    if (!endless_) limit_flux(p1, phi, flux);
+    closure.start_with_flux(flux, endless_ ? 0.5 : 1);
     const double lines = report.lines;  // add_beams() measures them again
     P1Source unused(p1);
     add_beams(p1, {{&unused, c}}, {},
@@ -82,9 +84,27 @@ void Scattering::sweep_planes(const P1Operator& p1, int c, const std::vector<dou
               });
     report.lines = lines;
     add_emission_to(closure, c);
-    SweepGround ground = swept_ground(p1, c);
-    if (ground_) closure.set_ground(&ground);
+    auto ground = swept_ground(p1, c);
+    if (ground) closure.set_ground(&*ground);
     closure.sweep_planes(phi, planes);
+    note_patch(ground);
+}
+
+void Scattering::add_patch(const P1Operator& p1, const P1Source& unlit, int c,
+                           const std::function<void(P1Source&)>& solve, std::vector<double>& phi, P1Source& source,
+                           ChannelReport& report)
+{
+    const int rounds = endless_->albedo() > 0 ? 6 : 1;  // each leaves a tenth, under wide slabs 0.4, of its change
+    const Ordinates set = ordinates(o_.closure.kind, o_.closure.directions, 1, frame_of(index_, {}, o_.up).polar);
+    direct_on_ground_ = endless_->swept(beam_medium(p1), c).direct;
+    diffuse_on_ground_.assign(direct_on_ground_.size(), 0.0f);
+    for (int round = 0; round < rounds; ++round) {
+        source = unlit;
+        endless_->add_to(p1, endless_->radiance_change(direct_on_ground_, diffuse_on_ground_), set, source);
+        solve(source);
+        PlaneLight unused;
+        if (round + 1 < rounds) sweep_planes(p1, c, phi, cell_flux(p1, source, phi), unused, report);
+    }
 }
 
 void Scattering::close(const P1Operator& p1, const P1Source& p1_source, int c, std::vector<double>& phi,
@@ -98,7 +118,7 @@ void Scattering::close(const P1Operator& p1, const P1Source& p1_source, int c, s
     medium.limiter = &limit;
     const P1Operator fine(index_, density_, exposed, medium);
     SecondMoment closure(fine, o_.closure, frame);
-    if (!o_.sky.dark()) closure.set_sky(sky_along(index_, o_.sky, c, closure.set().direction));
+    set_inflow(closure, c);
     // At g = 0.85 P1's flux is far too long where light enters. From half of it one sweep leaves half the error
     // that the whole leaves, without a limit that two lights would not share. The fixed point does not depend on
     // it.
@@ -125,13 +145,14 @@ void Scattering::close(const P1Operator& p1, const P1Source& p1_source, int c, s
               });
     add_sky_and_glow(fine, c, base);
     add_emission_to(closure, c);
-    SweepGround ground = swept_ground(fine, c);
-    if (ground_) closure.set_ground(&ground);
+    auto ground = swept_ground(fine, c);
+    if (ground) closure.set_ground(&*ground);
     Multigrid multigrid(fine.stencil());
     note_bytes(fine, 3, multigrid.bytes() + closure.bytes() + 20 * index_.blocks().slots());
     P1Source source(fine);
     PlaneLight planes;
     report.closure = closure.run(multigrid, o_.solve, base, phi, source, &planes);
+    note_patch(ground);
     for (const SolveResult& solve : report.closure.solves)
         if (!solve.converged) report.solve = solve;
     finish(fine, source, c, phi, nullptr, &planes, report);

@@ -29,6 +29,7 @@ void Scattering::finish(const P1Operator& p1, const P1Source& source, int c, con
         for (size_t face = 0; face < 6; ++face) report.planes.out[face] += light->out_by_plane[face];
     set_sides(index_, lights_.empty() ? std::nullopt : lights_[0]->common_direction(), report_.top, report);
     if (ground_) note_ground(ground, c, flux ? nullptr : swept, report);
+    if (endless_) note_endless(c, report);
     if (o_.heating || o_.flux_map) solution_[c].heating = heating_rate(p1, source, phi);
     if (o_.flux_map) fill_map(p1, c, *swept, of_collided);
 }
@@ -55,6 +56,15 @@ void Scattering::note_ground(const PlaneGround& under, int c, const PlaneLight* 
     solution_[c].ground = ground_->radiance(direct_on_ground_, diffuse_on_ground_);
 }
 
+void Scattering::note_endless(int c, ChannelReport& report)
+{
+    report.ground = {endless_->power(direct_on_ground_), endless_->power(diffuse_on_ground_), 0, 0};
+    const double all = report.ground.direct + report.ground.diffuse;
+    report.ground.sent_up = endless_->albedo() * all;
+    report.ground.absorbed = (1 - endless_->albedo()) * all;
+    solution_[c].ground = endless_->radiance_change(direct_on_ground_, diffuse_on_ground_);
+}
+
 std::pair<std::array<const std::vector<float>*, 3>, Vec3d>
 Scattering::by_channel(std::vector<float> Solution::*field) const
 {
@@ -70,7 +80,8 @@ Scattering::by_channel(std::vector<float> Solution::*field) const
 void Scattering::put_ground()
 {
     const auto [of, scale] = by_channel(&Solution::ground);
-    report_.ground = ground_->grid(of, scale, grid_.transform());
+    report_.ground =
+        endless_ ? endless_->grid(of, scale, grid_.transform()) : ground_->grid(of, scale, grid_.transform());
     stamp(*report_.ground);
 }
 

@@ -81,7 +81,11 @@ void Scattering::add_emission_to(SecondMoment& closure, int c) const
 
 void Scattering::add_sky_and_glow(const P1Operator& p1, int c, P1Source& source) const
 {
-    if (!o_.sky.dark()) add_sky(p1, sky_on_faces(index_, o_.sky, c), source);
+    if (!o_.sky.dark() || endless_) {
+        auto radiance = sky_on_faces(index_, o_.sky, c);
+        if (endless_) endless_->add_on_faces(c, radiance);
+        add_sky(p1, radiance, source);
+    }
     if (const EmittedLight* light = emitted(c)) add_emitted(p1, *light, source);
     if (const double share = swept_share(c); share > 0) add_emission(p1, *emission(c), share, source);
 }
@@ -93,10 +97,26 @@ P1Source Scattering::source_of(const P1Operator& p1) const
     return source;
 }
 
-SweepGround Scattering::swept_ground(const P1Operator& p1, int c) const
+void Scattering::set_inflow(SecondMoment& closure, int c) const
 {
-    if (!ground_) return {};
-    return {ground_->face(), ground_->albedo(), ground_->direct(beam_medium(p1), beams_, c), {}};
+    if (o_.sky.dark() && !endless_) return;
+    auto radiance = sky_along(index_, o_.sky, c, closure.set().direction);
+    if (endless_) endless_->add_along(c, closure.set().direction, radiance);
+    closure.set_sky(std::move(radiance));
+}
+
+std::optional<SweepGround> Scattering::swept_ground(const P1Operator& p1, int c) const
+{
+    if (endless_) return endless_->swept(beam_medium(p1), c);
+    if (!ground_) return std::nullopt;
+    return SweepGround{ground_->face(), ground_->albedo(), ground_->direct(beam_medium(p1), beams_, c), {}, {}};
+}
+
+void Scattering::note_patch(const std::optional<SweepGround>& ground)
+{
+    if (!endless_) return;
+    direct_on_ground_ = ground->direct;
+    diffuse_on_ground_ = ground->irradiance;
 }
 
 }  // namespace vdbcloud

@@ -315,23 +315,7 @@ void SecondMoment::close(P1Source& source) const
             if (p1_.exposed()[k].faces >> face & 1) close_face(source, k, face, swept_.tally[n++]);
 }
 
-std::unique_ptr<TransportSweep> SecondMoment::fast_sweep() const
-{
-    return TransportSweep::takes(p1_.blocks().period()) ? std::make_unique<TransportSweep>(p1_.index(), faces_)
-                                                        : nullptr;
-}
-
-/// The fast sweep, or the reference where `fast` is null.
-void SecondMoment::run_sweep(TransportSweep* fast, const SweepSet& set, const SweepFields& fields, SweepResult& to,
-                             PlaneLight* planes, SweepGround* ground) const
-{
-    if (fast)
-        fast->run(set, fields, to, planes, ground);
-    else
-        reference_sweep(p1_.index(), faces_, set, fields, to, planes, ground);
-}
-
-void SecondMoment::sweep_emission(TransportSweep* fast)
+void SecondMoment::sweep_emission(TransportSweep& by)
 {
     if (emission_.empty()) return;
     SweepSet set = set_;
@@ -339,15 +323,18 @@ void SecondMoment::sweep_emission(TransportSweep* fast)
     set.source_basis.assign(set.count(), float(std::sqrt(1 / (4 * pi))));
     set.inflow.clear();
     SweepGround ground;
-    if (ground_) ground = {ground_->face, ground_->albedo, std::vector<float>(ground_->direct.size(), 0.0f), {}};
-    run_sweep(fast, set, {&sigma_, &emission_, true}, glow_.light, &glow_.planes, ground_ ? &ground : nullptr);
+    if (ground_) {
+        ground = *ground_;
+        ground.direct.assign(ground_->direct.size(), 0.0f);
+    }
+    by.run(set, {&sigma_, &emission_, true}, glow_.light, &glow_.planes, ground_ ? &ground : nullptr);
     glow_.on_ground = std::move(ground.irradiance);
 }
 
 /// Light by the source of collided light and of the sky, and the light of emission.
-void SecondMoment::sweep(TransportSweep* fast, SweepResult& to, PlaneLight* planes) const
+void SecondMoment::sweep(TransportSweep& by, SweepResult& to, PlaneLight* planes) const
 {
-    run_sweep(fast, set_, {&sigma_, &source_}, to, planes, ground_);
+    by.run(set_, {&sigma_, &source_}, to, planes, ground_);
     if (emission_.empty()) return;
     const auto add = [](const std::vector<float>& from, std::vector<float>& sum) {
         for (size_t n = 0; n < sum.size(); ++n) sum[n] += from[n];
@@ -362,6 +349,7 @@ void SecondMoment::sweep(TransportSweep* fast, SweepResult& to, PlaneLight* plan
     for (size_t face = 0; planes && face < 6; ++face) {
         add(glow_.planes.from_medium[face], planes->from_medium[face]);
         add(glow_.planes.from_sky[face], planes->from_sky[face]);
+        planes->ground_in[face] += glow_.planes.ground_in[face];
     }
 }
 
@@ -369,10 +357,10 @@ void SecondMoment::sweep_planes(const std::vector<double>& phi, PlaneLight& plan
 {
     take_phi(phi);
     build_source();
-    const auto fast = fast_sweep();
-    sweep_emission(fast.get());
+    TransportSweep transport(p1_.index(), faces_);
+    sweep_emission(transport);
     SweepResult unused;
-    sweep(fast.get(), unused, &planes);
+    sweep(transport, unused, &planes);
 }
 
 ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& options, const P1Source& base,
@@ -381,8 +369,8 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
     ClosureReport report;
     report.directions = ordinates_.count();
     const VoxelIndex& index = p1_.index();
-    const auto fast = fast_sweep();
-    sweep_emission(fast.get());
+    TransportSweep transport(index, faces_);
+    sweep_emission(transport);
     bool has_planes = false;
     take_phi(phi);
     std::vector<double> excess;
@@ -394,7 +382,7 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
         build_source();
         // Planes cost a few per cent of a sweep, so only a sweep that may be the last sums them.
         has_planes = planes && (k + 1 == o_.iterations || (k > 0 && report.change.back() < 8 * o_.change));
-        sweep(fast.get(), swept_, has_planes ? planes : nullptr);
+        sweep(transport, swept_, has_planes ? planes : nullptr);
         source = base;
         close(source);
         SolveOptions solve = options;
@@ -410,7 +398,7 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
     if (planes && !has_planes) {
         build_source();
         SweepResult unused;
-        sweep(fast.get(), unused, planes);
+        sweep(transport, unused, planes);
     }
     estimate_error(report);
     return report;

@@ -137,11 +137,8 @@ private:
     double current_through(int axis, size_t below, size_t slot) const;
     double weight_between(int axis, size_t below, size_t slot) const;
     void build_source();
-    std::unique_ptr<TransportSweep> fast_sweep() const;
-    void sweep_emission(TransportSweep* fast);
-    void run_sweep(TransportSweep* fast, const SweepSet&, const SweepFields&, SweepResult& to, PlaneLight* planes,
-                   SweepGround* ground) const;
-    void sweep(TransportSweep* fast, SweepResult& to, PlaneLight* planes) const;
+    void sweep_emission(TransportSweep& by);
+    void sweep(TransportSweep& by, SweepResult& to, PlaneLight* planes) const;
     void close(P1Source& source) const;
     void close_face(P1Source& source, size_t exposed, int face, const FaceTally& tally) const;
     double tensor(int a, int b, size_t slot) const;

@@ -32,11 +32,7 @@ std::vector<float> streaming_limit(const P1Operator& p1, const OrdinateFrame& fr
         one[0][slot] = float(1 / p1.sigma_tr(slot));
     });
     SweepResult flown;
-    const SweepFields fields{&sigma, &one, true};
-    if (TransportSweep::takes(blocks.period()))
-        TransportSweep(p1.index(), {}).run(set, fields, flown);
-    else
-        reference_sweep(p1.index(), {}, set, fields, flown);
+    TransportSweep(p1.index(), {}).run(set, {&sigma, &one, true}, flown);
     std::vector<float> factor(blocks.slots(), 1.0f);
     each_active(blocks, [&](size_t slot) {
         factor[slot] = float(std::min(widest * double(flown.moments[0][slot]) * p1.sigma_tr(slot), 1.0));

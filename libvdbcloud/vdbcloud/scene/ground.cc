@@ -38,11 +38,16 @@ double Ground::distance(const WorldRay& ray) const
 
 Ground ground_beneath(const std::vector<const FloatGrid*>& densities, const Vec3d& up, double albedo)
 {
-    if (!(albedo >= 0 && albedo <= 1))
-        throw InputError("albedo of the ground " + std::to_string(albedo) + ": expected 0 to 1");
+    check_ground_albedo(albedo);
     double least = far;
     for (const FloatGrid* density : densities) least = std::min(least, lowest(*density, up));
     return {albedo, least < far ? least * up : Vec3d(0), up};
+}
+
+void check_ground_albedo(double albedo)
+{
+    if (!(albedo >= 0 && albedo <= 1))
+        throw InputError("albedo of the ground " + std::to_string(albedo) + ": expected 0 to 1");
 }
 
 void require_light_above(const Light& light, const Ground& ground)

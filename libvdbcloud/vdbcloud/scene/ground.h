@@ -26,6 +26,9 @@ struct Ground {
 /// the origin. Throws InputError for an albedo outside 0 .. 1.
 Ground ground_beneath(const std::vector<const FloatGrid*>&, const Vec3d& up, double albedo);
 
+/// Throws InputError unless the albedo is 0 to 1.
+void check_ground_albedo(double albedo);
+
 /// Throws InputError for a light that is not above the ground: light from below does not pass the ground.
 void require_light_above(const Light&, const Ground&);
 

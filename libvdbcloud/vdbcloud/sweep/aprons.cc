@@ -1,5 +1,7 @@
 #include "vdbcloud/sweep/aprons.h"
 
+#include "vdbcloud/sweep/patch_light.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -41,8 +43,9 @@ void Aprons::clear_cache(size_t directions, int width)
     downstream_.resize(blocks_.count() * width_);
 }
 
-void Aprons::start(const std::array<int, 3>& sign)
+void Aprons::start(const std::array<int, 3>& sign, const PatchLight* below)
 {
+    below_ = below;
     outer_of_.resize(blocks_.count());
     int32_t count = 0;
     for (size_t b = 0; b < blocks_.count(); ++b)
@@ -118,27 +121,39 @@ struct Aprons::Patch {
     Vec3d corner;         // its first voxel, in block coordinates
     int along[2];         // axes; -1: none
     int stride[2];        // in `radiance` and `hit`
+    int pitch = 1;        // from voxel to voxel
     uint64_t traced = 0;  // which of the hits have been traced
     VoidRays::Hit hit[64];
 
+    Vec3d start(int i, int j) const
+    {
+        Vec3d from = corner;
+        if (along[0] >= 0) from[along[0]] += i * pitch;
+        if (along[1] >= 0) from[along[1]] += j * pitch;
+        return from;
+    }
     const VoidRays::Hit& trace(const VoidRays& rays, int i, int j)
     {
         const int k = i * stride[0] + j * stride[1];
         if (!(traced >> k & 1)) {
-            Vec3d from = corner;
-            if (along[0] >= 0) from[along[0]] += i;
-            if (along[1] >= 0) from[along[1]] += j;
-            hit[k] = rays.trace(from, path.traversal.step);
+            hit[k] = rays.trace(start(i, j), path.traversal.step);
             traced |= uint64_t(1) << k;
         }
         return hit[k];
     }
 };
 
-/// Radiance at the end of a ray: on a block's face, or the sky's.
-float Aprons::light_of(const Patch& patch, const VoidRays::Hit& hit) const
+/// Radiance of a ray that meets no block.
+float Aprons::sky_of(const Patch& patch, int i, int j) const
 {
-    if (hit.block < 0) return patch.inflow;
+    if (!below_) return patch.inflow;
+    return patch.inflow + float(below_->change(patch.start(i, j), patch.path.traversal.step));
+}
+
+/// Radiance at the end of a ray: on a block's face, or the sky's.
+float Aprons::light_of(const Patch& patch, const VoidRays::Hit& hit, int i, int j) const
+{
+    if (hit.block < 0) return sky_of(patch, i, j);
     const Traversal& traversal = patch.path.traversal;
     float sum = 0;
     for (int k = 0; k < 3; ++k) {
@@ -186,18 +201,21 @@ bool Aprons::fill_patch(Patch& patch, const int* lo, const int* hi, float* radia
         for (int j = lo[1]; j <= hi[1]; ++j) {
             VoidRays::Hit hit = first;
             for (int a = 0; a < 3; ++a) hit.at[a] += slope[0][a] * (i - lo[0]) + slope[1][a] * (j - lo[1]);
-            radiance[i * patch.stride[0] + j * patch.stride[1]] = light_of(patch, hit);
+            radiance[i * patch.stride[0] + j * patch.stride[1]] = light_of(patch, hit, i, j);
         }
     return first.block < 0;
 }
 
 uint64_t Aprons::fill_tile(const SweepPath& path, int d, const Vec3d& corner, const std::array<int, 2>& along,
-                           float* radiance) const
+                           float* radiance, int pitch) const
 {
     constexpr float sky = std::numeric_limits<float>::infinity();  // no radiance: a mark
-    Patch patch{path, d, sky, corner, {along[0], along[1]}, {8, 1}, 0, {}};
+    Patch patch{path, d, sky, corner, {along[0], along[1]}, {8, 1}, pitch, 0, {}};
     const int lo[2] = {0, 0}, hi[2] = {7, 7};
-    fill_patch(patch, lo, hi, radiance);
+    if (pitch == 1)
+        fill_patch(patch, lo, hi, radiance);
+    else
+        for (int k = 0; k < 64; ++k) radiance[k] = light_of(patch, patch.trace(rays_, k / 8, k % 8), k / 8, k % 8);
     uint64_t ends = 0;
     for (int k = 0; k < 64; ++k) ends |= uint64_t(radiance[k] == sky) << k;
     return ends;
@@ -242,14 +260,19 @@ void Aprons::through_void(const SweepPath& path, int d, int region, size_t block
         if (!unmet) return;
         if (unmet == all) ends = uint16_t(ends | none_near);
     }
-    if (ends & sky_beyond) {
+    if (ends & sky_beyond && !below_) {
         for (int n = 0; n < count; ++n)
             if (unmet >> n & 1) radiance[n] = inflow;
         return;
     }
     const std::array<int, 2> runs = region_runs(path.traversal, region);
     const Vec3d corner = region_corner(path.traversal, region, blocks_.at(block));
-    Patch patch{path, d, inflow, corner, {runs[0], runs[1]}, {runs[1] < 0 ? 1 : 8, 1}, 0, {}};
+    Patch patch{path, d, inflow, corner, {runs[0], runs[1]}, {runs[1] < 0 ? 1 : 8, 1}, 1, 0, {}};
+    if (ends & sky_beyond) {
+        for (int n = 0; n < count; ++n)
+            if (unmet >> n & 1) radiance[n] = sky_of(patch, runs[1] < 0 ? n : n / 8, runs[1] < 0 ? 0 : n % 8);
+        return;
+    }
     bool sky = true;
     if (unmet == all) {
         const int lo[2] = {0, 0}, hi[2] = {runs[0] < 0 ? 0 : 7, runs[1] < 0 ? 0 : 7};
@@ -257,8 +280,9 @@ void Aprons::through_void(const SweepPath& path, int d, int region, size_t block
     } else {
         for (int n = 0; n < count; ++n) {
             if (!(unmet >> n & 1)) continue;
-            const VoidRays::Hit& hit = patch.trace(rays_, runs[1] < 0 ? n : n / 8, runs[1] < 0 ? 0 : n % 8);
-            radiance[n] = light_of(patch, hit);
+            const int i = runs[1] < 0 ? n : n / 8, j = runs[1] < 0 ? 0 : n % 8;
+            const VoidRays::Hit& hit = patch.trace(rays_, i, j);
+            radiance[n] = light_of(patch, hit, i, j);
             sky = sky && hit.block < 0;
         }
     }

@@ -5,6 +5,8 @@
 
 namespace vdbcloud {
 
+class PatchLight;
+
 /// One direction of a set and what its sweep needs of geometry.
 struct SweepPath {
     SweepPath(const Vec3d& step, size_t number);
@@ -24,7 +26,8 @@ public:
     /// Clears cached ray ends. Call when the direction set changes. A batch has `width` directions at most.
     void clear_cache(size_t directions, int width);
     /// Call before the batches of an octant, with the signs of its steps by axis.
-    void start(const std::array<int, 3>& sign);
+    /// `below`: the patch of ground that rays from the sky of this octant come from, after reflect(); null: none.
+    void start(const std::array<int, 3>& sign, const PatchLight* below = nullptr);
 
     using Upstream = std::array<int32_t, 8>;  ///< the blocks upstream across axes given as bits; -1: none
     Upstream upstream(const std::array<int, 3>& sign, size_t block) const;
@@ -37,11 +40,12 @@ public:
     /// Keeps radiance and source on the block's downstream faces, for the blocks that follow.
     void store_faces(const SweepPath&, int d, size_t block, const block_sweep::Scratch&);
 
-    /// Radiance of direction d of the batch at 8 x 8 points one voxel apart: from `corner` (block coordinates) along
-    /// the axes `along`, the second fastest. All points lie in one missing block, downstream of all blocks that a ray
-    /// to them meets. Returns which rays come from the sky, as bits; their radiance is not set.
-    uint64_t fill_tile(const SweepPath&, int d, const Vec3d& corner, const std::array<int, 2>& along,
-                       float* radiance) const;
+    /// Radiance of direction d of the batch at 8 x 8 points `pitch` voxels apart: from `corner` (block coordinates)
+    /// along the axes `along`, the second fastest. The points lie downstream of all blocks that a ray to them meets;
+    /// with pitch 1 in one missing block, else each in a missing block or its radiance has no meaning. Returns which
+    /// rays come from the sky, as bits; their radiance is not set.
+    uint64_t fill_tile(const SweepPath&, int d, const Vec3d& corner, const std::array<int, 2>& along, float* radiance,
+                       int pitch = 1) const;
 
     size_t bytes() const;
 
@@ -51,13 +55,15 @@ private:
     };
     struct Patch;
     const float* face(size_t block, int face, int axis, int d) const;
-    float light_of(const Patch&, const VoidRays::Hit&) const;
+    float sky_of(const Patch&, int i, int j) const;
+    float light_of(const Patch&, const VoidRays::Hit&, int i, int j) const;
     bool fill_patch(Patch&, const int* lo, const int* hi, float* radiance) const;
     uint64_t from_near_blocks(const SweepPath&, int d, int region, size_t block, float* radiance) const;
     void through_void(const SweepPath&, int d, int region, size_t block, float inflow, float* radiance);
 
     const Blocks& blocks_;
     VoidRays rays_;
+    const PatchLight* below_ = nullptr;
     size_t width_ = 0;
     std::vector<DownstreamFaces> downstream_;  // block by block, `width_` each
     // By axis: the number of a block's downstream face that looks into the void, or -1.

@@ -56,8 +56,8 @@ struct Origin {
 
 }  // namespace
 
-FaceTallies::FaceTallies(size_t blocks, const std::vector<SweepFace>& faces)
-    : begin_(blocks * 6 + 1, 0), number_(faces.size()), slot_(faces.size())
+FaceTallies::FaceTallies(size_t blocks, const std::vector<SweepFace>& faces, bool outward_only)
+    : outward_only_(outward_only), begin_(blocks * 6 + 1, 0), number_(faces.size()), slot_(faces.size())
 {
     const auto side = [](const SweepFace& face) { return size_t(face.slot / 512) * 6 + face.face; };
     for (const SweepFace& face : faces) ++begin_[side(face) + 1];
@@ -90,6 +90,7 @@ void FaceTallies::add(const Traversal& traversal, int d, size_t block, const Vec
             const size_t end = begin_[block * 6 + size_t(face) + 1];
             if (begin_[block * 6 + size_t(face)] == end) continue;
             const bool along = direction[axis] == 0, outward = !along && (upper ? 1 : -1) == traversal.sign[size_t(k)];
+            if (outward_only_ && !outward) continue;
             const Origin origin(traversal, k, along, outward);
             const float cosine = float(upper ? direction[axis] : -direction[axis]);
             const std::array<float, 3> factor{cosine * weight, weight, (cosine * cosine - 1.0f / 3) * weight};

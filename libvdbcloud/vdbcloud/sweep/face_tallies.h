@@ -9,7 +9,8 @@ namespace vdbcloud {
 /// alike. Threads: add() to different blocks.
 class FaceTallies {
 public:
-    FaceTallies(size_t blocks, const std::vector<SweepFace>& faces);
+    /// `outward_only`: leaves out light that comes in through a face.
+    FaceTallies(size_t blocks, const std::vector<SweepFace>& faces, bool outward_only = false);
 
     void clear();
     /// Radiance of direction d of the batch on the block's faces, times the weight. `direction` is unit, by axis.
@@ -20,6 +21,7 @@ public:
     size_t bytes() const;
 
 private:
+    bool outward_only_;
     std::vector<uint32_t> begin_;            // of each side of each block, and the end
     std::vector<uint32_t> number_;           // in the list
     std::vector<uint16_t> slot_;             // in the block

@@ -47,10 +47,10 @@ double PeriodicSweep::Impl::on_face(int d, const Way& way, const Vec3i& voxel, i
     double light = 0;
     for (size_t n = 0; n < 4; ++n)
         if (view.weight[n] > 0)
-            light += view.weight[n] * planes[view.before[n]][cell(over_seam(voxel[u] + view.row[n], nu),
-                                                                  over_seam(voxel[v] + view.column[n], nv))];
+            light += view.weight[n] * planes[view.before[n]][cell(over_seam(row_of(voxel) + view.row[n], nu),
+                                                                  over_seam(column_of(voxel) + view.column[n], nv))];
     if (!view.leaves) return light;
-    const size_t own = cell(voxel[u], voxel[v]);
+    const size_t own = cell(row_of(voxel), column_of(voxel));
     const float s = sigma[now][own];
     if (!(s > 0)) return light;
     const double e = std::exp(-view.half_exit * s);
@@ -77,7 +77,7 @@ void PeriodicSweep::Impl::tally(int p, int, const std::vector<Way>& ways)
 /// the other cells. These see blocks up to half a voxel beyond the plane, so they come after the last plane.
 void PeriodicSweep::Impl::leave(int p, int sign, const std::vector<Way>& ways, bool of_blocks)
 {
-    const int face = 2 * w + (sign > 0), side = sign > 0;
+    const int face = 2 * w + (sign > 0);
     const bool to_ground = ground && ground->face() == face;
     if ((!with_planes && !to_ground) || (!of_blocks && whole[size_t(layer_of(p))])) return;
     for (size_t d = 0; to_ground && of_blocks && d < ways.size(); ++d)
@@ -86,8 +86,9 @@ void PeriodicSweep::Impl::leave(int p, int sign, const std::vector<Way>& ways, b
         for (int column = 0; column < nv; ++column) {
             Vec3i voxel;
             voxel[w] = p;
-            voxel[u] = row;
-            voxel[v] = column;
+            voxel[u] = 8 * first_u + row;
+            voxel[v] = 8 * first_v + column;
+            if (!box.contains(voxel)) continue;
             if ((block_at(layer_of(p), row >> 3, column >> 3) >= 0) != of_blocks) continue;
             const size_t n = box.cell(face, voxel);
             for (size_t d = 0; d < ways.size(); ++d) {
@@ -101,9 +102,39 @@ void PeriodicSweep::Impl::leave(int p, int sign, const std::vector<Way>& ways, b
                     point[w] += sign * inside_plane;
                     light = through_void(int(d), ways[d], point);
                 }
-                if (with_planes) (light ? from_medium : from_sky)[side][n] += out * light.value_or(ways[d].sky);
+                if (with_planes) (light ? from_medium : from_sky)[size_t(face)][n] += out * light.value_or(ways[d].sky);
                 if (to_ground) ground->gather(n, out * light.value_or(ways[d].sky));
             }
+        }
+    });
+}
+
+/// The part in plane p of the planes of the box across `aside`, as leave().
+void PeriodicSweep::Impl::leave_aside(int p, const std::vector<Way>& ways, bool of_blocks)
+{
+    if (!with_planes || aside < 0 || p < box.first[w] || p > box.last[w]) return;
+    const int along = 3 - w - aside;
+    each(aside == u ? nv : nu, false, [&](int k) {
+        for (size_t d = 0; d < ways.size(); ++d) {
+            const Vec3d& step = ways[d].step;
+            if (step[aside] == 0) continue;
+            const int upper = step[aside] > 0, face = 2 * aside + upper;
+            Vec3i voxel;
+            voxel[w] = p;
+            voxel[aside] = (upper ? box.last : box.first)[aside];
+            voxel[along] = k;
+            if ((block_at(layer_of(p), row_of(voxel) >> 3, column_of(voxel) >> 3) >= 0) != of_blocks) continue;
+            const size_t m = ways[d].number, n = box.cell(face, voxel);
+            const double out = set->weight[m] * std::abs(set->direction[m][aside]);
+            std::optional<double> light;
+            if (of_blocks)
+                light = on_face(int(d), ways[d], voxel, face);
+            else {
+                Vec3d point(voxel[0], voxel[1], voxel[2]);
+                point[aside] += upper ? inside_plane : -inside_plane;
+                light = through_void(int(d), ways[d], point);
+            }
+            (light ? from_medium : from_sky)[size_t(face)][n] += out * light.value_or(ways[d].sky);
         }
     });
 }

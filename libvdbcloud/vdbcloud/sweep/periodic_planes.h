@@ -52,7 +52,8 @@ struct PeriodicSweep::Impl {
     };
     std::array<View, 6> views_of(const Vec3d& step) const;
 
-    Impl(const VoxelIndex&, const std::vector<SweepFace>&);
+    /// The planes of a sweep lie across `w`, an axis that ends.
+    Impl(const VoxelIndex&, const std::vector<SweepFace>&, int w);
 
     // Layers of blocks, planes of voxels. A tile is a block's part of a plane.
     int32_t block_at(int layer, int bu, int bv) const
@@ -60,25 +61,20 @@ struct PeriodicSweep::Impl {
         return layer < 0 || layer >= layers ? -1 : tiles[size_t((layer * tu + bu) * tv + bv)];
     }
     int layer_of(int p) const { return (p >> 3) - first_layer; }
+    int row_of(const Vec3i& voxel) const { return voxel[u] - 8 * first_u; }
+    int column_of(const Vec3i& voxel) const { return voxel[v] - 8 * first_v; }
     size_t cell(int row, int column) const { return size_t(row) * plane_kernel::pitch_of(nv) + size_t(column); }
 
     void start(const SweepSet&, const SweepFields&, SweepResult&, PlaneLight*, SweepGround*);
+    void run(const std::vector<Way>&);
     void sweep(int sign, const std::vector<Way>&);
     void enter(int p, const std::vector<Way>&);
     void cross_plane(int p, const std::vector<Way>&, plane_kernel::Job&);
     void find_pieces(int sign, int d, const Way&);
     void fill_voids(int p, int d, const Way&);
-    /// The part of a tile that others look at; empty at first.
+    /// The voxels of a tile that others look at, as bits 8 u + v: in every plane of the layer, and in its last plane.
     struct Part {
-        int lo_u = 8, hi_u = -1, lo_v = 8, hi_v = -1;
-
-        void widen(int u0, int u1, int v0, int v1)
-        {
-            lo_u = std::min(lo_u, u0);
-            hi_u = std::max(hi_u, u1);
-            lo_v = std::min(lo_v, v0);
-            hi_v = std::max(hi_v, v1);
-        }
+        uint64_t all = 0, last = 0;
     };
     void find_needed(int here, int next, const plane_kernel::Offset&, std::vector<Part>&) const;
     /// Repeats the first columns of rows at their ends.
@@ -89,7 +85,7 @@ struct PeriodicSweep::Impl {
     void keep_exits(int p, int bu, int bv, int d, const Way&);
     void tally(int p, int sign, const std::vector<Way>&);
     void leave(int p, int sign, const std::vector<Way>&, bool of_blocks);
-    void finish(const SweepSet&, SweepResult&, PlaneLight*);
+    void leave_aside(int p, const std::vector<Way>&, bool of_blocks);
     void forget(const std::vector<Way>&);
 
     double on_face(int d, const Way&, const Vec3i& voxel, int face) const;
@@ -107,8 +103,10 @@ struct PeriodicSweep::Impl {
     const Blocks& blocks;
     const VoidRays rays;
     const ActiveBox box;
-    int w, u, v;  // across the planes; along them
+    int w, u, v;     // across the planes; along them
+    int aside = -1;  // of u and v the axis that ends, with a missing tile before the first block and after the last
     int nu, nv, tu, tv;
+    int first_u = 0, first_v = 0;  // blocks
     int first_layer = 0, layers = 0;
     std::vector<int32_t> tiles;  // blocks by layer, u, v; -1: missing
     std::vector<char> whole;     // layers without missing tiles
@@ -128,7 +126,7 @@ struct PeriodicSweep::Impl {
     std::optional<GroundSums> ground;
     bool upward = false;  // directions begin on the ground
     std::vector<std::array<double, 3>> sums;
-    std::vector<double> from_medium[2], from_sky[2];  // lower, upper plane
+    std::array<std::vector<double>, 6> from_medium, from_sky;  // by Blocks::Face
     bool with_planes = false;
     // Of the batch: the plane before and the one now, by `now`.
     int now = 0;

@@ -2,6 +2,8 @@
 
 #include "vdbcloud/core/error.h"
 
+#include <cmath>
+
 namespace vdbcloud {
 
 using periodic::each;
@@ -16,30 +18,35 @@ constexpr size_t most_kept = size_t(1) << 28;  // of the pieces of all direction
 
 }  // namespace
 
-bool PeriodicSweep::takes(const Vec3i& period) { return (period[0] > 0) + (period[1] > 0) + (period[2] > 0) == 2; }
-
-PeriodicSweep::Impl::Impl(const VoxelIndex& of, const std::vector<SweepFace>& list)
-    : index(of), blocks(of.blocks()), rays(blocks), box(blocks), face_count(list.size())
+PeriodicSweep::Impl::Impl(const VoxelIndex& of, const std::vector<SweepFace>& list, int across)
+    : index(of), blocks(of.blocks()), rays(blocks), box(blocks), w(across), u(ActiveBox::axes(across)[0]),
+      v(ActiveBox::axes(across)[1]), face_count(list.size())
 {
-    w = blocks.period()[0] == 0 ? 0 : blocks.period()[1] == 0 ? 1 : 2;
-    u = ActiveBox::axes(w)[0];
-    v = ActiveBox::axes(w)[1];
+    for (const int a : {u, v})
+        if (blocks.period()[a] == 0) aside = a;
     tu = blocks.period()[u];
     tv = blocks.period()[v];
+    Vec3i first(0, 0, 0), last(-1, -1, -1);
+    for (int a = 0; a < 3 && blocks.count() > 0; ++a) {
+        first[a] = last[a] = blocks.at(0)[a];
+        for (size_t b = 0; b < blocks.count(); ++b) {
+            first[a] = std::min(first[a], blocks.at(b)[a]);
+            last[a] = std::max(last[a], blocks.at(b)[a]);
+        }
+    }
+    if (aside >= 0) {
+        (aside == u ? tu : tv) = last[aside] - first[aside] + 3;
+        (aside == u ? first_u : first_v) = first[aside] - 1;
+    }
     nu = 8 * tu;
     nv = 8 * tv;
     if (blocks.count() == 0) return;
-    int last = blocks.at(0)[w];
-    first_layer = last;
-    for (size_t b = 0; b < blocks.count(); ++b) {
-        first_layer = std::min(first_layer, blocks.at(b)[w]);
-        last = std::max(last, blocks.at(b)[w]);
-    }
-    layers = last - first_layer + 1;
+    first_layer = first[w];
+    layers = last[w] - first_layer + 1;
     tiles.assign(size_t(layers) * size_t(tu * tv), -1);
     for (size_t b = 0; b < blocks.count(); ++b) {
         const Vec3i& at = blocks.at(b);
-        tiles[size_t(((at[w] - first_layer) * tu + at[u]) * tv + at[v])] = int32_t(b);
+        tiles[size_t(((at[w] - first_layer) * tu + at[u] - first_u) * tv + at[v] - first_v)] = int32_t(b);
     }
     for (int layer = 0; layer < layers; ++layer) {
         const auto begin = tiles.begin() + layer * tu * tv;
@@ -63,12 +70,10 @@ void PeriodicSweep::Impl::start(const SweepSet& with, const SweepFields& of, Swe
     with_planes = planes;
     ground.reset();
     if (on_ground) ground.emplace(blocks, *on_ground);
-    to.moments.resize(size_t(with.moment_terms));
-    for (auto& moment : to.moments) moment.assign(blocks.slots(), 0.0f);
     sums.assign(face_count, {0, 0, 0});
-    for (int side = 0; side < 2; ++side) {
-        from_medium[side].assign(with_planes ? box.cells(2 * w + side) : 0, 0.0);
-        from_sky[side] = from_medium[side];
+    for (int face = 0; face < 6; ++face) {
+        from_medium[size_t(face)].assign(with_planes ? box.cells(face) : 0, 0.0);
+        from_sky[size_t(face)] = from_medium[size_t(face)];
     }
     const size_t size = cell(nu, 0);
     for (int k = 0; k < 2; ++k) {
@@ -124,8 +129,10 @@ void PeriodicSweep::Impl::sweep(int sign, const std::vector<Way>& ways)
             });
         tally(p, sign, ways);
         if (p == exit) leave(p, sign, ways, true);
+        leave_aside(p, ways, true);
     }
     leave(exit, sign, ways, false);
+    for (int p = box.first[w]; p <= box.last[w]; ++p) leave_aside(p, ways, false);
     if (has_voids) forget(ways);
 }
 
@@ -143,8 +150,8 @@ void PeriodicSweep::Impl::enter(int p, const std::vector<Way>& ways)
         point[w] = p;
         for (int row = 0; row < nu; ++row)
             for (int column = 0; column < nv; ++column) {
-                point[u] = row;
-                point[v] = column;
+                point[u] = 8 * first_u + row;
+                point[v] = 8 * first_v + column;
                 radiance[now][d][cell(row, column)] = float(outside(ways[d], point));
             }
         close_rows(radiance[now][d].data(), 0, nu);
@@ -175,71 +182,111 @@ void PeriodicSweep::Impl::forget(const std::vector<Way>& ways)
     for (size_t d = 0; kept > most_kept && d < ways.size(); ++d) pieces[ways[d].number] = {};
 }
 
-void PeriodicSweep::Impl::finish(const SweepSet& with, SweepResult& to, PlaneLight* planes)
+/// The directions of one run, all of them with planes across w.
+void PeriodicSweep::Impl::run(const std::vector<Way>& all)
 {
-    each(int(blocks.count()), large, [&](int b) {
+    std::vector<Way> ways[2];  // down and up along the axis across the planes
+    for (const Way& way : all) ways[way.step[w] > 0].push_back(way);
+    // Light that ends on a ground comes first. Over a black one the order is that without a ground.
+    const bool upper_first = ground && !ground->black() && ground->face() % 2;
+    for (const bool upwards : {upper_first, !upper_first}) {
+        upward = ground && (ground->face() % 2 == 1) != upwards;
+        if (upward && !ground->black()) ground->reflect();
+        const std::vector<Way>& of = ways[upwards];
+        for (size_t n = 0; n < of.size() && layers > 0; n += batch)
+            sweep(upwards ? 1 : -1,
+                  {of.begin() + std::ptrdiff_t(n), of.begin() + std::ptrdiff_t(std::min(n + batch, of.size()))});
+    }
+    if (ground) ground->reflect();
+}
+
+PeriodicSweep::PeriodicSweep(const VoxelIndex& index, const std::vector<SweepFace>& faces) : blocks_(index.blocks())
+{
+    for (int a = 0; a < 3; ++a)
+        if (blocks_.period()[a] == 0) impl_[size_t(a)] = std::make_unique<Impl>(index, faces, a);
+}
+PeriodicSweep::~PeriodicSweep() = default;
+
+/// The axis across the planes for a direction.
+int PeriodicSweep::across(const Vec3d& step) const
+{
+    int w = -1;
+    for (int a = 0; a < 3; ++a)
+        if (impl_[size_t(a)] && step[a] != 0 && (w < 0 || std::abs(step[a]) > std::abs(step[w]))) w = a;
+    if (w < 0) throw InputError("a direction along periodic axes only: expected one that leaves the medium");
+    return w;
+}
+
+void PeriodicSweep::run(const SweepSet& set, const SweepFields& fields, SweepResult& result, PlaneLight* planes,
+                        SweepGround* ground)
+{
+    std::array<std::vector<Impl::Way>, 3> ways;  // by the axis across the planes
+    for (const auto& impl : impl_) {
+        if (!impl) continue;
+        if (ground && impl->aside >= 0)
+            throw InputError("a ground under a medium that repeats along one axis: expected none, or two");
+        impl->start(set, fields, result, planes, ground);
+    }
+    result.moments.resize(size_t(set.moment_terms));
+    for (auto& moment : result.moments) moment.assign(blocks_.slots(), 0.0f);
+    for (size_t m = 0; m < set.count(); ++m) {
+        Impl::Way way{{}, m, set.inflow.empty() ? 0.0f : set.inflow[m], {}};
+        const Impl& any = *(impl_[0] ? impl_[0] : impl_[1] ? impl_[1] : impl_[2]);
+        for (int a = 0; a < 3; ++a) way.step[a] = set.direction[m][a] / any.index.spacing()[a];
+        const size_t w = size_t(across(way.step));
+        way.views = impl_[w]->views_of(way.step);
+        ways[w].push_back(way);
+    }
+    for (size_t a = 0; a < 3; ++a)
+        if (impl_[a]) impl_[a]->run(ways[a]);
+    finish(set, result, planes);
+}
+
+void PeriodicSweep::finish(const SweepSet& set, SweepResult& to, PlaneLight* planes) const
+{
+    each(int(blocks_.count()), blocks_.count() >= 64, [&](int b) {
         for (size_t x = 0; x < 8; ++x) {
-            const uint64_t mask = blocks.mask(size_t(b))[x];
+            const uint64_t mask = blocks_.mask(size_t(b))[x];
             for (size_t n = 0; ~mask && n < 64; ++n)
                 for (auto& moment : to.moments)
                     if (!(mask >> n & 1)) moment[size_t(b) * 512 + x * 64 + n] = 0;
         }
     });
-    to.tally.resize(face_count);
-    for (size_t n = 0; n < face_count; ++n) to.tally[n] = {float(sums[n][0]), float(sums[n][1]), float(sums[n][2])};
-    if (ground) ground->reflect();
+    std::vector<std::array<double, 3>> sums;
+    std::array<std::vector<double>, 6> from_medium, from_sky;
+    const auto add = [](std::vector<double>& sum, const std::vector<double>& more) {
+        sum.resize(more.size(), 0.0);
+        for (size_t n = 0; n < more.size(); ++n) sum[n] += more[n];
+    };
+    for (const auto& impl : impl_) {
+        if (!impl) continue;
+        sums.resize(impl->face_count, {0, 0, 0});
+        for (size_t n = 0; n < sums.size(); ++n)
+            for (size_t k = 0; k < 3; ++k) sums[n][k] += impl->sums[n][k];
+        for (size_t face = 0; face < 6; ++face) {
+            add(from_medium[face], impl->from_medium[face]);
+            add(from_sky[face], impl->from_sky[face]);
+        }
+    }
+    to.tally.resize(sums.size());
+    for (size_t n = 0; n < sums.size(); ++n) to.tally[n] = {float(sums[n][0]), float(sums[n][1]), float(sums[n][2])};
     if (!planes) return;
-    set_half_ranges(with, *planes);
+    set_half_ranges(set, *planes);
     for (size_t face = 0; face < 6; ++face) {
-        planes->from_medium[face].clear();
-        planes->from_sky[face].clear();
+        planes->from_medium[face].assign(from_medium[face].begin(), from_medium[face].end());
+        planes->from_sky[face].assign(from_sky[face].begin(), from_sky[face].end());
     }
-    for (size_t side = 0; side < 2; ++side) {
-        const size_t face = size_t(2 * w) + side;
-        planes->from_medium[face].assign(from_medium[side].begin(), from_medium[side].end());
-        planes->from_sky[face].assign(from_sky[side].begin(), from_sky[side].end());
-    }
-}
-
-PeriodicSweep::PeriodicSweep(const VoxelIndex& index, const std::vector<SweepFace>& faces)
-    : impl_(std::make_unique<Impl>(index, faces))
-{
-}
-PeriodicSweep::~PeriodicSweep() = default;
-
-void PeriodicSweep::run(const SweepSet& set, const SweepFields& fields, SweepResult& result, PlaneLight* planes,
-                        SweepGround* ground)
-{
-    Impl& my = *impl_;
-    my.start(set, fields, result, planes, ground);
-    std::vector<Impl::Way> ways[2];  // down and up along the axis across the planes
-    for (size_t m = 0; m < set.count(); ++m) {
-        Impl::Way way{{}, m, set.inflow.empty() ? 0.0f : set.inflow[m], {}};
-        for (int a = 0; a < 3; ++a) way.step[a] = set.direction[m][a] / my.index.spacing()[a];
-        if (way.step[my.w] == 0)
-            throw InputError("a direction along periodic axes only: expected one that leaves the medium");
-        way.views = my.views_of(way.step);
-        ways[way.step[my.w] > 0].push_back(way);
-    }
-    // Light that ends on a ground comes first. Over a black one the order is that without a ground.
-    const bool upper_first = my.ground && !my.ground->black() && my.ground->face() % 2;
-    for (const bool upwards : {upper_first, !upper_first}) {
-        my.upward = my.ground && (my.ground->face() % 2 == 1) != upwards;
-        if (my.upward && !my.ground->black()) my.ground->reflect();
-        const std::vector<Impl::Way>& all = ways[upwards];
-        for (size_t n = 0; n < all.size() && my.layers > 0; n += batch)
-            my.sweep(upwards ? 1 : -1,
-                     {all.begin() + std::ptrdiff_t(n), all.begin() + std::ptrdiff_t(std::min(n + batch, all.size()))});
-    }
-    my.finish(set, result, planes);
 }
 
 size_t PeriodicSweep::bytes() const
 {
-    size_t in_pieces = 0;
-    for (const auto& of : impl_->pieces) in_pieces += of.bytes();
-    return in_pieces + 4 * impl_->exits.size() + 4 * impl_->cell(impl_->nu, 0) * (2 * (2 * batch + 1)) +
-           impl_->face_count * 64;
+    size_t total = 0;
+    for (const auto& impl : impl_) {
+        if (!impl) continue;
+        for (const auto& of : impl->pieces) total += of.bytes();
+        total += 4 * impl->exits.size() + 4 * impl->cell(impl->nu, 0) * (2 * (2 * batch + 1)) + impl->face_count * 64;
+    }
+    return total;
 }
 
 }  // namespace vdbcloud

@@ -9,23 +9,52 @@ using periodic::wrapped;
 using plane_kernel::batch;
 using plane_kernel::Offset;
 
-/// Widens the parts of tiles in layer `here` that the next plane, in layer `next`, or faces look at.
+namespace {
+
+/// Bits 8 u + v of the rectangle u0 .. u1, v0 .. v1.
+uint64_t rectangle(int u0, int u1, int v0, int v1)
+{
+    uint64_t bits = 0;
+    for (int a = u0; a <= u1; ++a) bits |= (uint64_t(0xff) >> (7 - v1 + v0)) << (8 * a + v0);
+    return bits;
+}
+
+/// Calls f(u0, u1, v0, v1) for rectangles that together are `bits`.
+template<typename F>
+void for_rectangles(uint64_t bits, const F& f)
+{
+    while (bits) {
+        const int first = __builtin_ctzll(bits), u0 = first / 8, v0 = first % 8;
+        int v1 = v0, u1 = u0;
+        while (v1 < 7 && bits >> (8 * u0 + v1 + 1) & 1) ++v1;
+        const auto row = [&](int a) { return rectangle(a, a, v0, v1); };
+        while (u1 < 7 && (bits & row(u1 + 1)) == row(u1 + 1)) ++u1;
+        f(u0, u1, v0, v1);
+        bits &= ~rectangle(u0, u1, v0, v1);
+    }
+}
+
+}  // namespace
+
+/// Finds what blocks of layer `here` look at in all its planes, and those of the layer `next` after it in its last.
 void PeriodicSweep::Impl::find_needed(int here, int next, const Offset& offset, std::vector<Part>& needed) const
 {
     // Voxels u0 .. u1 and v0 .. v1 of the plane, over the seam.
-    const auto mark = [&](int u0, int u1, int v0, int v1) {
+    const auto mark = [&](uint64_t Part::*mask, int u0, int u1, int v0, int v1) {
         for (int a = u0 >> 3; a <= u1 >> 3; ++a)
             for (int b = v0 >> 3; b <= v1 >> 3; ++b)
-                needed[size_t(wrapped(a, tu) * tv + wrapped(b, tv))].widen(
+                needed[size_t(wrapped(a, tu) * tv + wrapped(b, tv))].*mask |= rectangle(
                     std::max(u0 - 8 * a, 0), std::min(u1 - 8 * a, 7), std::max(v0 - 8 * b, 0), std::min(v1 - 8 * b, 7));
     };
     for (int bu = 0; bu < tu; ++bu)
-        for (int bv = 0; bv < tv; ++bv) {
-            const int first_u = 8 * bu, first_v = 8 * bv;
-            const bool in_next = block_at(next, bu, bv) >= 0;
-            if (in_next) mark(first_u + offset.u, first_u + offset.u + 8, first_v + offset.v, first_v + offset.v + 8);
-            if (in_next || block_at(here, bu, bv) >= 0) mark(first_u - 1, first_u + 8, first_v - 1, first_v + 8);
-        }
+        for (int bv = 0; bv < tv; ++bv)
+            for (const int layer : {here, next}) {
+                if (block_at(layer, bu, bv) < 0) continue;
+                const auto mask = layer == here ? &Part::all : &Part::last;
+                const int at_u = 8 * bu, at_v = 8 * bv;
+                mark(mask, at_u + offset.u, at_u + offset.u + 8, at_v + offset.v, at_v + offset.v + 8);
+                mark(mask, at_u - 1, at_u + 8, at_v - 1, at_v + 8);
+            }
 }
 
 /// Where the rays of missing blocks end, for one direction: once, as long as the directions stay the same.
@@ -34,23 +63,29 @@ void PeriodicSweep::Impl::find_pieces(int sign, int d, const Way& way)
     Pieces& to = pieces[way.number];
     if (!to.begin.empty()) return;
     VoidPieces finder(rays);
+    const int last = sign > 0 ? 7 : 0;
     for (int layer = 0; layer < layers; ++layer) {
         std::vector<Part> needed(size_t(tu * tv));
-        for (const int next : {layer, layer + sign}) find_needed(layer, next, offsets[size_t(d)], needed);
+        find_needed(layer, layer + sign, offsets[size_t(d)], needed);
         for (int n = 0; n < tu * tv; ++n) {
             to.begin.push_back(uint32_t(to.list.size()));
             const Part& part = needed[size_t(n)];
-            if (part.hi_u < 0 || block_at(layer, n / tv, n % tv) >= 0) continue;
+            if (block_at(layer, n / tv, n % tv) >= 0) continue;
             Vec3i at;
             at[w] = first_layer + layer;
-            at[u] = n / tv;
-            at[v] = n % tv;
+            at[u] = first_u + n / tv;
+            at[v] = first_v + n % tv;
             std::array<int, 3> lo{0, 0, 0}, hi{7, 7, 7};
-            lo[size_t(u)] = part.lo_u;
-            hi[size_t(u)] = part.hi_u;
-            lo[size_t(v)] = part.lo_v;
-            hi[size_t(v)] = part.hi_v;
-            finder.find(at, lo, hi, way.step, to.list);
+            const auto find = [&](int u0, int u1, int v0, int v1) {
+                lo[size_t(u)] = u0;
+                hi[size_t(u)] = u1;
+                lo[size_t(v)] = v0;
+                hi[size_t(v)] = v1;
+                finder.find(at, lo, hi, way.step, to.list);
+            };
+            for_rectangles(part.all, find);
+            lo[size_t(w)] = hi[size_t(w)] = last;
+            for_rectangles(part.last & ~part.all, find);
         }
     }
     to.begin.push_back(uint32_t(to.list.size()));
@@ -84,8 +119,8 @@ void PeriodicSweep::Impl::fill_from_outside(const VoidPiece& piece, int p, int n
             if (upward && ground) {
                 Vec3d point;
                 point[w] = p;
-                point[u] = 8 * (n / tv) + i;
-                point[v] = 8 * (n % tv) + j;
+                point[u] = 8 * (first_u + n / tv) + i;
+                point[v] = 8 * (first_v + n % tv) + j;
                 light = float(outside(way, point));
             }
             to[cell(i, j)] = light;

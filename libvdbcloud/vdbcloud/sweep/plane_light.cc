@@ -7,6 +7,7 @@ namespace vdbcloud {
 void set_half_ranges(const SweepSet& set, PlaneLight& to)
 {
     to.sky_in.fill(0);
+    to.ground_in.fill(0);
     to.of_unit_radiance.fill(0);
     for (size_t m = 0; m < set.count(); ++m)
         for (size_t face = 0; face < 6; ++face) {

@@ -1,5 +1,7 @@
 #include "vdbcloud/sweep/plane_tallies.h"
 
+#include "vdbcloud/sweep/patch_light.h"
+
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -14,7 +16,7 @@ double outward(int face, const Vec3d& s) { return face % 2 ? s[face / 2] : -s[fa
 }  // namespace
 
 PlaneTallies::PlaneTallies(const Blocks& blocks)
-    : box_(blocks), faces_(find_tiles(blocks)), on_blocks_(blocks.count(), faces_)
+    : box_(blocks), faces_(find_tiles(blocks)), on_blocks_(blocks.count(), faces_, true)
 {
 }
 
@@ -48,7 +50,8 @@ std::vector<SweepFace> PlaneTallies::find_tiles(const Blocks& blocks)
     return faces;
 }
 
-void PlaneTallies::add_voids(const std::vector<SweepPath>& batch, const Aprons& aprons, const SweepSet& set)
+void PlaneTallies::add_voids(const std::vector<SweepPath>& batch, const Aprons& aprons, const SweepSet& set,
+                             const PatchLight* below)
 {
     tbb::parallel_for(size_t(0), voids_.size(), [&](size_t n) {
         Tile& tile = voids_[n];
@@ -63,10 +66,15 @@ void PlaneTallies::add_voids(const std::vector<SweepPath>& batch, const Aprons& 
             const uint64_t sky = aprons.fill_tile(batch[d], int(d), corner, ActiveBox::axes(axis), radiance);
             const float weight = float(cosine * set.weight[m]);
             const float inflow = set.inflow.empty() ? 0.0f : set.inflow[m];
+            const auto [u, v] = ActiveBox::axes(axis);
             for (size_t k = 0; k < 64; ++k)
-                if (sky >> k & 1)
-                    tile.from_sky[k] += weight * inflow;
-                else
+                if (sky >> k & 1) {
+                    Vec3d at = corner;
+                    at[u] += double(k / 8);
+                    at[v] += double(k % 8);
+                    const double change = below ? below->change(at, batch[d].traversal.step) : 0;
+                    tile.from_sky[k] += weight * (inflow + float(change));
+                } else
                     tile.from_medium[k] += weight * radiance[k];
         }
     });
@@ -81,9 +89,7 @@ void PlaneTallies::write(const SweepSet& set, PlaneLight& to) const
     }
     std::vector<FaceTally> tally;
     on_blocks_.write(tally);
-    // Light that comes in through a plane is the sky's, for all matter is behind the plane.
-    for (size_t n = 0; n < faces_.size(); ++n)
-        to.from_medium[faces_[n].face][cells_[n]] = float(tally[n].current + to.sky_in[faces_[n].face]);
+    for (size_t n = 0; n < faces_.size(); ++n) to.from_medium[faces_[n].face][cells_[n]] = tally[n].current;
     for (const Tile& tile : voids_) {
         const auto [u, v] = ActiveBox::axes(tile.face / 2);
         for (int n = 0; n < 64; ++n) {

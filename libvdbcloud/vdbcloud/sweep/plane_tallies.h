@@ -19,7 +19,8 @@ public:
     {
         on_blocks_.add(traversal, d, block, direction, weight, s);
     }
-    void add_voids(const std::vector<SweepPath>& batch, const Aprons&, const SweepSet&);
+    /// `below`: a patch of ground whose light has been reflected; null: none.
+    void add_voids(const std::vector<SweepPath>& batch, const Aprons&, const SweepSet&, const PatchLight* below);
     void write(const SweepSet&, PlaneLight& to) const;
 
 private:

@@ -1,5 +1,6 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/sweep/ground_sums.h"
+#include "vdbcloud/sweep/patch_light.h"
 #include "vdbcloud/sweep/transport_sweep.h"
 #include "vdbcloud/sweep/void_rays.h"
 
@@ -16,12 +17,13 @@ namespace {
 /// One direction through one medium.
 class Scalar {
 public:
-    /// `ground`: where directions that come from beneath begin, instead of the sky; null: none.
+    /// `ground`: where directions that come from beneath begin, instead of the sky; null: none. `patch`: what changes
+    /// their beginning in the sky; null: nothing.
     Scalar(const VoxelIndex& index, const VoidRays& rays, const SweepFields& fields, const Vec3d& direction,
-           const float* basis, double sky, const GroundSums* ground)
+           const float* basis, double sky, const GroundSums* ground, const PatchLight* patch)
         : blocks_(index.blocks()), rays_(rays), sigma_(*fields.sigma_t), emission_(fields.emission), sky_(sky),
-          ground_(ground && !ground->leaves(direction) ? ground : nullptr), radiance_(blocks_.slots(), 0.0),
-          q_(blocks_.slots(), 0.0)
+          ground_(ground && !ground->leaves(direction) ? ground : nullptr), patch_(patch),
+          radiance_(blocks_.slots(), 0.0), q_(blocks_.slots(), 0.0)
     {
         for (int a = 0; a < 3; ++a) step_[a] = direction[a] / index.spacing()[a];
         w_ = -1;
@@ -64,14 +66,28 @@ public:
         return radiance * e + q_[slot] * (1 - e);
     }
 
+    /// L where a ray comes from the sky.
+    double sky(const Vec3d& point) const { return sky_ + (patch_ ? patch_->change(point, step_) : 0); }
+
+    /// L at a voxel's centre; nothing where the ray comes from the sky.
+    std::optional<double> at_centre(const Vec3i& voxel) const
+    {
+        const size_t slot = blocks_.slot(voxel);
+        if (slot < blocks_.count() * 512) return radiance_[slot];
+        return through_void(Vec3d(voxel.x(), voxel.y(), voxel.z()));
+    }
+
     /// L at the middle of a cell of the box's plane; nothing where the ray comes from the sky.
     std::optional<double> on_plane(const Vec3i& voxel, int face) const
     {
         const size_t slot = blocks_.slot(voxel);
-        if (slot < blocks_.count() * 512) return on_face(slot, face);
+        return slot < blocks_.count() * 512 ? on_face(slot, face) : through_void(in_plane(voxel, face));
+    }
+    static Vec3d in_plane(const Vec3i& voxel, int face)
+    {
         Vec3d point(voxel.x(), voxel.y(), voxel.z());
         point[face / 2] += face % 2 ? inside_plane : -inside_plane;
-        return through_void(point);
+        return point;
     }
 
 private:
@@ -101,7 +117,8 @@ private:
     {
         const size_t slot = blocks_.slot(voxel);
         if (slot < blocks_.count() * 512) return {radiance_[slot], sigma_[slot], q_[slot]};
-        return {through_void(Vec3d(voxel.x(), voxel.y(), voxel.z())).value_or(sky_), 0, 0};
+        const Vec3d point(voxel.x(), voxel.y(), voxel.z());
+        return {through_void(point).value_or(sky(point)), 0, 0};
     }
 
     /// What leaves a block through its downstream face across `axis`, where a ray meets it.
@@ -170,6 +187,7 @@ private:
     bool emission_;
     double sky_;
     const GroundSums* ground_;
+    const PatchLight* patch_;
     Vec3d step_;  // voxels per world unit
     int w_;
     std::vector<double> radiance_, q_;
@@ -188,13 +206,15 @@ public:
             medium_[face].assign(box_.cells(face), 0.0), sky_[face].assign(box_.cells(face), 0.0);
     }
 
-    void add(const Scalar& one, const Vec3d& direction, double weight, double inflow)
+    void add(const Scalar& one, const Vec3d& direction, double weight)
     {
         for (int face = 0; face < 6; ++face) {
             const double out = weight * (face % 2 ? 1 : -1) * direction[face / 2];
             for (size_t cell = 0; out > 0 && cell < box_.cells(face); ++cell) {
-                const auto radiance = one.on_plane(box_.voxel(face, cell), face);
-                (radiance ? medium_ : sky_)[face][cell] += out * radiance.value_or(inflow);
+                const Vec3i voxel = box_.voxel(face, cell);
+                const auto radiance = one.on_plane(voxel, face);
+                (radiance ? medium_ : sky_)[face][cell] +=
+                    out * radiance.value_or(one.sky(Scalar::in_plane(voxel, face)));
             }
         }
     }
@@ -214,7 +234,8 @@ private:
 };
 
 /// The directions of a set; over a ground those that leave through it come first.
-std::vector<size_t> order_of(const SweepSet& set, const GroundSums* ground)
+template<typename Ground>
+std::vector<size_t> order_of(const SweepSet& set, const Ground* ground)
 {
     std::vector<size_t> order(set.count());
     for (size_t m = 0; m < order.size(); ++m) order[m] = m;
@@ -232,20 +253,32 @@ void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& face
     PlaneSums on_planes(blocks);
     const VoidRays rays(blocks);
     std::optional<GroundSums> ground;
-    if (with_ground) ground.emplace(blocks, *with_ground);
-    const std::vector<size_t> order = order_of(set, ground && !ground->black() ? &*ground : nullptr);
-    bool reflected = !ground || ground->black();
+    std::optional<PatchLight> patch;
+    if (with_ground && with_ground->patch)
+        patch.emplace(blocks, set, *with_ground);
+    else if (with_ground)
+        ground.emplace(blocks, *with_ground);
+    const std::vector<size_t> order = patch && !patch->black()     ? order_of(set, &*patch)
+                                      : ground && !ground->black() ? order_of(set, &*ground)
+                                                                   : order_of<GroundSums>(set, nullptr);
+    bool reflected = (!ground || ground->black()) && (!patch || patch->black());
     std::vector<std::vector<double>> moments(size_t(set.moment_terms), std::vector<double>(blocks.slots(), 0.0));
     std::vector<std::array<double, 3>> tally(faces.size(), {0, 0, 0});
     for (const size_t m : order) {
-        const bool to_ground = ground && ground->leaves(set.direction[m]);
-        if (!to_ground && !reflected) {
-            ground->reflect();
+        const bool to_ground = ground && ground->leaves(set.direction[m]),
+                   to_patch = patch && patch->leaves(set.direction[m]);
+        if (!to_ground && !to_patch && !reflected) {
+            if (ground) ground->reflect();
+            if (patch) patch->reflect();
             reflected = true;
         }
         Scalar one(index, rays, fields, set.direction[m], set.source_basis.data() + m * set.source_terms,
-                   set.inflow.empty() ? 0.0 : double(set.inflow[m]), ground ? &*ground : nullptr);
+                   set.inflow.empty() ? 0.0 : double(set.inflow[m]), ground ? &*ground : nullptr,
+                   patch && !patch->black() && !to_patch ? &*patch : nullptr);
         one.sweep();
+        for (size_t cell = 0; to_patch && cell < with_ground->patch->cells(); ++cell)
+            if (const auto radiance = one.at_centre(with_ground->patch->middle(cell)))
+                patch->gather(cell, m, *radiance);
         if (to_ground) {
             const double out = set.weight[m] * std::abs(set.direction[m][ground->face() / 2]);
             ground->gather_unit(out);
@@ -253,7 +286,7 @@ void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& face
                 ground->gather(cell, out * one.on_plane(ground->voxel(cell), ground->face())
                                                .value_or(set.inflow.empty() ? 0.0 : double(set.inflow[m])));
         }
-        if (planes) on_planes.add(one, set.direction[m], set.weight[m], set.inflow.empty() ? 0.0 : set.inflow[m]);
+        if (planes) on_planes.add(one, set.direction[m], set.weight[m]);
         for (int k = 0; k < set.moment_terms; ++k) {
             const double factor = double(set.weight[m]) * set.moment_basis[m * set.moment_terms + k];
             for (size_t slot = 0; slot < blocks.count() * 512; ++slot)
@@ -268,12 +301,14 @@ void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& face
         }
     }
     if (ground) ground->reflect();
+    if (patch && patch->black()) patch->reflect();
     result.moments.resize(moments.size());
     for (size_t k = 0; k < moments.size(); ++k) result.moments[k].assign(moments[k].begin(), moments[k].end());
     result.tally.resize(faces.size());
     for (size_t f = 0; f < faces.size(); ++f)
         result.tally[f] = {float(tally[f][0]), float(tally[f][1]), float(tally[f][2])};
     if (planes) on_planes.write(set, *planes);
+    if (planes && patch) patch->write(index.spacing(), *planes);
 }
 
 }  // namespace vdbcloud

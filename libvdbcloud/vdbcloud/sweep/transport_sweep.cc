@@ -4,6 +4,7 @@
 #include "vdbcloud/sweep/aprons.h"
 #include "vdbcloud/sweep/block_sweep.h"
 #include "vdbcloud/sweep/face_tallies.h"
+#include "vdbcloud/sweep/patch_light.h"
 #include "vdbcloud/sweep/periodic_sweep.h"
 #include "vdbcloud/sweep/plane_tallies.h"
 
@@ -26,6 +27,15 @@ using Sign = std::array<int, 3>;
 constexpr int most_terms = 64 + 192;  // degree 7, and suns
 
 Sign signs(int octant) { return {octant & 4 ? -1 : 1, octant & 2 ? -1 : 1, octant & 1 ? -1 : 1}; }
+
+/// All octants; over a ground those first whose light it reflects.
+std::array<int, 8> octants(const PatchLight* ground)
+{
+    std::array<int, 8> all{0, 1, 2, 3, 4, 5, 6, 7};
+    if (ground)
+        std::stable_partition(all.begin(), all.end(), [&](int octant) { return ground->leaves(signs(octant)); });
+    return all;
+}
 
 /// Blocks in upstream order for one octant of directions: those of one level do not depend on one another.
 struct Order {
@@ -101,6 +111,7 @@ struct TransportSweep::Impl {
     const SweepSet* set = nullptr;
     const SweepFields* fields = nullptr;
     std::unique_ptr<PlaneTallies> planes;  // null: not asked for
+    std::unique_ptr<PatchLight> ground;    // null: none
 };
 
 void TransportSweep::Impl::start(const SweepSet& with, const SweepFields& of, SweepResult& result)
@@ -165,6 +176,7 @@ void TransportSweep::Impl::sweep_block(const Batch& with, bool first, const Sign
         block_sweep::sweep_planes(path.traversal, n, fields->emission, s);
         aprons.store_faces(path, n, block, s);
         tallies.add(path.traversal, n, block, set->direction[path.number], set->weight[path.number], s);
+        if (ground && ground->leaves(sign)) ground->add(path, n, block, s);
         if (planes) planes->add(path.traversal, n, block, set->direction[path.number], set->weight[path.number], s);
     }
     for (int d = n_paths; d % group != 0; ++d) std::fill_n(s.out[d], 512, 0.0f);
@@ -187,16 +199,14 @@ void TransportSweep::Impl::clear_inactive(SweepResult& result) const
 TransportSweep::TransportSweep(const VoxelIndex& index, std::vector<SweepFace> faces)
 {
     const Vec3i& period = index.blocks().period();
-    if (!takes(period))
-        throw InputError("a medium that repeats along one axis: expected none or two; reference_sweep takes all");
-    if (PeriodicSweep::takes(period))
+    if (period[0] && period[1] && period[2])
+        throw InputError("a medium that repeats along all axes: expected one that light leaves");
+    if (period != Vec3i(0, 0, 0))
         periodic_ = std::make_unique<PeriodicSweep>(index, faces);
     else
         impl_ = std::make_unique<Impl>(index, faces);
 }
 TransportSweep::~TransportSweep() = default;
-
-bool TransportSweep::takes(const Vec3i& period) { return period == Vec3i(0, 0, 0) || PeriodicSweep::takes(period); }
 
 void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepResult& result, PlaneLight* planes,
                          SweepGround* ground)
@@ -205,29 +215,43 @@ void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepRe
         throw InputError("a sweep of " + std::to_string(set.source_terms) + " source and " +
                          std::to_string(set.moment_terms) + " moment terms: expected 1 to " +
                          std::to_string(most_terms));
+    if (ground && ground->patch.has_value() == bool(periodic_))
+        throw InputError(periodic_
+                             ? "a patch of ground under a medium that repeats: expected a ground without a patch"
+                             : "a ground without a patch under a medium that ends on all sides: expected a patch");
     if (periodic_) return periodic_->run(set, fields, result, planes, ground);
-    if (ground) throw InputError("a ground under a medium that ends on all sides: expected one that repeats along it");
     Impl& my = *impl_;
     my.start(set, fields, result);
     my.planes = planes ? std::make_unique<PlaneTallies>(my.blocks) : nullptr;
-    bool first = true;
-    for (int octant = 0; octant < 8; ++octant) {
+    my.ground = ground ? std::make_unique<PatchLight>(my.blocks, set, *ground) : nullptr;
+    const bool lit = my.ground && !my.ground->black();
+    bool first = true, reflected = false;
+    for (const int octant : octants(lit ? my.ground.get() : nullptr)) {
         if (my.batches[octant].empty()) continue;
         const Sign sign = signs(octant);
         const Order& order = my.order[octant];
-        my.aprons.start(sign);
+        const bool begins = lit && !my.ground->leaves(sign);
+        if (begins && !reflected) {
+            my.ground->reflect();
+            reflected = true;
+        }
+        const PatchLight* below = begins ? my.ground.get() : nullptr;
+        my.aprons.start(sign, below);
         for (Batch& each : my.batches[octant]) {
             my.take_basis(each);
             for (size_t level = 0; level + 1 < order.begin.size(); ++level)
                 tbb::parallel_for(order.begin[level], order.begin[level + 1],
                                   [&](size_t n) { my.sweep_block(each, first, sign, size_t(order.block[n]), result); });
-            if (my.planes) my.planes->add_voids(each.paths, my.aprons, set);
+            if (my.planes) my.planes->add_voids(each.paths, my.aprons, set, below);
+            if (my.ground && my.ground->leaves(sign)) my.ground->add_voids(each.paths, my.aprons);
             first = false;
         }
     }
+    if (my.ground && !reflected) my.ground->reflect();
     my.clear_inactive(result);
     my.tallies.write(result.tally);
     if (my.planes) my.planes->write(set, *planes);
+    if (my.planes && my.ground) my.ground->write(my.index.spacing(), *planes);
 }
 
 size_t TransportSweep::bytes() const

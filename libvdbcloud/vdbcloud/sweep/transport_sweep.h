@@ -1,9 +1,11 @@
 #pragma once
 // Radiance along many directions through the active voxels of a cloud: the transport equation with a known source.
+#include "vdbcloud/sweep/ground_patch.h"
 #include "vdbcloud/sweep/plane_light.h"
 #include "vdbcloud/voxels/voxel_index.h"
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace vdbcloud {
@@ -45,15 +47,20 @@ struct SweepFields {
     bool emission = false;
 };
 
-/// A Lambertian ground on a plane of the ActiveBox, under a medium that repeats along the plane. Directions that leave
-/// through the plane are swept before the others, and the radiance of the others begins with albedo (direct + E) / pi
-/// on the ground: no iteration is needed for light that the ground reflects.
+/// A Lambertian ground beneath a medium. Directions that go down are swept before the others, and the radiance of the
+/// others begins with albedo (direct + E) / pi on the ground: no iteration is needed for light that the ground
+/// reflects.
+///
+/// Under a medium that repeats along both axes across `face` the cells are those of that plane of the ActiveBox. Under
+/// a medium that ends on all sides they are those of `patch`, and all values are changes by the medium: the radiance of
+/// the endless ground without the medium is that of SweepSet::inflow along directions that go up.
 struct SweepGround {
     int face = 0;  ///< Blocks::Face
     double albedo = 0;
-    std::vector<float> direct;  ///< irradiance of each cell of the plane that does not come by the sweep
+    std::vector<float> direct;         ///< irradiance of each cell that does not come by the sweep
+    std::optional<GroundPatch> patch;  ///< under a medium that ends on all sides
     /// Result: E of each cell, the sum over the directions that leave of weight x s.n x L, times pi over
-    /// PlaneLight::of_unit_radiance.
+    /// PlaneLight::of_unit_radiance. On a patch L is that at the middle of the cell, less the sky's.
     std::vector<float> irradiance;
 };
 
@@ -97,18 +104,17 @@ struct SweepResult {
 /// is the equation.
 class TransportSweep {
 public:
-    /// Whether the sweep takes a medium with this period [blocks]: no axis repeats, or two do. reference_sweep() takes
-    /// media that repeat along one axis.
-    static bool takes(const Vec3i& period);
-
-    /// Keeps a reference to `index`. `faces` are sorted by slot. Throws InputError unless it takes() the medium.
+    /// Keeps a reference to `index`. `faces` are sorted by slot. Throws InputError for a medium that repeats along all
+    /// axes.
     TransportSweep(const VoxelIndex& index, std::vector<SweepFace> faces);
     ~TransportSweep();
 
     /// `result` is overwritten; its arrays are kept if they fit. `planes`, if given, is the light through the planes of
     /// the box about the voxels. A plane that cuts a block takes light as a face does. Other light comes by rays from
     /// the faces of blocks.
-    /// `ground`: as for reference_sweep(), under media that repeat along two axes.
+    /// `ground`: as for reference_sweep(). Throws InputError if the medium repeats and the ground is a patch, or if it
+    /// ends on all sides and the ground is none; for a ground under a medium that repeats along one axis; and for a
+    /// direction along periodic axes only.
     void run(const SweepSet&, const SweepFields&, SweepResult& result, PlaneLight* planes = nullptr,
              SweepGround* ground = nullptr);
 
@@ -128,7 +134,8 @@ private:
 /// Throws InputError for a direction along periodic axes only.
 ///
 /// `ground`, if given, is what rays that come from beneath the plane meet. They meet the ground at the plane of centres
-/// beyond the outermost voxels, where the trilinear medium ends, and interpolate its cells bilinearly.
+/// beyond the outermost voxels, where the trilinear medium ends, and interpolate its cells bilinearly. A patch adds to
+/// the inflow of these rays.
 void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& faces, const SweepSet&, const SweepFields&,
                      SweepResult& result, PlaneLight* planes = nullptr, SweepGround* ground = nullptr);
 

@@ -1,0 +1,121 @@
+#include "vdbcloud/sweep/patch_light.h"
+
+#include "vdbcloud/core/constants.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+
+namespace vdbcloud {
+
+namespace {
+
+constexpr int tile = 8;  // cells along the edge of a tile
+
+Vec3d as_double(const Vec3i& v) { return Vec3d(v.x(), v.y(), v.z()); }
+
+}  // namespace
+
+PatchLight::PatchLight(const Blocks& blocks, const SweepSet& set, SweepGround& ground)
+    : set_(set), to_(ground), patch_(*ground.patch), box_(blocks), axis_(ground.face / 2),
+      down_(ground.face % 2 ? 1 : -1), sum_(patch_.cells(), 0.0), in_void_(patch_.cells(), 1),
+      begin_(blocks.count() + 1, 0)
+{
+    for (size_t m = 0; m < set.count(); ++m) unit_ += std::max(outward(m), 0.0);
+    std::vector<std::pair<uint32_t, InBlock>> found;
+    for (size_t cell = 0; cell < patch_.cells(); ++cell) {
+        const size_t slot = blocks.slot(patch_.middle(cell));
+        if (slot >= blocks.count() * Blocks::size) continue;
+        in_void_[cell] = 0;
+        found.push_back({uint32_t(slot / Blocks::size), {uint32_t(cell), uint16_t(slot % Blocks::size)}});
+    }
+    std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (const auto& [block, in] : found) {
+        ++begin_[block + 1];
+        in_block_.push_back(in);
+    }
+    for (size_t b = 0; b < blocks.count(); ++b) begin_[b + 1] += begin_[b];
+    // A tile of cells of one voxel lies in one block's place: its rays are then traced together.
+    const auto before = [&](int k) { return patch_.edge == 1 ? patch_.first[size_t(k)] & (tile - 1) : 0; };
+    for (int row = -before(0); row < patch_.count[0]; row += tile)
+        for (int column = -before(1); column < patch_.count[1]; column += tile)
+            if (patch_.edge > 1 || size_t(blocks.slot(patch_.middle(row, column))) >= blocks.count() * Blocks::size)
+                tiles_.push_back({row, column});
+}
+
+void PatchLight::gather(size_t cell, size_t number, double radiance)
+{
+    sum_[cell] += outward(number) * (radiance - inflow(number));
+}
+
+void PatchLight::add(const SweepPath& path, int d, size_t block, const block_sweep::Scratch& s)
+{
+    for (uint32_t n = begin_[block]; n < begin_[block + 1]; ++n)
+        gather(in_block_[n].cell, path.number, double(s.out[d][in_block_[n].slot]));
+}
+
+void PatchLight::add_voids(const std::vector<SweepPath>& batch, const Aprons& aprons)
+{
+    tbb::parallel_for(size_t(0), tiles_.size(), [&](size_t n) {
+        const auto [row, column] = tiles_[n];
+        const Vec3d corner = as_double(patch_.middle(row, column));
+        for (size_t d = 0; d < batch.size(); ++d) {
+            alignas(32) float radiance[tile * tile];
+            const uint64_t sky =
+                aprons.fill_tile(batch[d], int(d), corner, ActiveBox::axes(axis_), radiance, patch_.edge);
+            if (!~sky) continue;
+            for (int k = 0; k < tile * tile; ++k) {
+                const int i = row + k / tile, j = column + k % tile;
+                if (sky >> k & 1 || i < 0 || i >= patch_.count[0] || j < 0 || j >= patch_.count[1]) continue;
+                const size_t cell = size_t(i) * size_t(patch_.count[1]) + size_t(j);
+                if (in_void_[cell]) gather(cell, batch[d].number, double(radiance[k]));
+            }
+        }
+    });
+}
+
+void PatchLight::reflect()
+{
+    to_.irradiance.resize(sum_.size());
+    radiance_.resize(sum_.size());
+    for (size_t n = 0; n < sum_.size(); ++n) {
+        const double diffuse = unit_ > 0 ? sum_[n] * pi / unit_ : 0;
+        to_.irradiance[n] = float(diffuse);
+        radiance_[n] = float(to_.albedo / pi * (diffuse + to_.direct[n]));
+    }
+}
+
+double PatchLight::change(const Vec3d& point, const Vec3d& step) const
+{
+    if (!(step[axis_] * down_ < 0)) return 0;
+    const auto [u, v] = ActiveBox::axes(axis_);
+    const double back = (point[axis_] - patch_.plane) / step[axis_];
+    return patch_.interpolate(radiance_, {point[u] - back * step[u], point[v] - back * step[v]});
+}
+
+void PatchLight::write(const Vec3d& spacing, PlaneLight& to) const
+{
+    for (int face = 0; face < 6; ++face) {
+        const int axis = face / 2, side = face % 2 ? 1 : -1;
+        std::vector<double> sums(box_.cells(face), 0.0);
+        double everywhere = 0;
+        for (size_t m = 0; m < set_.count(); ++m) {
+            const double in = -side * set_.direction[m][axis] * set_.weight[m];
+            if (!(in > 0) || !(outward(m) < 0)) continue;
+            everywhere += in * inflow(m);
+            if (black()) continue;
+            Vec3d step;
+            for (int a = 0; a < 3; ++a) step[a] = set_.direction[m][a] / spacing[a];
+            tbb::parallel_for(size_t(0), sums.size(), [&](size_t cell) {
+                Vec3d middle = as_double(box_.voxel(face, cell));
+                middle[axis] += 0.5 * side;
+                sums[cell] += in * change(middle, step);
+            });
+        }
+        to.sky_in[size_t(face)] -= everywhere;
+        to.ground_in[size_t(face)] = everywhere * double(sums.size());
+        for (const double sum : sums) to.ground_in[size_t(face)] += sum;
+    }
+}
+
+}  // namespace vdbcloud
