@@ -39,8 +39,8 @@ struct ScatterOptions {
     /// through; 0: none.
     int reentry_rays = 20000;
     ClosureOptions closure;  ///< transport sweeps that close P1
-    /// Follow emission by rays up to its first collision where few voxels emit (emitted_light.h). Else, with `limiter`,
-    /// and in a periodic medium emission is a source of P1 and the sweeps, as the series takes it.
+    /// Follow emission by rays up to its first collision where few voxels emit (emitted_light.h). Else, over a ground,
+    /// with `limiter`, and in a periodic medium emission is a source of P1 and the sweeps, as the series takes it.
     bool emission_by_rays = true;
     Vec3d up{0, 1, 0};      ///< [world]; the sweeps' polar axis is the index axis nearest to `up`
     int keep_moments = 7;   ///< highest degree of moments written as grids; 1: phi and flux only
