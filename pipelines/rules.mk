@@ -11,6 +11,10 @@
 #   PICTURE=small   a small grid and a small picture       THREADS=n   threads of each program (0: all)
 #   SPP=n PARTS=n   samples a pixel of each job, and jobs, of NAME.path.exr
 #   OUT=folder      where files go (default: out)          STRICT=1    a program that was rebuilt makes its files again
+#
+# A variable that changes what a program is told makes its files again, too: OUT/PROGRAM.told holds what it was told last.
+# Files of the user may have any name. Their names are never text of a recipe or of a rule: they are read by $(value),
+# handed to the shell within quotes, and links of plain names stand for them in OUT.
 PICTURE ?= full
 BIN     ?= ../../build/bin
 OUT     ?= out$(if $(filter small,$(PICTURE)),/small)
@@ -27,15 +31,53 @@ endif
 
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
+# Paths on the command line are meant from where the user stands, make -C or not.
+START ?= $(value PWD)
+export START
+# make would expand the value of a variable of its command line, $(shell ...) included, to hand it on in the environment.
+$(foreach v,DENSITY VDBCLOUD_REAL VDBCLOUD_I3RC,$(if $(findstring command,$(origin $(v))),$(eval unexport $(v))))
+
+# $(call q,TEXT): one word of the shell.
+q = '$(subst ','\'',$(1))'
+# $(call given,VARIABLE): its value; as it stands where the user gave it.
+given = $(if $(filter file,$(origin $(1))),$($(1)),$(value $(1)))
+# $(call odd,VARIABLE): the characters of a path that keep it from being the name of a target.
+odd = $(shell printf %s $(call q,$(call given,$(1))) | LC_ALL=C tr -d 'A-Za-z0-9_./+,=@~-')
+ifneq ($(call odd,OUT),)
+$(error OUT = '$(call given,OUT)': expected a path of letters, digits and _./+,=@~- only)
+endif
+# $(call told,FILE,TEXT): writes TEXT to OUT/FILE.told unless it is there. While make reads its files, so that why works.
+told = $(if $(filter clean,$(MAKECMDGOALS)),,$(shell mkdir -p $(OUT); f=$(OUT)/$(1).told; \
+    [ -e $$f ] && [ "$$(< $$f)" = $(call q,$(2)) ] || printf '%s\n' $(call q,$(2)) > $$f))
+# $(call found,PATH): the absolute path of a file of the user; nothing if there is none.
+found = $(shell cd $(call q,$(START)) 2> /dev/null; p=$(call q,$(1)); [ ! -f "$$p" ] || realpath -s -- "$$p")
+# $(call density_of_user,NAME,PATH): makes OUT/NAME.density.vdb a link to the file, and what is made of it depend on which
+# file it is: one that is older than the last may take its place.
+density_of_user = $(if $(filter clean,$(MAKECMDGOALS)),,$(call told,$(1).density,$(2))$(shell mkdir -p $(OUT); \
+    [ "$$(readlink -- $(OUT)/$(1).density.vdb)" = $(call q,$(2)) ] || ln -sfn -- $(call q,$(2)) $(OUT)/$(1).density.vdb))
 # A program that fails leaves no target. make keeps intermediate grids.
 .DELETE_ON_ERROR:
 .SECONDARY:
 MAKEFLAGS += --no-builtin-rules
 
 # Programs are order-only prerequisites: a rebuilt program does not start a night of rendering again, except with STRICT=1.
-tool = $(if $(STRICT),$(BIN)/$(1),| $(BIN)/$(1))
+tool = $(OUT)/$(1).told $(if $(STRICT),$(BIN)/$(1),| $(BIN)/$(1))
 # $(call stage,COMMAND): runs a program and writes the seconds that it took to TARGET.seconds.
 stage = mkdir -p $(@D); TIMEFORMAT=%R; { time $(LAUNCH) $(BIN)/$(1) $(FLAGS) 2>&3; } 3>&2 2> $(basename $@)$(suffix $@).seconds
+
+# A folder of programs whose name is no name of a target has a link.
+ifneq ($(call odd,BIN),)
+$(shell mkdir -p $(OUT); ln -sfn -- "$$(realpath -- $(call q,$(call given,BIN)))" $(OUT)/programs)
+override BIN := $(OUT)/programs
+endif
+programs := $(shell realpath -- $(BIN) 2> /dev/null || echo $(BIN))
+$(call told,fractalgen,$(programs) $(density_flags))
+$(call told,illuminate,$(programs) $(light_flags))
+$(call told,render,$(programs) $(render_flags) $(SPP) $(PARTS))
+$(foreach p,p1solve cloudsim vdbimport exrmerge,$(call told,$(p),$(programs)))
+
+# $(call say,FILE): prints its absolute path.
+say = realpath -s -- $(1)
 
 lit := $(if $(wildcard scatter.toml),scatter,light)
 
@@ -47,7 +89,7 @@ $(OUT)/%.scatter.vdb: $(OUT)/%.light.vdb scatter.toml $(call tool,p1solve)
 
 $(OUT)/%.exr $(OUT)/%.png &: $(OUT)/%.$(lit).vdb camera.toml $(call tool,render)
 	@$(call stage,render $< --config camera.toml $(render_flags) -o $(OUT)/$*.exr --png $(OUT)/$*.png)
-	@printf '%s\n' "$(abspath $(OUT)/$*.png)"
+	@$(call say,$(OUT)/$*.png)
 	@for s in $(OUT)/$*.density.vdb $(OUT)/$*.light.vdb $(OUT)/$*.scatter.vdb $(OUT)/$*.exr $(OUT)/$*.png; do \
 	    if [ -e $$s.seconds ]; then printf '  %-24s %s s\n' $$(basename $$s) $$(cat $$s.seconds); fi; done
 

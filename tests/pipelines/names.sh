@@ -1,0 +1,76 @@
+#!/usr/bin/env bash
+# Pipelines and the names of things: a file of any name is data, paths are meant from where the user stands, and what a
+# variable names is never a picture of what it named before.
+# Usage: names.sh BIN
+set -euo pipefail
+bin=$(cd "$1" && pwd)
+top=$(cd "$(dirname "$0")/../.." && pwd)
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+trap 'echo "names.sh: line $LINENO failed" >&2' ERR
+fail() { echo "names.sh: $*" >&2; exit 1; }
+# A copy of the pipelines, in a folder that is no word of a Makefile either. The programs have one of their own.
+copy="$folder/it's a \$(touch ran) copy"
+mkdir -p "$copy/build"
+cp -r "$top/pipelines" "$top/cmake" "$copy"
+find "$copy/pipelines" -type d -name out -prune -exec rm -rf {} +
+ln -s "$bin" "$copy/build/bin"
+picture() { make -s --no-print-directory -C "$copy/pipelines/any" PICTURE=small render_flags="${size:---resolution 16}" "$@" < /dev/null; }
+path_of() { picture "$@" 2>&1 | sed -n '1p'; }
+
+# Two files of one name, the second of them older: shapes that differ.
+mkdir "$folder/A" "$folder/B"
+"$bin/fractalgen" -q --size 12 --envelope sphere -o "$folder/A/smoke.vdb"
+"$bin/fractalgen" -q --size 12 --seed 5 -o "$folder/B/smoke.vdb"
+touch -d '2001-01-01' "$folder/B/smoke.vdb"
+cd "$folder"
+a=$(path_of DENSITY=A/smoke.vdb)
+[ -s "$a" ] || fail "DENSITY=A/smoke.vdb, relative: no picture ('$a')"
+cp "$a" a.png
+b=$(path_of DENSITY=B/smoke.vdb)
+[ "$a" = "$b" ] || fail "two files smoke.vdb: expected one picture, got '$a' and '$b'"
+cmp -s a.png "$b" && fail "the picture of B/smoke.vdb, which is older, is that of A/smoke.vdb"
+cp "$b" b.png
+[ -z "$(path_of DENSITY=B/smoke.vdb)" ] || fail "the same again makes something"
+path_of DENSITY="$folder/A/../A/smoke.vdb" > /dev/null
+cmp -s a.png "$a" || fail "A/smoke.vdb after B/smoke.vdb is not the picture of A"
+
+# What programs are told, and which programs.
+light="${a%.png}.light.vdb"
+before=$(stat -c %y "$light")
+size='--resolution 20' path_of DENSITY=A/smoke.vdb > /dev/null
+[ "$(stat -c %y "$light")" = "$before" ] || fail "another resolution made the light again"
+cmp -s a.png "$a" && fail "another resolution did not make the picture again"
+cp "$a" a20.png
+mkdir "$folder/other programs"
+cp "$bin"/{illuminate,render} "$folder/other programs"
+size='--resolution 20' picture DENSITY=A/smoke.vdb BIN="$folder/other programs" light_flags='--extinction 3' > /dev/null
+[ "$(stat -c %y "$light")" != "$before" ] || fail "other programs did not make the light again"
+cmp -s a20.png "$a" && fail "a thinner medium has the same picture"
+
+# No name runs anything, or is taken for something else.
+names=('a b' "it's" 'x:y' 'x`touch ran`' 'd$(touch ran)' 's$(shell touch ran)' 'e"q' '#h' '%p' '-f' 'b\s' '$HOME' 'a*' ';touch ran' '$$' "a'b'\$(touch ran)")
+for name in "${names[@]}"; do
+    cp A/smoke.vdb "./$name.vdb"
+    made=$(path_of DENSITY="$name.vdb")
+    [ -s "$made" ] || fail "DENSITY='$name.vdb': no picture: $(picture DENSITY="$name.vdb" 2>&1 | head -n 1)"
+    cmp -s a.png "$made" || fail "DENSITY='$name.vdb': another picture"
+done
+ran=$(find "$folder" "$top/pipelines" -name ran)
+[ -z "$ran" ] || fail "a name ran a command: $ran"
+
+# The real cloud's folder is relative, too; what is not there is said.
+mkdir 'real clouds'
+cp B/smoke.vdb 'real clouds/wdas_cloud_sixteenth.vdb'
+make -s --no-print-directory -C "$copy/pipelines/disney" PICTURE=small render_flags='--resolution 16' VDBCLOUD_REAL='real clouds' > said
+[ -s "$(sed -n 1p said)" ] || fail "VDBCLOUD_REAL='real clouds': $(cat said)"
+picture DENSITY=none.vdb > said 2>&1 && fail "a missing file is not an error"
+grep -q "none.vdb'.*no such file" said || fail "a missing file: $(cat said)"
+picture DENSITY=A/smoke.vdb OUT='o u t' > said 2>&1 && fail "OUT with spaces: expected a refusal"
+grep -q "OUT = 'o u t': expected" said || fail "OUT with spaces: $(cat said)"
+
+# why names what a change would make; clean removes the files of any pipeline.
+[ "$(make -s --no-print-directory -C "$copy/pipelines/any" PICTURE=small render_flags='--resolution 16' DENSITY=B/smoke.vdb why | grep -c render)" -ge 1 ] ||
+    fail "why does not know the pipeline of a user's density"
+make -s --no-print-directory -C "$copy/pipelines" clean > /dev/null
+[ -z "$(find "$copy/pipelines" -name '*.vdb' -o -name '*.told')" ] || fail "clean left files"
