@@ -275,6 +275,25 @@ TEST(BroadEmission, AboveAGroundIsReflectedAsLambertSays)
     EXPECT_GT(reflected / own, 0.05);
 }
 
+TEST(BroadEmission, ReachesTheGroundBeneathAnIsolatedBody)
+{
+    // A clear cube that glows just above an endless ground: half of its light goes down, and all of that meets the
+    // ground; the share beyond the ground's patch is not counted.
+    const auto density = voxel_field(Vec3i(8), Vec3d(0.125), [](const Vec3i&) { return 1e-3; });
+    const auto glowing = glow(*density, [](const Vec3i&) { return 1.0; });
+    ScatterOptions o;
+    o.reentry_rays = 0;
+    o.closure.iterations = 2;
+    o.closure.directions = 128;
+    o.ground_albedo = 0.5;
+    ScatterReport report;
+    scatter_p1(*density, nullptr, glowing.get(), grey(0), {}, o, {}, report);
+    const ChannelReport& r = report.channel[0];
+    EXPECT_NEAR(r.emitted / (4 * pi), 1, 1e-5);
+    EXPECT_LT(r.ground.diffuse / r.emitted, 0.51);
+    EXPECT_GT(r.ground.diffuse / r.emitted, 0.4);
+}
+
 TEST(BroadEmission, SaysWhereRaysCannotFollowASmallFire)
 {
     const auto density = voxel_field(Vec3i(8), Vec3d(0.125), [](const Vec3i&) { return 2.0; });
