@@ -67,11 +67,14 @@ const VoidRays::Tile* VoidRays::tile(const Vec3i& at) const
     return found == tiles_.end() ? nullptr : &found->second;
 }
 
-int32_t VoidRays::find(const Vec3i& at) const
+int32_t VoidRays::find(const Vec3i& place) const
 {
-    if (periodic_) {
-        const int32_t found = blocks_.find(at);
-        return size_t(found) < blocks_.count() ? found : -1;
+    Vec3i at = place;
+    for (int a = 0; a < 3 && periodic_; ++a) {
+        const int period = blocks_.period()[a];
+        if (period == 0 || (at[a] >= 0 && at[a] < period)) continue;
+        at[a] %= period;
+        at[a] += at[a] < 0 ? period : 0;
     }
     const Tile* in = tile(shifted(at, 4));
     return in ? in->block[in_tile(at)] : -1;
