@@ -66,21 +66,23 @@ struct Outcome {
     const Vec3SGrid& ground() const { return static_cast<const Vec3SGrid&>(*report.ground); }
 };
 
-Outcome scattered(const FloatGrid& grid, const Medium& m, const std::vector<Light>& lights, const ScatterOptions& o)
+Outcome scattered(const FloatGrid& grid, const Medium& m, const std::vector<Light>& lights, const ScatterOptions& o,
+                  const Vec3SGrid* emission = nullptr)
 {
     Outcome out;
-    out.light = scatter_p1(grid, nullptr, nullptr, m, lights, o, {}, out.report);
+    out.light = scatter_p1(grid, nullptr, emission, m, lights, o, {}, out.report);
     EXPECT_TRUE(out.report.converged);
     return out;
 }
 
 double sum(const std::array<double, 6>& of) { return of[0] + of[1] + of[2] + of[3] + of[4] + of[5]; }
 
-/// What the beams lose in the medium and what comes in from sky and ground leaves the box or is absorbed.
+/// What the beams lose in the medium, what it emits and what comes in from sky and ground leaves the box or is
+/// absorbed.
 void expect_energy_closes(const Outcome& found)
 {
     const ChannelReport& c = found.channel();
-    const double in = c.deposited + sum(c.planes.sky_in) + c.planes.from_ground;
+    const double in = c.deposited + c.emitted + sum(c.planes.sky_in) + c.planes.from_ground;
     EXPECT_NEAR((sum(c.planes.out) + c.planes.reentered + c.budget.absorbed) / in, 1, 1e-5);
 }
 
@@ -139,6 +141,36 @@ TEST(EndlessGround, WhiteFurnaceIsUniform)
             for (auto v = found.ground().cbeginValueOn(); v; ++v) ASSERT_NEAR((*v)[0], 1, 1e-5);
             expect_energy_closes(found);
         }
+}
+
+TEST(EndlessGround, UnderAnIsothermalMediumItIsAFurnaceAndShinesByEmissionAlone)
+{
+    // j = sigma_a B under a sky of radiance B over a white ground: 4 pi B. Without the sky the light on the ground is
+    // the medium's: over a ground that sends it back, phi is larger.
+    const double sigma_t = 4, albedo = 0.6;
+    const FloatGridPtr grid = ball(12);
+    auto emission = Vec3SGrid::create(Vec3f(0.0f));
+    emission->setTransform(grid->transform().copy());
+    for (auto v = grid->cbeginValueOn(); v; ++v)
+        emission->tree().setValueOn(v.getCoord(), Vec3f(float((1 - albedo) * sigma_t * *v)));
+    for (const int iterations : {0, 6}) {
+        ScatterOptions o = over(1, iterations);
+        o.sky = Sky::constant(Vec3d(1.0));
+        const Outcome furnace = scattered(*grid, medium(sigma_t, albedo), {}, o, emission.get());
+        EXPECT_NEAR(furnace.channel().budget.smallest / (4 * pi), 1, 1e-5) << iterations;
+        EXPECT_NEAR(furnace.channel().budget.largest / (4 * pi), 1, 1e-5);
+        o.sky = {};
+        const Outcome white = scattered(*grid, medium(sigma_t, albedo), {}, o, emission.get());
+        o.ground_albedo = 0;
+        const Outcome black = scattered(*grid, medium(sigma_t, albedo), {}, o, emission.get());
+        EXPECT_EQ(white.ground().background()[0], 0);
+        EXPECT_EQ(white.channel().ground.direct, 0);
+        EXPECT_GT(white.channel().ground.diffuse, 0.25 * white.channel().emitted);
+        EXPECT_GT(white.phi_at(6, 1, 6), 1.1 * black.phi_at(6, 1, 6));
+        EXPECT_LT(white.phi_at(6, 10, 6), 1.1 * black.phi_at(6, 10, 6));
+        expect_energy_closes(white);
+        expect_energy_closes(black);
+    }
 }
 
 TEST(EndlessGround, ItsShadowIsWhatTheBeamsLose)

@@ -83,6 +83,9 @@ private:
     /// P1's source, with room for what the request needs.
     P1Source source_of(const P1Operator& p1) const;
 
+    /// A sweep of degree 1 by uncollided light, without collided light.
+    SecondMoment plane_sweep(const P1Operator& p1, int c, ChannelReport& report);
+
     /// P1's light on the planes, with the angular detail of one sweep.
     void sweep_planes(const P1Operator& p1, int c, const std::vector<double>& phi,
                       std::array<std::vector<float>, 3> flux, PlaneLight& planes, ChannelReport& report);

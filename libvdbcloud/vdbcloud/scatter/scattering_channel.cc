@@ -64,16 +64,12 @@ void Scattering::limit(const P1Operator& p1, const P1Source& p1_source, int c, s
     }
 }
 
-void Scattering::sweep_planes(const P1Operator& p1, int c, const std::vector<double>& phi,
-                              std::array<std::vector<float>, 3> flux, PlaneLight& planes, ChannelReport& report)
+SecondMoment Scattering::plane_sweep(const P1Operator& p1, int c, ChannelReport& report)
 {
     ClosureOptions options = o_.closure;
     options.degree = 1;
     SecondMoment closure(p1, options, frame_of(index_, o_.periodic, o_.up));
     set_inflow(closure, c);
-    // A limit would not let the ground's light of several lights add up.
-    if (!endless_) limit_flux(p1, phi, flux);
-    closure.start_with_flux(flux, endless_ ? 0.5 : 1);
     const double lines = report.lines;  // add_beams() measures them again
     P1Source unused(p1);
     add_beams(p1, {{&unused, c}}, {},
@@ -84,6 +80,16 @@ void Scattering::sweep_planes(const P1Operator& p1, int c, const std::vector<dou
               });
     report.lines = lines;
     add_emission_to(closure, c);
+    return closure;
+}
+
+void Scattering::sweep_planes(const P1Operator& p1, int c, const std::vector<double>& phi,
+                              std::array<std::vector<float>, 3> flux, PlaneLight& planes, ChannelReport& report)
+{
+    SecondMoment closure = plane_sweep(p1, c, report);
+    // A limit would not let the ground's light of several lights add up.
+    if (!endless_) limit_flux(p1, phi, flux);
+    closure.start_with_flux(flux, endless_ ? 0.5 : 1);
     auto ground = swept_ground(p1, c);
     if (ground) closure.set_ground(&*ground);
     closure.sweep_planes(phi, planes);
@@ -95,15 +101,20 @@ void Scattering::add_patch(const P1Operator& p1, const P1Source& unlit, int c,
                            ChannelReport& report)
 {
     const int rounds = endless_->albedo() > 0 ? 6 : 1;  // each leaves a tenth, under wide slabs 0.4, of its change
-    const Ordinates set = ordinates(o_.closure.kind, o_.closure.directions, 1, frame_of(index_, {}, o_.up).polar);
-    direct_on_ground_ = endless_->swept(beam_medium(p1), c).direct;
-    diffuse_on_ground_.assign(direct_on_ground_.size(), 0.0f);
+    SecondMoment closure = plane_sweep(p1, c, report);
+    auto ground = swept_ground(p1, c);
+    closure.set_ground(&*ground);
+    ground->irradiance.assign(ground->direct.size(), 0.0f);
     for (int round = 0; round < rounds; ++round) {
         source = unlit;
-        endless_->add_to(p1, endless_->radiance_change(direct_on_ground_, diffuse_on_ground_), set, source);
+        endless_->add_to(p1, endless_->radiance_change(ground->direct, ground->irradiance), closure.set(), source);
         solve(source);
+        if (round + 1 == rounds) return;
+        const auto flux = cell_flux(p1, source, phi);
         PlaneLight unused;
-        if (round + 1 < rounds) sweep_planes(p1, c, phi, cell_flux(p1, source, phi), unused, report);
+        closure.start_with_flux(flux, 0.5);
+        closure.sweep_planes(phi, unused);
+        closure.start_with_flux(flux, -0.5);  // the next round has its own
     }
 }
 

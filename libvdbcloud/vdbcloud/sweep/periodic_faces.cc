@@ -22,14 +22,14 @@ std::array<PeriodicSweep::Impl::View, 6> PeriodicSweep::Impl::views_of(const Vec
         }
         view.leaves = step[axis] * outward > 0;
         view.half_exit = 0.5 / std::abs(step[axis]);
-        double aside[2];
-        for (int k = 0; k < 2; ++k) aside[k] = std::min(0.5 * std::abs(step[sides[k]] / step[axis]), 1.0);
+        double shift[2];
+        for (int k = 0; k < 2; ++k) shift[k] = std::min(0.5 * std::abs(step[sides[k]] / step[axis]), 1.0);
         for (size_t n = 0; n < 4; ++n) {
             Vec3i from(0, 0, 0);
             if (!view.leaves) from[axis] += outward;
             for (int k = 0; k < 2; ++k)
                 if (n >> k & 1) from[sides[k]] -= step[sides[k]] > 0 ? 1 : -1;
-            view.weight[n] = (n & 1 ? aside[0] : 1 - aside[0]) * (n & 2 ? aside[1] : 1 - aside[1]);
+            view.weight[n] = (n & 1 ? shift[0] : 1 - shift[0]) * (n & 2 ? shift[1] : 1 - shift[1]);
             view.row[n] = from[u];
             view.column[n] = from[v];
             view.before[n] = from[w] != 0;
