@@ -151,6 +151,8 @@ TEST_F(Stages, EverythingTheProgramsWriteIsInTheFormatsPage)
     const std::string above =
         stage("p1solve", glowing, "above.vdb",
               with({"--albedo", "0.5", "--sun", "0,1,0", "--periodic", "xz", "--ground-albedo", "0.3"}, report()));
+    stage("p1solve", glowing, "alone.vdb",
+          with({"--albedo", "0.5", "--sun", "0,1,0", "--iterations", "1", "--ground-albedo", "0.3"}, report()));
     stage("p1solve", cloud, "limited.vdb", with(with(medium, {"--limiter", "levermore-pomraning"}), report()));
     stage("p1solve", cloud, "plan.vdb", with({"--dry-run", "--iterations", "1", "--directions", "8"}, report()));
     stage("render", lit, "lit.exr", with({"--resolution", "8"}, report()));
