@@ -51,7 +51,9 @@ TEST(StreamingLimit, LeavesDiffusionInMatterAsItIs)
         const test::P1Case c(voxel_field(Vec3i(16), Vec3d(1.0 / 16), [&](const Vec3i&) { return sigma; }));
         const auto factor = limit_of(c, 0);
         for (size_t slot = 0; slot < c.index.blocks().count() * Blocks::size; ++slot)
-            if (c.index.blocks().active(slot)) ASSERT_GE(factor[slot], sigma < 10 ? 0.95 : 1.0) << sigma;
+            if (c.index.blocks().active(slot)) {
+                ASSERT_GE(factor[slot], sigma < 10 ? 0.95 : 1.0) << sigma;
+            }
     }
 }
 
