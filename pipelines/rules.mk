@@ -74,7 +74,7 @@ programs := $(shell realpath -- $(BIN) 2> /dev/null || echo $(BIN))
 $(call told,fractalgen,$(programs) $(density_flags))
 $(call told,illuminate,$(programs) $(light_flags))
 $(call told,render,$(programs) $(render_flags) $(SPP) $(PARTS))
-$(foreach p,p1solve cloudsim vdbimport exrmerge,$(call told,$(p),$(programs)))
+$(foreach p,p1solve vdbimport exrmerge,$(call told,$(p),$(programs)))
 
 # $(call say,FILE): prints its absolute path.
 say = realpath -s -- $(1)

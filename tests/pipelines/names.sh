@@ -69,6 +69,17 @@ grep -q "none.vdb'.*no such file" said || fail "a missing file: $(cat said)"
 picture DENSITY=A/smoke.vdb OUT='o u t' > said 2>&1 && fail "OUT with spaces: expected a refusal"
 grep -q "OUT = 'o u t': expected" said || fail "OUT with spaces: $(cat said)"
 
+# Reading a pipeline again changes nothing that its files depend on.
+for pipeline in "$copy"/pipelines/*/; do
+    for time in first second; do
+        make -C "$pipeline" PICTURE=small OUT=out/told -n -k all > /dev/null 2>&1 || true
+        [ $time = second ] || { sleep 0.01; touch "$folder/between"; sleep 0.01; }
+    done
+    again=$(find "$pipeline" -name '*.told' -newer "$folder/between")
+    [ -z "$again" ] || fail "read twice, pipelines write anew: $again"
+    [ -e "$pipeline/out/told/render.told" ] || fail "$pipeline: expected out/told/render.told"
+done
+
 # why names what a change would make; clean removes the files of any pipeline.
 [ "$(make -s --no-print-directory -C "$copy/pipelines/any" PICTURE=small render_flags='--resolution 16' DENSITY=B/smoke.vdb why | grep -c render)" -ge 1 ] ||
     fail "why does not know the pipeline of a user's density"
