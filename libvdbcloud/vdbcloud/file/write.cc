@@ -111,6 +111,19 @@ void follow_rounding(const GridT& source, const std::vector<GridBasePtr>& grids)
         }
 }
 
+/// Removes what OpenVDB's writer replaces by values of its own where a file brought it with another type: the writer
+/// would throw.
+void remove_odd_statistics(GridBase& grid)
+{
+    const std::pair<const char*, const char*> written[] = {{GridBase::META_FILE_COMPRESSION, "string"},
+                                                           {GridBase::META_FILE_BBOX_MIN, "vec3i"},
+                                                           {GridBase::META_FILE_BBOX_MAX, "vec3i"},
+                                                           {GridBase::META_FILE_MEM_BYTES, "int64"},
+                                                           {GridBase::META_FILE_VOXEL_COUNT, "int64"}};
+    for (const auto& [key, type] : written)
+        if (grid[key] && grid[key]->typeName() != type) grid.removeMeta(key);
+}
+
 /// Shallow copies of the grids, with the metadata for the file.
 std::vector<GridBasePtr> prepared(const GridFile& file, const WriteOptions& options)
 {
@@ -120,6 +133,7 @@ std::vector<GridBasePtr> prepared(const GridFile& file, const WriteOptions& opti
         const auto grid = original->copyGrid();
         grid->setIsInWorldSpace(true);  // written as is_local_space = false
         grid->removeMeta(GridBase::META_FILE_DELAYED_LOAD);
+        remove_odd_statistics(*grid);
         if (const schema::GridKind* kind = schema::kind_of(grid->getName())) {
             if (options.half && kind->half) grid->setSaveFloatAsHalf(true);
             if (kind->result) grid->setSaveFloatAsHalf(false);
