@@ -13,8 +13,7 @@
 #   OUT=folder      where files go (default: out)          STRICT=1    a program that was rebuilt makes its files again
 #
 # A variable that changes what a program is told makes its files again, too: OUT/PROGRAM.told holds what it was told last.
-# Files of the user may have any name. Their names are never text of a recipe or of a rule: they are read by $(value),
-# handed to the shell within quotes, and links of plain names stand for them in OUT.
+# Files of the user may have any name (cmake/user.mk): links of plain names stand for them in OUT.
 PICTURE ?= full
 BIN     ?= ../../build/bin
 OUT     ?= out$(if $(filter small,$(PICTURE)),/small)
@@ -31,14 +30,7 @@ endif
 
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
-# Paths on the command line are meant from where the user stands, make -C or not.
-START ?= $(value PWD)
-export START
-# make would expand the value of a variable of its command line, $(shell ...) included, to hand it on in the environment.
-$(foreach v,DENSITY VDBCLOUD_REAL VDBCLOUD_I3RC,$(if $(findstring command,$(origin $(v))),$(eval unexport $(v))))
-
-# $(call q,TEXT): one word of the shell.
-q = '$(subst ','\'',$(1))'
+include $(dir $(lastword $(MAKEFILE_LIST)))../cmake/user.mk
 # $(call given,VARIABLE): its value; as it stands where the user gave it.
 given = $(if $(filter file,$(origin $(1))),$($(1)),$(value $(1)))
 # $(call odd,VARIABLE): the characters of a path that keep it from being the name of a target.
@@ -49,8 +41,6 @@ endif
 # $(call told,FILE,TEXT): writes TEXT to OUT/FILE.told unless it is there. While make reads its files, so that why works.
 told = $(if $(filter clean,$(MAKECMDGOALS)),,$(shell mkdir -p $(OUT); f=$(OUT)/$(1).told; \
     [ -e $$f ] && [ "$$(< $$f)" = $(call q,$(2)) ] || printf '%s\n' $(call q,$(2)) > $$f))
-# $(call found,PATH): the absolute path of a file of the user; nothing if there is none.
-found = $(shell cd $(call q,$(START)) 2> /dev/null; p=$(call q,$(1)); [ ! -f "$$p" ] || realpath -s -- "$$p")
 # $(call density_of_user,NAME,PATH): makes OUT/NAME.density.vdb a link to the file, and what is made of it depend on which
 # file it is: one that is older than the last may take its place.
 density_of_user = $(if $(filter clean,$(MAKECMDGOALS)),,$(call told,$(1).density,$(2))$(shell mkdir -p $(OUT); \

@@ -69,6 +69,13 @@ grep -q "none.vdb'.*no such file" said || fail "a missing file: $(cat said)"
 picture DENSITY=A/smoke.vdb OUT='o u t' > said 2>&1 && fail "OUT with spaces: expected a refusal"
 grep -q "OUT = 'o u t': expected" said || fail "OUT with spaces: $(cat said)"
 
+# The folder of I3RC's clouds, in a place that would run a command.
+mkdir 'i3rc `touch ran`'
+plan=$(make -n -k -C "$copy/pipelines/benchmarks/i3rc" OUT=out/plan VDBCLOUD_I3RC='i3rc `touch ran`' 2>&1 || true)
+grep -qF "'$folder/i3rc \`touch ran\`/mmcr_tau_32km_020898'" <<< "$plan" || fail "VDBCLOUD_I3RC, relative: not read, or not quoted"
+ran=$(find "$folder" -name ran)
+[ -z "$ran" ] || fail "the folder of I3RC ran a command: $ran"
+
 # Reading a pipeline again changes nothing that its files depend on.
 for pipeline in "$copy"/pipelines/*/; do
     for time in first second; do

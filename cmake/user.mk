@@ -1,0 +1,14 @@
+# Paths that the user gives to make. Included by pipelines/ and tests/.
+#
+# They are meant from where the user stands, make -C or not, and may have any name: they are read by $(value), which does
+# not expand them, and handed to the shell by $(call q,...).
+START ?= $(value PWD)
+export START
+# make would expand the value of a variable of its command line, $(shell ...) included, to hand it on in the environment.
+$(foreach v,DENSITY VDBCLOUD_REAL VDBCLOUD_I3RC,$(if $(findstring command,$(origin $(v))),$(eval unexport $(v))))
+
+# $(call q,TEXT): one word of the shell.
+q = '$(subst ','\'',$(1))'
+# $(call found,PATH), $(call folder,PATH): the absolute path of a file or folder of the user; nothing if there is none.
+found = $(shell cd $(call q,$(START)) 2> /dev/null; p=$(call q,$(1)); [ ! -f "$$p" ] || realpath -s -- "$$p")
+folder = $(shell cd $(call q,$(START)) 2> /dev/null; p=$(call q,$(1)); [ ! -d "$$p" ] || realpath -s -- "$$p")
