@@ -2,13 +2,17 @@
 #
 # They are meant from where the user stands, make -C or not, and may have any name: they are read by $(value), which does
 # not expand them, and handed to the shell by $(call q,...).
-START ?= $(value PWD)
-export START
+# VDBCLOUD_START is that folder: a make called by the user sets it, one called by another make of ours keeps it.
+ifeq ($(MAKELEVEL),0)
+VDBCLOUD_START := $(value PWD)
+endif
+VDBCLOUD_START ?= $(value PWD)
+export VDBCLOUD_START
 # make would expand the value of a variable of its command line, $(shell ...) included, to hand it on in the environment.
 $(foreach v,DENSITY VDBCLOUD_REAL VDBCLOUD_I3RC,$(if $(findstring command,$(origin $(v))),$(eval unexport $(v))))
 
 # $(call q,TEXT): one word of the shell.
 q = '$(subst ','\'',$(1))'
 # $(call found,PATH), $(call folder,PATH): the absolute path of a file or folder of the user; nothing if there is none.
-found = $(shell cd $(call q,$(START)) 2> /dev/null; p=$(call q,$(1)); [ ! -f "$$p" ] || realpath -s -- "$$p")
-folder = $(shell cd $(call q,$(START)) 2> /dev/null; p=$(call q,$(1)); [ ! -d "$$p" ] || realpath -s -- "$$p")
+found = $(shell cd $(call q,$(VDBCLOUD_START)) 2> /dev/null; p=$(call q,$(1)); [ ! -f "$$p" ] || realpath -s -- "$$p")
+folder = $(shell cd $(call q,$(VDBCLOUD_START)) 2> /dev/null; p=$(call q,$(1)); [ ! -d "$$p" ] || realpath -s -- "$$p")

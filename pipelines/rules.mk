@@ -99,7 +99,7 @@ $(BIN)/%:
 	$(error $@ is not built: run make -C pipelines, or set BIN)
 
 .PHONY: all clean why
-clean:
-	rm -rf out
+clean:  # of this pipeline and of those beneath it
+	rm -rf out */out
 why:  # commands that would run, and the prerequisites that are newer
 	@$(MAKE) --dry-run --debug=basic all | grep -E 'Must remake|$(notdir $(BIN))/' | grep -v "'all'" || echo 'up to date'

@@ -9,6 +9,9 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 trap 'echo "names.sh: line $LINENO failed" >&2' ERR
 fail() { echo "names.sh: $*" >&2; exit 1; }
+# make is called by a user, whose environment has names of its own.
+unset MAKELEVEL MAKEFLAGS MFLAGS
+export VDBCLOUD_START=/nowhere
 # A copy of the pipelines, in a folder that is no word of a Makefile either. The programs have one of their own.
 copy="$folder/it's a \$(touch ran) copy"
 mkdir -p "$copy/build"
@@ -91,4 +94,5 @@ done
 [ "$(make -s --no-print-directory -C "$copy/pipelines/any" PICTURE=small render_flags='--resolution 16' DENSITY=B/smoke.vdb why | grep -c render)" -ge 1 ] ||
     fail "why does not know the pipeline of a user's density"
 make -s --no-print-directory -C "$copy/pipelines" clean > /dev/null
-[ -z "$(find "$copy/pipelines" -name '*.vdb' -o -name '*.told')" ] || fail "clean left files"
+left=$(find "$copy/pipelines" -name "*.vdb" -o -name "*.told")
+[ -z "$left" ] || fail "clean left $left"
