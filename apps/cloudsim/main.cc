@@ -4,6 +4,7 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/sim/checkpoint.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <sstream>
 
@@ -34,6 +35,21 @@ void make_folder_of(const std::string& path)
     if (error) throw IoError(folder.string() + ": cannot make this folder: " + error.message());
 }
 
+/// One warning for air so fast that its compression matters, which the equations neglect.
+void judge_speed(app::App& app, const sim::Budget& budget, const sim::Lattice& lattice, bool& warned)
+{
+    constexpr double sound = 340;  // [m/s]
+    if (warned || budget.speed_max <= 0.3 * sound) return;
+    warned = true;
+    const double h = *std::min_element(lattice.h.begin(), lattice.h.end());
+    std::ostringstream text;
+    text.precision(3);
+    text << "after " << budget.time << " s: wind of " << budget.speed_max << " m/s is Mach " << budget.speed_max / sound
+         << ": the equations neglect compression, which matters above Mach 0.3, and cells of " << h
+         << " m need steps below " << h / budget.speed_max << " s";
+    app.warnings()(text.str());
+}
+
 /// A budget out of its tolerance: the end of the run with --strict, else one warning for the first.
 void judge(app::App& app, const sim::Budget& budget, bool strict, bool& warned)
 {
@@ -56,7 +72,7 @@ void simulate(app::App& app, const app::Options& o, const app::Run& run)
     const sim::SnapshotOptions snapshot{o.up, o.unpruned, app::grid_names(o.grids), o.effective_radius,
                                         o.smoke_extinction};
     const auto progress = app.progress("simulate");
-    bool warned = false;
+    bool warned = false, warned_speed = false;
     for (int n = last + 1; n <= run.frames; ++n) {
         sim->advance_to(run.time_of(n),
                         [&](double part) { return !progress || progress((n - 1 + part) / std::max(1, run.frames)); });
@@ -68,6 +84,7 @@ void simulate(app::App& app, const app::Options& o, const app::Run& run)
         log.write(app::as_json(budget, n));
         app.say(app::as_line(budget, n));
         app.report()["accuracy"] = app::as_json(budget, n);
+        judge_speed(app, budget, preset.parameters.lattice, warned_speed);
         judge(app, budget, o.strict, warned);
         if (!o.checkpoint.empty() && (n % o.checkpoint_every == 0 || n == run.frames))
             sim::write_checkpoint(o.checkpoint, *sim, preset.sounding, n);

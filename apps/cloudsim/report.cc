@@ -16,13 +16,30 @@ namespace vdbcloud::app {
 
 namespace {
 
-/// Steps of a run, by the speed of a lively cumulus: 15 m/s along all axes together.
+/// Steps of a run, by the limits of the first air and the speed of a lively cumulus: 15 m/s along all axes together.
 double steps_of(const Run& run)
 {
     const sim::Parameters& p = run.preset.parameters;
-    if (p.time_scheme == sim::TimeScheme::HugeStep && p.dt == 0) return run.frames;
-    const double h = *std::min_element(p.lattice.h.begin(), p.lattice.h.end());
-    return std::ceil(run.seconds() / (p.dt > 0 ? p.dt : p.cfl * h / 15));
+    const sim::Column column = sim::make_column(p, run.preset.sounding);
+    double h = sim::never;
+    for (const int axis : {0, 1, 2})
+        if (!p.lattice.flat(axis)) h = std::min(h, p.lattice.h[size_t(axis)]);
+    const double rate = std::max(p.momentum ? 15 / h : 0, sim::courant_rate_of(p, column));
+    const bool huge = p.time_scheme == sim::TimeScheme::HugeStep;
+    double step = huge ? sim::never : sim::step_limit(p, rate, p.momentum ? sim::frequency_of(p, column) : 0);
+    if (p.dt > 0) step = std::min(step, p.dt);
+    double steps = 0;
+    const auto advance = [&](double seconds) {
+        steps += seconds > 0 ? std::max(1.0, std::ceil(seconds / step - 1e-9)) : 0;
+    };
+    for (int n = 1; n <= run.frames; ++n) {
+        const double from = run.time_of(n - 1), to = run.time_of(n), end = p.floor.until;
+        if (from < end && end < to)
+            advance(end - from), advance(to - end);
+        else
+            advance(to - from);
+    }
+    return steps;
 }
 
 /// Cell-steps a second and core, as bench_cloudsim measures them.

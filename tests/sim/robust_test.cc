@@ -233,6 +233,78 @@ TEST(Robust, RefusesImpossibleValuesByName)
     EXPECT_NE(refused([](Parameters& p) { p.rain = true, p.moisture = false; }).find("rain"), std::string::npos);
     EXPECT_NE(refused([](Parameters& p) { p.maccormack = true; }).find("huge steps"), std::string::npos);
     EXPECT_NE(refused([](Parameters& p) { p.lattice.h[2] = 5000; }).find("height of the box"), std::string::npos);
+    EXPECT_EQ(refused([](Parameters& p) { p.constants.rho0 = 1e300; }), "rho0 = 1e+300: expected 0.001..1000 kg/m^3");
+    const Bubble cold{{400, 400, 400}, 200, 200, -900, 0, 0};
+    EXPECT_EQ(refused([&](Parameters& p) { p.bubbles = {cold}; }), "bubble temperature = -900: expected -200..1000");
+    EXPECT_EQ(refused([&](Parameters& p) { p.bubbles = {cold}, p.bubbles[0].theta = -199; }), "");
+    // Two bubbles that are allowed alone.
+    const std::string both = refused([&](Parameters& p) {
+        p.bubbles = {cold, cold};
+        for (Bubble& b : p.bubbles) b.theta = -199;
+    });
+    EXPECT_NE(both.find("initial air: theta_l in cell ["), std::string::npos) << both;
+    EXPECT_NE(both.find("expected 100..2000 K"), std::string::npos) << both;
+}
+
+TEST(Robust, NumbersThatProgramsOfferHaveRangesThatAirCanHave)
+{
+    // At either end of any range of a constant, alone, a run is refused in a sentence or keeps its invariants.
+    for (const auto* group : {&constant_settings(), &noise_settings()})
+        for (const Setting& setting : *group)
+            for (const double end : {setting.range.low, setting.range.high}) {
+                if (!std::isfinite(end) || (setting.range.open && end == setting.range.low)) continue;
+                EXPECT_LE(std::abs(end), 1e12) << setting.name;
+                for (const SaturationBy by : {SaturationBy::Height, SaturationBy::Temperature}) {
+                    Parameters p;
+                    p.lattice = {{6, 5, 6}, {100, 100, 100}, {Side::Periodic, Side::Periodic}};
+                    p.moist.by = by, p.rain = p.anelastic = true;
+                    p.bubbles.push_back({{300, 250, 200}, 200, 200, 2, 5e-3, 0});
+                    setting.value(p) = end;
+                    SCOPED_TRACE(setting.name + " = " + std::to_string(end));
+                    try {
+                        auto sim = Simulation::make(p, {"humid", {0}, {300}, {0.012}, {2}, {1}, 0});
+                        int steps = 0;
+                        sim->advance_to(10, [&](double) { return ++steps < 40; });
+                        EXPECT_EQ(sim->budget().fault, "");
+                    } catch (const InputError&) {
+                    } catch (const Cancelled&) {
+                    }
+                }
+            }
+}
+
+TEST(Robust, NamesTheCellOfAValueThatAirCannotHave)
+{
+    Parameters p = bare({8, 8, 8}, {800, 800, 800});
+    p.buoyancy = p.moisture = p.dye = p.rain = true;
+    auto sim = Simulation::make(p, Sounding::uniform(300));
+    const struct {
+        Quantity q;
+        double usual, bad, good;
+        const char* sentence;
+    } cases[] = {
+        {Quantity::U, 0, 1e30, 500, "file: u in cell [3, 5, 6] = 1e+30: expected -500..500 m/s (the equations"},
+        {Quantity::V, 0, -1e6, -500, "file: v in cell [3, 5, 6] = -1e+06: expected -500..500 m/s (the equations"},
+        {Quantity::W, 0, 501, 499, "file: w in cell [3, 5, 6] = 501: expected -500..500 m/s (the equations"},
+        {Quantity::Theta, 300, 99, 101, "file: theta_l in cell [3, 5, 6] = 99: expected 100..2000 K"},
+        {Quantity::Water, 0.01, 1e30, 1, "file: q_t in cell [3, 5, 6] = 1e+30: expected 0..1 kg/kg"},
+        {Quantity::Water, 0.01, -1e-9, 0, "file: q_t in cell [3, 5, 6] = -1e-09: expected 0..1 kg/kg"},
+        {Quantity::Rain, 0, 2, 1, "file: rain in cell [3, 5, 6] = 2: expected 0..1 kg/kg"},
+        {Quantity::Dye, 0, 1e300, 1e6, "file: dye in cell [3, 5, 6] = 1e+300: expected 0..1e+06"},
+    };
+    for (const auto& c : cases) {
+        std::vector<double> values(512, c.usual);
+        double& value = values[3 + 8 * (5 + 8 * 6)];
+        value = c.good;
+        EXPECT_NO_THROW(sim->set(c.q, values, "file")) << c.sentence;
+        value = c.bad;
+        try {
+            sim->set(c.q, values, "file");
+            ADD_FAILURE() << c.sentence;
+        } catch (const InputError& error) {
+            EXPECT_EQ(std::string(error.what()).rfind(c.sentence, 0), 0u) << error.what();
+        }
+    }
 }
 
 TEST(Robust, NamesTheCellOfANonFiniteInitialValue)

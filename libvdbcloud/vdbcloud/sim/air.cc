@@ -16,6 +16,7 @@ Air<T>::Air(const Parameters& p, const Column& c, const Thermodynamics& t)
         for (int i = 0; i < (p.momentum ? state_arrays(p) : 1); ++i) wind[axis].a[size_t(i)] = Field<T>(lattice);
     }
     if (p.buoyancy || p.moisture) allocate(theta, Quantity::Theta);
+    fastest_rate = sim::fastest_rate(p);
     for (const Effect& effect : effects())
         if (effect.on(p)) effect.terms.add(*this);
     for (Variable<T>* v : scalars())
@@ -28,6 +29,20 @@ void Air<T>::allocate(Variable<T>& v, Quantity q)
 {
     v.quantity = q, v.place = Place::Centre;
     for (int i = 0; i < state_arrays(parameters); ++i) v.a[size_t(i)] = Field<T>(lattice);
+}
+
+template<typename T>
+Relaxation& Air<T>::relax(Variable<T>& v)
+{
+    std::vector<double>& target = v.relaxation.environment;
+    target.clear();
+    for (size_t k = 0; k < column.level.size(); ++k)
+        target.push_back(v.quantity == Quantity::U       ? column.u[k]
+                         : v.quantity == Quantity::V     ? column.v[k]
+                         : v.quantity == Quantity::Theta ? column.level[k].theta_env
+                         : v.quantity == Quantity::Water ? column.level[k].q_env
+                                                         : 0);
+    return v.relaxation;
 }
 
 template<typename T>

@@ -2,6 +2,7 @@
 // The state of a run in one precision, and the terms that act on it. Private to sim/: effects register here.
 #include "vdbcloud/sim/parallel.h"
 #include "vdbcloud/sim/projection.h"
+#include "vdbcloud/sim/relaxation.h"
 #include "vdbcloud/sim/simulation.h"
 
 #include <array>
@@ -27,8 +28,10 @@ struct Variable {
     std::array<Field<T>, 3> a;
     /// Sources of a row: whatever is not the divergence of a flux through faces.
     std::vector<Term> terms;
-    /// Terms that damp or mix and so limit an explicit step: see Air::limit_step().
+    /// Terms that mix and so limit an explicit step: see Effect::fastest_rate.
     std::vector<Term> stiff;
+    /// Return to the environment, which limits no step.
+    Relaxation relaxation;
     // Accounts: sum of sources over cells and time, in cell values [unit]; what there was at the start.
     mutable std::vector<double> row_source;
     double sources = 0;
@@ -60,14 +63,16 @@ struct Air {
     std::vector<std::function<void(int in)>> before_stage;   ///< with the arrays that the stage reads
     std::vector<std::function<void(double dt)>> after_step;  ///< on the arrays 0
     double friction_time = never;                            ///< of the drag -V/t, taken as an integrating factor [s]
-    double fastest_rate = 0;                                 ///< of explicit damping and diffusion [1/s]
+    double fastest_rate = 0;                                 ///< of explicit mixing [1/s]
 
     /// Allocates the arrays of a scalar for all stages.
     void allocate(Variable<T>&, Quantity);
     /// One more value a cell for an effect's own use, as long as this lives.
     Field<T>& add_field() { return own_.emplace_back(lattice); }
-    /// An explicit step times this rate must stay below 1.
-    void limit_step(double rate) { fastest_rate = std::max(fastest_rate, rate); }
+    /// The relaxation of a quantity, with the environment as its target.
+    Relaxation& relax(Variable<T>&);
+    /// False from the time on at which the fluxes through the floor end: steps end there.
+    bool floor_has_fluxes() const { return time < flux_end(parameters); }
 
     Variable<T>& of(Quantity);
     const Variable<T>& of(Quantity q) const { return const_cast<Air*>(this)->of(q); }

@@ -40,6 +40,12 @@ void Setting::check(const Parameters& p) const
     refuse(words, number(p), range.text() + (unit.empty() ? "" : " ") + unit);
 }
 
+Effect changeable(Effect effect)
+{
+    effect.can_change = true;
+    return effect;
+}
+
 const std::vector<Effect>& effects()
 {
     static const std::vector<Effect> table = [] {
@@ -55,25 +61,25 @@ const std::vector<Setting>& constant_settings()
     static const std::vector<Setting> list{
         {"q-surface", "saturation by height: A of q_s = A exp(-z/H)", "kg/kg", above_zero(1),
          [](Parameters& p) -> double& { return p.q_surface; }},
-        {"q-scale-height", "saturation by height: H; 0 takes the height of the box / ln 10", "m", from_zero(any_finite),
+        {"q-scale-height", "saturation by height: H; 0 takes the height of the box / ln 10", "m", from_zero(1e12),
          [](Parameters& p) -> double& { return p.q_scale_height; }},
         {"gravity", "gravity", "m/s^2", from_zero(1000), [](Parameters& p) -> double& { return p.constants.g; }},
-        {"theta0", "potential temperature of the base state", "K", above_zero(1e4),
+        {"theta0", "potential temperature of the base state", "K", allowed_theta,
          [](Parameters& p) -> double& { return p.constants.theta0; }},
         {"latent-heat-of", "latent heat L of condensation", "J/kg", from_zero(1e8),
          [](Parameters& p) -> double& { return p.constants.latent_heat; }},
         {"cp",
          "specific heat of air at constant pressure",
          "J/(kg K)",
-         {1, any_finite},
+         {100, 1e6},
          [](Parameters& p) -> double& { return p.constants.cp; }},
-        {"r-dry", "gas constant of dry air", "J/(kg K)", above_zero(any_finite),
+        {"r-dry", "gas constant of dry air", "J/(kg K)", Range{50, 1e4},
          [](Parameters& p) -> double& { return p.constants.r_dry; }},
-        {"r-vapour", "gas constant of water vapour", "J/(kg K)", above_zero(any_finite),
+        {"r-vapour", "gas constant of water vapour", "J/(kg K)", Range{50, 1e4},
          [](Parameters& p) -> double& { return p.constants.r_vapour; }},
-        {"pressure", "pressure at the floor where the sounding gives none", "Pa", above_zero(any_finite),
+        {"pressure", "pressure at the floor where the sounding gives none", "Pa", Range{1, 1e8},
          [](Parameters& p) -> double& { return p.constants.surface_pressure; }},
-        {"rho0", "density of air at the floor", "kg/m^3", above_zero(any_finite),
+        {"rho0", "density of air at the floor", "kg/m^3", Range{1e-3, 1e3},
          [](Parameters& p) -> double& { return p.constants.rho0; }},
     };
     return list;
@@ -101,8 +107,8 @@ const std::vector<Setting>& numeric_settings()
         {"cfl", "Courant number that sets the step: dt (|u|/dx + |v|/dy + |w|/dz) stays below it", "", above_zero(0.75),
          [](Parameters& p) -> double& { return p.cfl; }},
         {"dt", "time step, split where it is above a limit; 0 takes the longest that the limits allow", "s",
-         from_zero(any_finite), [](Parameters& p) -> double& { return p.dt; }},
-        {"dt-max", "longest time step", "s", above_zero(any_finite), [](Parameters& p) -> double& { return p.dt_max; }},
+         from_zero(1e6), [](Parameters& p) -> double& { return p.dt; }},
+        {"dt-max", "longest time step", "s", above_zero(1e12), [](Parameters& p) -> double& { return p.dt_max; }},
     };
     return list;
 }

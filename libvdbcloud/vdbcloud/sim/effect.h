@@ -101,7 +101,19 @@ struct Effect {
     size_t switches = 1;
     /// Where no setting turns the effect on: what does, "sides open".
     std::string turned_on_by{};
+    /// An explicit step times this rate [1/s] must stay below 1 where the effect is on. May be null: no limit.
+    double (*fastest_rate)(const Parameters&) = nullptr;
+    /// The state of the air does not depend on the settings, so that they can change between two steps.
+    bool can_change = false;
 };
+
+/// An effect that forces or damps the air and has no state: its settings can change between two steps.
+Effect changeable(Effect);
+
+/// Potential temperatures that air can have [K]: of soundings, bubbles and first states alike.
+inline constexpr Range allowed_theta{100, 2000};
+/// The largest speed [m/s] of soundings and first states. The equations have no sound.
+inline constexpr double allowed_speed = 500;
 
 /// All effects, in the order in which their terms are added.
 const std::vector<Effect>& effects();

@@ -146,7 +146,11 @@ void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double 
         rows.cx = T(1 / air_.lattice.h[0]), rows.cy = T(1 / air_.lattice.h[1]);
         rows.cz0 = T(air_.rho.face[size_t(k)] / rho), rows.cz1 = T(air_.rho.face[size_t(k) + 1] / rho);
     };
+    const ColumnFactors factors(variable.relaxation, stage, dt);
+    const StageWeights plain{1 - s.alpha - s.beta, s.alpha, s.beta, s.beta * s.tau, 0};
     const auto sink = [&, nx = nx, ny = ny](int j, int k, T* tendency, const FluxRows<T>& rows) {
+        const StageRows<T> row{variable.a[size_t(stage.out)].row(j, k), variable.a[0].row(j, k),
+                               variable.a[size_t(stage.x1)].row(j, k), q.row(j, k), tendency};
         if (!variable.row_source.empty()) {
             T source[4096];
             std::fill_n(source, nx, T(0));
@@ -159,11 +163,12 @@ void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double 
                 for (int i = 0; i < nx; ++i) sum += double(rows.cy) * double(rows.y0[i]);
             if (open_y && j == ny - 1)
                 for (int i = 0; i < nx; ++i) sum -= double(rows.cy) * double(rows.y1[i]);
+            if (!factors.none())
+                sum += add_return(plain, factors, size_t(j) * size_t(nx), row,
+                                  variable.relaxation.environment[size_t(k)], tendency, nx);
             variable.row_source[size_t(k) * size_t(ny) + size_t(j)] = sum * air_.rho.centre[size_t(k)];
         }
-        scalar_stage({variable.a[size_t(stage.out)].row(j, k), variable.a[0].row(j, k),
-                      variable.a[size_t(stage.x1)].row(j, k), q.row(j, k), tendency},
-                     s, nx);
+        scalar_stage(row, s, nx);
     };
     for_flux_rows<T>({nx, ny, 0, nz, !air_.lattice.flat(0), !air_.lattice.flat(1), !air_.lattice.flat(2)}, coefficients,
                      flux, sink);
@@ -176,11 +181,15 @@ void Model<T>::advance_velocity(int axis, const Stage& stage, double dt)
     Variable<T>& variable = air_.wind[size_t(axis)];
     const size_t in = size_t(stage.in);
     const Field<T>& q = variable.a[in];
-    // The integrating factor of friction, from each array's time to the one that is written.
-    const auto decay = [&](double from) { return std::exp(-(stage.time_out - from) * dt / air_.friction_time); };
-    const double f0 = decay(0), f1 = decay(stage.time_x1), fx = decay(stage.time_in);
-    const MomentumStage s{(1 - stage.alpha - stage.beta) * f0, stage.alpha * f1, stage.beta * fx,
-                          stage.beta * stage.tau * dt * fx};
+    const Relaxation& relaxation = variable.relaxation;
+    const TimedStage timed{stage, int(stages(parameters_.time_scheme).size()), dt, air_.friction_time};
+    const ColumnWeights columns(relaxation, timed);
+    LevelMeans means;
+    if (relaxation.mean > 0)
+        means = {level_means(air_.lattice, variable.a[0]),
+                 level_means(air_.lattice, variable.a[size_t(stage.x1)]),
+                 level_means(air_.lattice, q),
+                 {}};
     const bool vertical = axis == 2;
 
     const auto flux = [&](int d, int j, int k, T* out, int n) {
@@ -211,13 +220,35 @@ void Model<T>::advance_velocity(int axis, const Stage& stage, double dt)
             add_sum(tendency, pressure_->scratch().row(j, k), pressure_->scratch().row(j, k - 1), T(0.5), width);
         for (const auto& term : variable.terms) term(stage.in, j, k, tendency);
         for (const auto& term : variable.stiff) term(stage.in, j, k, tendency);
-        momentum_stage({variable.a[size_t(stage.out)].row(j, k), variable.a[0].row(j, k),
-                        variable.a[size_t(stage.x1)].row(j, k), q.row(j, k), tendency},
-                       s, width);
+        const StageRows<T> row{variable.a[size_t(stage.out)].row(j, k), variable.a[0].row(j, k),
+                               variable.a[size_t(stage.x1)].row(j, k), q.row(j, k), tendency};
+        // The integrating factor of friction, and the return to the environment.
+        const double rate = relaxation.level_rate(k), env = relaxation.none() ? 0 : relaxation.environment[size_t(k)];
+        const StageWeights w = weights_of(timed, rate);
+        const MomentumStage s{w.x0, w.x1, w.x, w.tendency, w.rest * rest_of(rate, env, air_.friction_time)};
+        if (columns.none()) return momentum_stage(row, s, width);
+        std::vector<T> kept(static_cast<size_t>(width));  // `out` may be an input
+        columns.row(j, k, row, kept.data(), width);
+        momentum_stage(row, s, width);
+        for (int i = 0; i < width; ++i)
+            if (columns.acts(size_t(j) * size_t(width) + size_t(i))) row.out[i] = kept[size_t(i)];
     };
     for_flux_rows<T>({width, rows, vertical ? 1 : 0, air_.lattice.n[2], !air_.lattice.flat(0), !air_.lattice.flat(1),
                       !air_.lattice.flat(2)},
                      coefficients, flux, sink);
+    if (relaxation.mean > 0) relax_means(variable, timed, means);
+}
+
+/// Shifts the levels that a stage wrote, so that their means relax too. `means`: of x0, x1 and x.
+template<typename T>
+void Model<T>::relax_means(Variable<T>& v, const TimedStage& timed, LevelMeans& means)
+{
+    Field<T>& out = v.a[size_t(timed.stage.out)];
+    means.out = level_means(air_.lattice, out);
+    const std::vector<double> shifts = mean_shifts(v.relaxation, timed, means);
+    for (int k = 0; k < air_.lattice.n[2]; ++k)
+        for (int j = 0; j < air_.rows(v); ++j)
+            for (int i = 0; i < air_.width(v); ++i) out(i, j, k) += T(shifts[size_t(k)]);
 }
 
 /// Makes the air in the arrays `at` incompressible and fills its halos.
@@ -302,13 +333,7 @@ double Model<T>::stratification() const
 template<typename T>
 double Model<T>::step_limit() const
 {
-    // Advection and mixing share one step: their rates add, for stability and so that sums of a stage stay convex.
-    const double shared = rate_ / parameters_.cfl + air_.fastest_rate;
-    double limit = parameters_.dt_max;
-    if (shared > 0) limit = std::min(limit, (parameters_.subgrid ? 0.7 : 1) / shared);
-    const double n = stratification();
-    if (n > 0) limit = std::min(limit, 0.5 / n);
-    return limit;
+    return sim::step_limit(parameters_, rate_, stratification());
 }
 
 template<typename T>
@@ -319,17 +344,19 @@ void Model<T>::advance_to(double end, const Progress& progress)
     double halving = 1;
     while (air_.time < end) {
         report(progress, (air_.time - begin) / (end - begin));
-        const double left = end - air_.time;
+        // A step ends where the fluxes through the floor do, so that it has them wholly or not at all.
+        const bool cut = air_.floor_has_fluxes() && parameters_.floor.until < end - 1e-9 * std::max(1.0, end);
+        const double stop = cut ? parameters_.floor.until : end, left = stop - air_.time;
         if (parameters_.time_scheme == TimeScheme::HugeStep) {
             const double asked = parameters_.dt > 0 ? parameters_.dt : left;
             const double count = std::max(1.0, std::ceil(left / asked - 1e-9));
             air_.dt = left / count;
             huge_step(air_.dt);
-            air_.time = count <= 1 ? end : air_.time + air_.dt;
+            air_.time = count <= 1 ? stop : air_.time + air_.dt;
             ++steps_;
             continue;
         }
-        // The wanted step is split into equal parts within the limits; the last part ends at `end`.
+        // The wanted step is split into equal parts within the limits; the last part ends at `stop`.
         const double asked = parameters_.dt > 0 ? std::min(parameters_.dt, left) : left;
         const double whole = std::max(1.0, std::ceil(left / asked - 1e-9));
         const double parts = std::max(1.0, std::ceil(left / whole / (step_limit() * halving) - 1e-9));
@@ -343,7 +370,7 @@ void Model<T>::advance_to(double end, const Progress& progress)
             continue;
         }
         halving = 1;
-        air_.time = whole * parts <= 1 ? end : air_.time + air_.dt;
+        air_.time = whole * parts <= 1 ? stop : air_.time + air_.dt;
         ++steps_;
     }
 }

@@ -30,7 +30,7 @@ public:
     bool has(Quantity) const override;
     void get_plane(Quantity, int k, double* out) const override;
     void get_cloud_plane(int k, double* out) const override;
-    void set(Quantity, const std::vector<double>&) override;
+    void set(Quantity, const std::vector<double>&, const std::string& source) override;
     void add_source(Quantity, Source) override;
     void start() override;
     void save(std::ostream&) const override;
@@ -54,6 +54,8 @@ private:
     void find_buoyancy(int at);
     void advance_scalar(Variable<T>&, const Stage&, double dt);
     void advance_velocity(int axis, const Stage&, double dt);
+    void relax_means(Variable<T>&, const TimedStage&, LevelMeans&);
+    void huge_relaxation(Variable<T>&, double dt);
     double stratification() const;
 
     // semi_lagrangian.cc

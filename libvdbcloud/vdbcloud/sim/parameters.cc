@@ -29,14 +29,16 @@ void check_lattice(const Lattice& l)
     if (l.cells() > (size_t(1) << 31)) refuse("number of cells", double(l.cells()), "up to 2^31");
 }
 
-void check_bubble(const Bubble& b)
+/// `s` passed check_sounding().
+void check_bubble(const Bubble& b, const Sounding& s)
 {
-    expect("bubble position", b.centre[0] + b.centre[1] + b.centre[2], magnitude(any_finite));
-    expect("bubble radius", b.radius, above_zero(any_finite));
-    expect("bubble height", b.height, above_zero(any_finite));
-    expect("bubble temperature", b.theta, magnitude(1000));
+    const auto coldest = std::min_element(s.theta.begin(), s.theta.end());
+    for (const double place : b.centre) expect("bubble position", place, magnitude(1e9));
+    expect("bubble radius", b.radius, {1e-3, 1e9});
+    expect("bubble height", b.height, {1e-3, 1e9});
+    expect("bubble temperature", b.theta, {std::max(-1000.0, allowed_theta.low - *coldest), 1000});
     expect("bubble water", b.water, magnitude(1));
-    expect("bubble dye", b.dye, from_zero(any_finite));
+    expect("bubble dye", b.dye, from_zero(1e6));
 }
 
 void check_sounding(const Sounding& s)
@@ -47,9 +49,9 @@ void check_sounding(const Sounding& s)
         throw InputError(name + ": expected a value of every column at every height");
     for (size_t i = 0; i < n; ++i) {
         if (!std::isfinite(s.z[i]) || (i > 0 && s.z[i] <= s.z[i - 1])) refuse(name + ": height", s.z[i], "increasing");
-        if (!(s.theta[i] >= 100 && s.theta[i] <= 2000)) refuse(name + ": theta", s.theta[i], "100..2000 K");
+        if (!allowed_theta.holds(s.theta[i])) refuse(name + ": theta", s.theta[i], allowed_theta.text() + " K");
         if (!(s.water[i] >= 0 && s.water[i] <= 0.5)) refuse(name + ": water", s.water[i], "0..0.5 kg/kg");
-        if (!(std::abs(s.u[i]) <= 500 && std::abs(s.v[i]) <= 500))
+        if (!(std::abs(s.u[i]) <= allowed_speed && std::abs(s.v[i]) <= allowed_speed))
             refuse(name + ": wind", std::hypot(s.u[i], s.v[i]), "up to 500 m/s");
     }
 }
@@ -70,12 +72,52 @@ void check(const Parameters& p, const Sounding& sounding)
         for (const Setting& setting : effect.settings) setting.check(p);
         if (effect.check) effect.check(p);
     }
-    for (const Bubble& bubble : p.bubbles) check_bubble(bubble);
+    for (const Bubble& bubble : p.bubbles) check_bubble(bubble, sounding);
     if ((p.maccormack || p.fix_budget) && p.time_scheme != TimeScheme::HugeStep)
         throw InputError(
             "MacCormack's correction and the fix of budgets belong to huge steps: expected them, or neither");
     const bool open = p.lattice.side[0] == Side::Open || p.lattice.side[1] == Side::Open;
     if (p.fix_budget && open) throw InputError("a fix of budgets with open sides: expected periodic sides or walls");
+}
+
+double flux_end(const Parameters& p)
+{
+    return std::isfinite(p.floor.until) ? p.floor.until - 1e-9 * std::max(1.0, p.floor.until) : never;
+}
+
+double fastest_rate(const Parameters& p)
+{
+    double rate = 0;
+    for (const Effect& effect : effects())
+        if (effect.fastest_rate && effect.on(p)) rate = std::max(rate, effect.fastest_rate(p));
+    return rate;
+}
+
+double step_limit(const Parameters& p, double courant_rate, double frequency)
+{
+    // Advection and mixing share one step: their rates add, for stability and so that sums of a stage stay convex.
+    const double shared = courant_rate / p.cfl + fastest_rate(p);
+    double limit = p.dt_max;
+    if (shared > 0) limit = std::min(limit, (p.subgrid ? 0.7 : 1) / shared);
+    if (frequency > 0) limit = std::min(limit, 0.5 / frequency);
+    return limit;
+}
+
+double frequency_of(const Parameters& p, const Column& column)
+{
+    double steepest = 0;
+    if (p.buoyancy)
+        for (size_t k = 1; k < column.level.size(); ++k)
+            steepest = std::max(steepest, std::abs(column.level[k].theta_env - column.level[k - 1].theta_env));
+    return std::sqrt(p.constants.g / p.constants.theta0 * steepest / p.lattice.h[2]);
+}
+
+double courant_rate_of(const Parameters& p, const Column& column)
+{
+    double rate = 0;
+    for (size_t k = 0; k < column.u.size(); ++k)
+        rate = std::max(rate, std::abs(column.u[k]) / p.lattice.h[0] + std::abs(column.v[k]) / p.lattice.h[1]);
+    return rate;
 }
 
 size_t memory_needed(const Parameters& p)

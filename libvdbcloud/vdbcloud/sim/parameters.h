@@ -130,6 +130,17 @@ void check(const Parameters&, const Sounding&);
 /// Hydrostatic base state: d(exner)/dz = -g / (cp theta_v). Throws InputError if the box reaches above the atmosphere.
 Column make_column(const Parameters&, const Sounding&);
 
+/// When the fluxes through the floor end [s]: --flux-until, less what rounding may leave of the time of a step.
+double flux_end(const Parameters&);
+/// The largest rate of explicit mixing [1/s]: a step times this rate must stay below 1.
+double fastest_rate(const Parameters&);
+/// The longest step of the conservative schemes [s], in air whose largest sum of |velocity| / spacing is
+/// `courant_rate` [1/s] and whose largest buoyancy frequency is `frequency` [1/s].
+double step_limit(const Parameters&, double courant_rate, double frequency);
+/// The largest buoyancy frequency of the environment [1/s], and its largest sum of |velocity| / spacing [1/s].
+double frequency_of(const Parameters&, const Column&);
+double courant_rate_of(const Parameters&, const Column&);
+
 /// Arrays that a prognostic field needs: its own, and one or two for stages.
 int state_arrays(const Parameters&);
 /// Bytes of all fields of a run.

@@ -3,6 +3,7 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/sim/sounding.h"
 
+#include <cmath>
 #include <utility>
 
 namespace vdbcloud::sim {
@@ -148,7 +149,9 @@ void apply(Accuracy accuracy, Parameters& p)
 void rescale_forcing(Parameters& p, const Lattice& before)
 {
     const auto factor = [&](size_t d) { return p.lattice.n[d] * p.lattice.h[d] / (before.n[d] * before.h[d]); };
-    const double horizontal = std::min(factor(0), factor(1) > 0 && !p.lattice.flat(1) ? factor(1) : factor(0));
+    // An axis of one cell has no extent: bubbles and patches are cut through their centres.
+    const double along[] = {p.lattice.flat(0) ? never : factor(0), p.lattice.flat(1) ? never : factor(1)};
+    const double narrowest = std::min(along[0], along[1]), horizontal = std::isfinite(narrowest) ? narrowest : 1;
     for (Patch& patch : p.floor.patches) {
         patch.centre = {patch.centre[0] * factor(0), patch.centre[1] * factor(1)};
         patch.radius *= horizontal;

@@ -103,8 +103,9 @@ VDBCLOUD_INLINE void scalar_stage_row(const StageRows<T>& r, const ScalarStage& 
 template<typename T>
 VDBCLOUD_INLINE void momentum_stage_row(const StageRows<T>& r, const MomentumStage& s, int n)
 {
-    const T a0 = T(s.a0), a1 = T(s.a1), ax = T(s.ax), al = T(s.al);
-    for (int i = 0; i < n; ++i) r.out[i] = (a0 * r.x0[i] + a1 * r.x1[i]) + (ax * r.x[i] + al * r.tendency[i]);
+    const T a0 = T(s.a0), a1 = T(s.a1), ax = T(s.ax), al = T(s.al), constant = T(s.constant);
+    for (int i = 0; i < n; ++i)
+        r.out[i] = ((a0 * r.x0[i] + a1 * r.x1[i]) + (ax * r.x[i] + al * r.tendency[i])) + constant;
 }
 
 template<typename T>

@@ -69,9 +69,9 @@ struct ScalarStage {
 void scalar_stage(const StageRows<float>&, const ScalarStage&, int n);
 void scalar_stage(const StageRows<double>&, const ScalarStage&, int n);
 
-/// The same with an integrating factor: out = a0 x0 + a1 x1 + ax x + al tendency.
+/// The same with an integrating factor: out = a0 x0 + a1 x1 + ax x + al tendency + constant.
 struct MomentumStage {
-    double a0, a1, ax, al;
+    double a0, a1, ax, al, constant;
 };
 void momentum_stage(const StageRows<float>&, const MomentumStage&, int n);
 void momentum_stage(const StageRows<double>&, const MomentumStage&, int n);

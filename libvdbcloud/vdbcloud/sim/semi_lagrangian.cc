@@ -135,14 +135,15 @@ void Model<T>::huge_transport(Variable<T>& v, double dt)
     v.a[1].swap(v.a[2]);
 }
 
-/// Adds friction and sources to a[1]. Relaxation and diffusion faster than 1 / dt act at the rate 1 / dt, so that they
-/// reach their target and do not overshoot.
+/// Adds friction, relaxation and sources to a[1]. Friction and relaxation are exact factors. Diffusion faster than
+/// 1 / dt acts at the rate 1 / dt, so that it reaches its target and does not overshoot.
 template<typename T>
 void Model<T>::huge_sources(Variable<T>& v, double dt)
 {
     const bool scalar = v.place == Place::Centre;
-    const double drag = scalar ? 1 : std::exp(-dt / air_.friction_time), least = -air_.reference(v.quantity);
-    if (drag == 1 && v.terms.empty() && v.stiff.empty()) return;
+    const Relaxation& relaxation = v.relaxation;
+    const double friction = scalar ? never : air_.friction_time, least = -air_.reference(v.quantity);
+    if (friction == never && relaxation.none() && v.terms.empty() && v.stiff.empty()) return;
     const T tame = T(std::min(1.0, 1 / std::max(1e-30, dt * air_.fastest_rate)));
     const int width = air_.width(v), rows = air_.rows(v);
     std::vector<double> gained(size_t(air_.lattice.n[2]), 0.0);
@@ -155,13 +156,32 @@ void Model<T>::huge_sources(Variable<T>& v, double dt)
             for (const auto& term : v.terms) term(0, j, k, source.data());
             T* out = v.a[1].row(j, k);
             for (int i = 0; i < width; ++i) {
-                const double value = drag * double(out[i]) + dt * double(source[size_t(i)]);
+                const double was = double(out[i]), pushed = dt * double(source[size_t(i)]);
+                const double rate =
+                    relaxation.level_rate(k) + relaxation.column_rate(size_t(j) * size_t(width) + size_t(i));
+                const double decay = -dt / friction - dt * rate;
+                const double rest = rate > 0 ? rest_of(rate, relaxation.environment[size_t(k)], friction) : 0;
+                const double value = std::exp(decay) * was - std::expm1(decay) * rest + pushed;
                 out[i] = T(scalar && v.quantity != Quantity::Theta ? std::max(least, value) : value);
-                gained[size_t(k)] += dt * double(source[size_t(i)]) * air_.rho.centre[size_t(k)];
+                gained[size_t(k)] += (scalar ? value - was : pushed) * air_.rho.centre[size_t(k)];
             }
         }
     });
     for (const double sum : gained) v.sources += sum;
+    if (relaxation.mean > 0) huge_relaxation(v, dt);
+}
+
+/// Relaxes the means of the levels of a[1].
+template<typename T>
+void Model<T>::huge_relaxation(Variable<T>& v, double dt)
+{
+    const std::vector<double> means = level_means(air_.lattice, v.a[1]);
+    for (int k = 0; k < air_.lattice.n[2]; ++k) {
+        const double away = v.relaxation.environment[size_t(k)] - means[size_t(k)];
+        const T shift = T(-std::expm1(-dt * v.relaxation.mean) * away);
+        for (int j = 0; j < air_.rows(v); ++j)
+            for (int i = 0; i < air_.width(v); ++i) v.a[1](i, j, k) += shift;
+    }
 }
 
 /// Restores the budget of transport: a shift of theta_l in all cells; a factor for water and dye, which keeps them from

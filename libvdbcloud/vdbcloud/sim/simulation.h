@@ -67,7 +67,9 @@ public:
     /// Cloud water q_l of a plane [kg/kg]; 0 without moisture.
     virtual void get_cloud_plane(int k, double* out) const = 0;
     /// Replaces the state before the first step: nx ny nz values, x fastest. A velocity is projected when started.
-    virtual void set(Quantity, const std::vector<double>&) = 0;
+    /// Throws InputError that begins with `source` and names the first cell whose value air cannot have: up to 500 m/s,
+    /// 100..2000 K, 0..1 kg/kg of water, 0..1e6 of dye.
+    virtual void set(Quantity, const std::vector<double>&, const std::string& source = "initial state") = 0;
     /// Adds a prescribed rate [unit/s] of position [m] and time [s] to a quantity's equation: large-scale forcing, or
     /// the source that makes a given flow a solution. Called from several threads. Checkpoints do not hold it: add it
     /// again before restore().

@@ -22,15 +22,14 @@ void add_mixing(Air<T>& air, Variable<T>& v, double k)
     });
 }
 
-template<typename T>
-void limit_step(Air<T>& air, double k)
+double fastest_rate(const Lattice& lattice, double k)
 {
     double inverse = 0;
     for (const size_t axis : {0, 1, 2})
-        inverse += double(T(air.lattice.flat(int(axis)) ? 0 : 1 / (air.lattice.h[axis] * air.lattice.h[axis])));
+        inverse += lattice.flat(int(axis)) ? 0 : 1 / (lattice.h[axis] * lattice.h[axis]);
     // Twice the sum of k / h^2 leaves a cell at rest with what it has at 1 / rate; half of that more for stages of 4/3
     // dt.
-    air.limit_step(k * inverse * 3);
+    return k * inverse * 3;
 }
 
 template<typename T>
@@ -39,7 +38,6 @@ void add_viscosity(Air<T>& air)
     const double nu = air.parameters.viscosity;
     if (air.parameters.momentum)
         for (Variable<T>* v : air.velocities()) add_mixing(air, *v, nu);
-    limit_step(air, nu);
 }
 
 template<typename T>
@@ -47,33 +45,36 @@ void add_diffusion(Air<T>& air)
 {
     const double kappa = air.parameters.diffusivity;
     for (Variable<T>* v : air.scalars()) add_mixing(air, *v, kappa);
-    limit_step(air, kappa);
 }
 
 }  // namespace
 
 Effect viscosity()
 {
-    return {"viscosity",
-            "a Laplacian of u, v, w",
-            {{"viscosity", "kinematic viscosity of the air", "m^2/s", from_zero(1e6),
-              [](Parameters& p) -> double& { return p.viscosity; }}},
-            [](const Parameters& p) { return p.viscosity > 0; },
-            nullptr,
-            nullptr,
-            {add_viscosity<float>, add_viscosity<double>}};
+    Effect effect{"viscosity",
+                  "a Laplacian of u, v, w",
+                  {{"viscosity", "kinematic viscosity of the air", "m^2/s", from_zero(1e6),
+                    [](Parameters& p) -> double& { return p.viscosity; }}},
+                  [](const Parameters& p) { return p.viscosity > 0; },
+                  nullptr,
+                  nullptr,
+                  {add_viscosity<float>, add_viscosity<double>}};
+    effect.fastest_rate = [](const Parameters& p) { return fastest_rate(p.lattice, p.viscosity); };
+    return changeable(effect);
 }
 
 Effect diffusion()
 {
-    return {"diffusion",
-            "a Laplacian of every scalar",
-            {{"diffusivity", "diffusivity of heat, water and dye", "m^2/s", from_zero(1e6),
-              [](Parameters& p) -> double& { return p.diffusivity; }}},
-            [](const Parameters& p) { return p.diffusivity > 0; },
-            nullptr,
-            nullptr,
-            {add_diffusion<float>, add_diffusion<double>}};
+    Effect effect{"diffusion",
+                  "a Laplacian of every scalar",
+                  {{"diffusivity", "diffusivity of heat, water and dye", "m^2/s", from_zero(1e6),
+                    [](Parameters& p) -> double& { return p.diffusivity; }}},
+                  [](const Parameters& p) { return p.diffusivity > 0; },
+                  nullptr,
+                  nullptr,
+                  {add_diffusion<float>, add_diffusion<double>}};
+    effect.fastest_rate = [](const Parameters& p) { return fastest_rate(p.lattice, p.diffusivity); };
+    return changeable(effect);
 }
 
 }  // namespace vdbcloud::sim::effect

@@ -23,7 +23,7 @@ std::vector<T> rates_of(const Air<T>& air, double uniform, double Patch::*streng
             const size_t c = size_t(j) * size_t(l.n[0]) + size_t(i);
             double flux = uniform * (floor.map.empty() ? 1 : floor.map[c]);
             for (const Patch& patch : floor.patches) {
-                const double x = (i + 0.5) * l.h[0] - patch.centre[0];
+                const double x = l.flat(0) ? 0 : (i + 0.5) * l.h[0] - patch.centre[0];
                 const double y = l.flat(1) ? 0 : (j + 0.5) * l.h[1] - patch.centre[1];
                 flux += patch.*strength * std::exp(-(x * x + y * y) / (patch.radius * patch.radius));
             }
@@ -41,7 +41,7 @@ void add(Air<T>& air)
         std::vector<T> map = v ? rates_of(air, uniform, strength) : std::vector<T>();
         if (map.empty()) return;
         v.terms.push_back([&air, nx = air.lattice.n[0], map = std::move(map)](int, int j, int k, T* out) {
-            if (k > 0 || air.time >= air.parameters.floor.until) return;
+            if (k > 0 || !air.floor_has_fluxes()) return;
             for (int i = 0; i < nx; ++i) out[i] += map[size_t(j) * size_t(nx) + size_t(i)];
         });
     };
@@ -59,8 +59,8 @@ void check_value(const char* name, double value, const Range& range, const char*
 void check(const Parameters& p)
 {
     for (const Patch& patch : p.floor.patches) {
-        check_value("patch position", patch.centre[0] + patch.centre[1], magnitude(any_finite), "m");
-        check_value("patch radius", patch.radius, above_zero(any_finite), "m");
+        for (const double place : patch.centre) check_value("patch position", place, magnitude(1e9), "m");
+        check_value("patch radius", patch.radius, {1e-3, 1e9}, "m");
         check_value("patch heat flux", patch.heat, magnitude(1e3), "K m/s");
         check_value("patch moisture flux", patch.moisture, from_zero(1), "kg/kg m/s");
         check_value("patch dye flux", patch.dye, from_zero(1e6), "m/s");
@@ -68,26 +68,27 @@ void check(const Parameters& p)
     const std::vector<double>& map = p.floor.map;
     if (!map.empty() && map.size() != size_t(p.lattice.n[0]) * size_t(p.lattice.n[1]))
         throw InputError("floor map of " + std::to_string(map.size()) + " values: expected one a column of the box");
-    for (const double factor : map) check_value("factor of the floor map", factor, from_zero(any_finite), "");
+    for (const double factor : map) check_value("factor of the floor map", factor, from_zero(1e6), "");
 }
 
 }  // namespace
 
 Effect floor_fluxes()
 {
-    return {"floor fluxes",
-            "",
-            {{"heat-flux", "kinematic heat flux through the whole floor", "K m/s", magnitude(1e3),
-              [](Parameters& p) -> double& { return p.floor.heat; }},
-             {"moisture-flux", "water flux through the whole floor", "kg/kg m/s", from_zero(1),
-              [](Parameters& p) -> double& { return p.floor.moisture; }},
-             Setting::time("flux-until", "time at which all fluxes through the floor end", from_zero(never),
-                           [](Parameters& p) -> double& { return p.floor.until; })},
-            [](const Parameters& p) { return p.floor.heat != 0 || p.floor.moisture > 0 || !p.floor.patches.empty(); },
-            check,
-            nullptr,
-            {add<float>, add<double>},
-            2};
+    return changeable(
+        {"floor fluxes",
+         "",
+         {{"heat-flux", "kinematic heat flux through the whole floor", "K m/s", magnitude(1e3),
+           [](Parameters& p) -> double& { return p.floor.heat; }},
+          {"moisture-flux", "water flux through the whole floor", "kg/kg m/s", from_zero(1),
+           [](Parameters& p) -> double& { return p.floor.moisture; }},
+          Setting::time("flux-until", "time at which all fluxes through the floor end", from_zero(never),
+                        [](Parameters& p) -> double& { return p.floor.until; })},
+         [](const Parameters& p) { return p.floor.heat != 0 || p.floor.moisture > 0 || !p.floor.patches.empty(); },
+         check,
+         nullptr,
+         {add<float>, add<double>},
+         2});
 }
 
 }  // namespace vdbcloud::sim::effect

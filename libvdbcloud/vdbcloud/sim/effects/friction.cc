@@ -18,14 +18,14 @@ void add(Air<T>& air)
 
 Effect friction()
 {
-    return {"friction",
-            "",
-            {Setting::time("friction-time", "time t of the drag -V/t on the wind", above_zero(never),
-                           [](Parameters& p) -> double& { return p.friction_time; })},
-            [](const Parameters& p) { return std::isfinite(p.friction_time); },
-            nullptr,
-            nullptr,
-            {add<float>, add<double>}};
+    return changeable({"friction",
+                       "",
+                       {Setting::time("friction-time", "time t of the drag -V/t on the wind", above_zero(never),
+                                      [](Parameters& p) -> double& { return p.friction_time; })},
+                       [](const Parameters& p) { return std::isfinite(p.friction_time); },
+                       nullptr,
+                       nullptr,
+                       {add<float>, add<double>}});
 }
 
 }  // namespace vdbcloud::sim::effect

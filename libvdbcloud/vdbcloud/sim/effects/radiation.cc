@@ -55,19 +55,19 @@ void add(Air<T>& air)
 
 Effect radiation()
 {
-    return {"radiation",
-            "heating rate, column sums",
-            {{"radiation", "net long-wave flux that a cloud top loses to space; 70 is usual, 0 is off", "W/m^2",
-              from_zero(1e5), [](Parameters& p) -> double& { return p.radiation; }},
-             {"radiation-kappa", "absorption of long-wave radiation by cloud water", "m^2/kg", from_zero(any_finite),
-              [](Parameters& p) -> double& { return p.radiation_kappa; }}},
-            [](const Parameters& p) { return p.radiation > 0; },
-            [](const Parameters& p) {
-                if (p.radiation > 0 && !p.moisture)
-                    throw InputError("radiation of cloud without moisture: expected moisture");
-            },
-            [](const Parameters&) { return 1; },
-            {add<float>, add<double>}};
+    return changeable({"radiation",
+                       "heating rate, column sums",
+                       {{"radiation", "net long-wave flux that a cloud top loses to space; 70 is usual, 0 is off",
+                         "W/m^2", from_zero(1e5), [](Parameters& p) -> double& { return p.radiation; }},
+                        {"radiation-kappa", "absorption of long-wave radiation by cloud water", "m^2/kg",
+                         from_zero(1e6), [](Parameters& p) -> double& { return p.radiation_kappa; }}},
+                       [](const Parameters& p) { return p.radiation > 0; },
+                       [](const Parameters& p) {
+                           if (p.radiation > 0 && !p.moisture)
+                               throw InputError("radiation of cloud without moisture: expected moisture");
+                       },
+                       [](const Parameters&) { return 1; },
+                       {add<float>, add<double>}});
 }
 
 }  // namespace vdbcloud::sim::effect

@@ -4,7 +4,6 @@
 #include "vdbcloud/sim/effect.h"
 
 #include <cmath>
-#include <functional>
 
 namespace vdbcloud::sim::effect {
 
@@ -24,59 +23,45 @@ double weight(const Lattice& lattice, double depth, int axis, double position)
 
 /// dq/dt = -weight / time (q - environment(level)).
 template<typename T>
-void relax(Air<T>& air, Variable<T>& v, const std::function<double(size_t)>& environment)
+void relax(Air<T>& air, Variable<T>& v)
 {
-    if (!v) return;
     const Parameters& p = air.parameters;
     const double shift_x = v.place == Place::FaceX ? 0 : 0.5, shift_y = v.place == Place::FaceY ? 0 : 0.5;
     const int width = air.width(v), rows = air.rows(v);
-    std::vector<T> rate, target;
+    std::vector<double>& rate = air.relax(v).column;
     for (int j = 0; j < rows; ++j)
         for (int i = 0; i < width; ++i)
-            rate.push_back(T(std::max(weight(air.lattice, p.side_cells, 0, i + shift_x),
-                                      weight(air.lattice, p.side_cells, 1, j + shift_y)) /
-                             p.side_relaxation));
-    for (int k = 0; k < air.lattice.n[2]; ++k) target.push_back(T(environment(size_t(k))));
-    v.stiff.push_back([&v, width, rate, target](int in, int j, int k, T* out) {
-        const T *q = v.a[size_t(in)].row(j, k), *r = &rate[size_t(j) * size_t(width)];
-        for (int i = 0; i < width; ++i) out[i] -= r[i] * (q[i] - target[size_t(k)]);
-    });
+            rate.push_back(std::max(weight(air.lattice, p.side_cells, 0, i + shift_x),
+                                    weight(air.lattice, p.side_cells, 1, j + shift_y)) /
+                           p.side_relaxation);
 }
 
 template<typename T>
 void add(Air<T>& air)
 {
-    const Column& env = air.column;
-    const auto zero = [](size_t) { return 0.0; };
     if (air.parameters.side_cells <= 0) return;
-    if (air.parameters.momentum) {
-        relax<T>(air, air.wind[0], [&](size_t k) { return env.u[k]; });
-        relax<T>(air, air.wind[1], [&](size_t k) { return env.v[k]; });
-        relax<T>(air, air.wind[2], zero);
-    }
-    relax<T>(air, air.theta, [&](size_t k) { return env.level[k].theta_env; });
-    relax<T>(air, air.water, [&](size_t k) { return env.level[k].q_env; });
-    relax<T>(air, air.rain, zero);
-    relax<T>(air, air.dye, zero);
-    air.limit_step(1 / air.parameters.side_relaxation);
+    if (air.parameters.momentum)
+        for (Variable<T>* v : air.velocities()) relax(air, *v);
+    for (Variable<T>* v : air.scalars()) relax(air, *v);
 }
 
 }  // namespace
 
 Effect side_relaxation()
 {
-    return {"open sides",
-            "",
-            {Setting::time("side-relaxation", "time in which air at open sides returns to the sounding's",
-                           {0, any_finite, true}, [](Parameters& p) -> double& { return p.side_relaxation; }),
-             {"side-depth", "cells from open sides within which air returns to the sounding's; 0 is off", "",
-              from_zero(1000), [](Parameters& p) -> double& { return p.side_cells; }}},
-            open,
-            nullptr,
-            nullptr,
-            {add<float>, add<double>},
-            0,
-            "sides open"};
+    return changeable(
+        {"open sides",
+         "",
+         {Setting::time("side-relaxation", "time in which air at open sides returns to the sounding's",
+                        {0, any_finite, true}, [](Parameters& p) -> double& { return p.side_relaxation; }),
+          {"side-depth", "cells from open sides within which air returns to the sounding's; 0 is off", "",
+           from_zero(1000), [](Parameters& p) -> double& { return p.side_cells; }}},
+         open,
+         nullptr,
+         nullptr,
+         {add<float>, add<double>},
+         0,
+         "sides open"});
 }
 
 }  // namespace vdbcloud::sim::effect

@@ -2,7 +2,6 @@
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/sim/air.h"
 #include "vdbcloud/sim/effect.h"
-#include "vdbcloud/sim/rows.h"
 
 #include <cmath>
 
@@ -24,33 +23,25 @@ void add(Air<T>& air)
     for (int c = 0; c < 3; ++c) {
         Variable<T>& v = air.wind[size_t(c)];
         if (!v) continue;
-        std::vector<T> rates, targets;
-        for (int k = 0; k < nz; ++k) {
-            rates.push_back(T(rate((c == 2 ? k : k + 0.5) * dz)));
-            targets.push_back(T(c == 0 ? air.column.u[size_t(k)] : c == 1 ? air.column.v[size_t(k)] : 0));
-        }
-        v.stiff.push_back([&v, width = air.width(v), rates, targets](int in, int j, int k, T* out) {
-            if (rates[size_t(k)] > 0)
-                add_relaxation(out, v.a[size_t(in)].row(j, k), targets[size_t(k)], rates[size_t(k)], width);
-        });
+        std::vector<double>& rates = air.relax(v).level;
+        for (int k = 0; k < nz; ++k) rates.push_back(rate((c == 2 ? k : k + 0.5) * dz));
     }
-    air.limit_step(p.sponge);
 }
 
 }  // namespace
 
 Effect sponge()
 {
-    return {"sponge",
-            "",
-            {{"sponge", "damping rate of waves at the lid; 0 is off", "1/s", from_zero(1e3),
-              [](Parameters& p) -> double& { return p.sponge; }},
-             {"sponge-depth", "part of the height, below the lid, that damps", "", above_zero(1),
-              [](Parameters& p) -> double& { return p.sponge_depth; }}},
-            [](const Parameters& p) { return p.sponge > 0; },
-            nullptr,
-            nullptr,
-            {add<float>, add<double>}};
+    return changeable({"sponge",
+                       "",
+                       {{"sponge", "damping rate of waves at the lid; 0 is off", "1/s", from_zero(1e3),
+                         [](Parameters& p) -> double& { return p.sponge; }},
+                        {"sponge-depth", "part of the height, below the lid, that damps", "", above_zero(1),
+                         [](Parameters& p) -> double& { return p.sponge_depth; }}},
+                       [](const Parameters& p) { return p.sponge > 0; },
+                       nullptr,
+                       nullptr,
+                       {add<float>, add<double>}});
 }
 
 }  // namespace vdbcloud::sim::effect

@@ -143,16 +143,16 @@ void add(Air<T>& air)
 
 Effect subgrid()
 {
-    return {"sub-grid mixing",
-            "eddy viscosity, strain",
-            {{"subgrid", "eddies smaller than the cells mix, after Smagorinsky and Lilly",
-              [](Parameters& p) -> bool& { return p.subgrid; }},
-             {"smagorinsky", "coefficient c_s of sub-grid mixing", "", from_zero(10),
-              [](Parameters& p) -> double& { return p.smagorinsky; }}},
-            [](const Parameters& p) { return p.subgrid; },
-            nullptr,
-            [](const Parameters&) { return 1; },
-            {add<float>, add<double>}};
+    return changeable({"sub-grid mixing",
+                       "eddy viscosity, strain",
+                       {{"subgrid", "eddies smaller than the cells mix, after Smagorinsky and Lilly",
+                         [](Parameters& p) -> bool& { return p.subgrid; }},
+                        {"smagorinsky", "coefficient c_s of sub-grid mixing", "", from_zero(10),
+                         [](Parameters& p) -> double& { return p.smagorinsky; }}},
+                       [](const Parameters& p) { return p.subgrid; },
+                       nullptr,
+                       [](const Parameters&) { return 1; },
+                       {add<float>, add<double>}});
 }
 
 }  // namespace vdbcloud::sim::effect

@@ -1,0 +1,150 @@
+#include "vdbcloud/sim/relaxation.h"
+
+#include "vdbcloud/sim/model.h"
+
+#include <cmath>
+
+namespace vdbcloud::sim {
+
+namespace {
+
+/// A rate in parts: `stiff` acts as an integrating factor, `mild` as a tendency.
+struct Split {
+    double stiff, mild;
+};
+
+/// The stages of order n multiply by sum_m (-z)^m / m!, m = 0..n, where z = mild dt. z makes this exp(-x), x = rate dt
+/// up to 0.5.
+Split split_of(double rate, double dt, int stages)
+{
+    const double x = std::min(0.5, rate * dt), wanted = std::exp(-x);
+    double z = x;
+    for (int newton = 0; newton < 6; ++newton) {
+        double term = 1, sum = 1, slope = 0;
+        for (int m = 1; m <= stages; ++m) {
+            slope -= term;
+            term *= -z / m;
+            sum += term;
+        }
+        z -= (sum - wanted) / slope;
+    }
+    return {std::max(0.0, rate - x / dt), z / dt};
+}
+
+}  // namespace
+
+double rest_of(double rate, double environment, double friction_time)
+{
+    return rate > 0 ? environment * (rate / (rate + 1 / friction_time)) : 0;
+}
+
+StageWeights weights_of(const TimedStage& timed, double rate)
+{
+    const Stage& s = timed.stage;
+    const Split split = rate > 0 ? split_of(rate, timed.dt, timed.stages) : Split{0, 0};
+    const auto exponent = [&](double from) {
+        const double time = (s.time_out - from) * timed.dt;
+        return -time / timed.friction_time - time * split.stiff;
+    };
+    const double c0 = 1 - s.alpha - s.beta, e0 = exponent(0), e1 = exponent(s.time_x1), ex = exponent(s.time_in);
+    const double fx = std::exp(ex), tendency = s.beta * s.tau * timed.dt * fx;
+    const double rest = -(c0 * std::expm1(e0) + s.alpha * std::expm1(e1) + s.beta * std::expm1(ex));
+    return {c0 * std::exp(e0), s.alpha * std::exp(e1), s.beta * fx - tendency * split.mild, tendency,
+            rest + tendency * split.mild};
+}
+
+ColumnFactors::ColumnFactors(const Relaxation& relaxation, const Stage& stage, double dt) : rate(relaxation.column)
+{
+    const auto factors = [&](double from) {
+        std::vector<double> list;
+        for (const double r : rate) list.push_back(std::exp(-(stage.time_out - from) * dt * r));
+        return list;
+    };
+    x0 = factors(0), x1 = factors(stage.time_x1), x = factors(stage.time_in);
+}
+
+template<typename T>
+double add_return(const StageWeights& plain, const ColumnFactors& factors, size_t first, const StageRows<T>& r,
+                  double environment, T* tendency, int n)
+{
+    double sum = 0;
+    for (int i = 0; i < n; ++i) {
+        const size_t c = first + size_t(i);
+        if (factors.rate[c] == 0) continue;
+        const double e0 = factors.x0[c], e1 = factors.x1[c], ex = factors.x[c];
+        const double rest = 1 - (plain.x0 * e0 + plain.x1 * e1 + plain.x * ex);
+        const double base = double(r.x0[i]), rate = double(tendency[i]);
+        const double change = plain.x1 * (e1 - 1) * (double(r.x1[i]) - base) +
+                              (ex - 1) * (plain.x * (double(r.x[i]) - base) + plain.tendency * rate) +
+                              rest * (environment - base);
+        tendency[i] = T(rate + change / plain.tendency);
+        sum += change / plain.tendency;
+    }
+    return sum;
+}
+
+ColumnWeights::ColumnWeights(const Relaxation& relaxation, const TimedStage& stage)
+    : relaxation_(relaxation), stage_(stage)
+{
+    for (const double rate : relaxation.column) alone_.push_back(weights_of(stage, rate));
+}
+
+template<typename T>
+void ColumnWeights::row(int j, int k, const StageRows<T>& r, T* out, int width) const
+{
+    const double level = relaxation_.level_rate(k), env = relaxation_.environment[size_t(k)];
+    for (int i = 0; i < width; ++i) {
+        const size_t c = size_t(j) * size_t(width) + size_t(i);
+        if (!acts(c)) continue;
+        const double rate = level + relaxation_.column[c];
+        const StageWeights w = level > 0 ? weights_of(stage_, rate) : alone_[c];
+        out[i] = T(w.value(double(r.x0[i]), double(r.x1[i]), double(r.x[i]), double(r.tendency[i]),
+                           rest_of(rate, env, stage_.friction_time)));
+    }
+}
+
+template<typename T>
+std::vector<double> level_means(const Lattice& lattice, const Field<T>& field)
+{
+    const auto [nx, ny, nz] = lattice.n;
+    std::vector<double> means(static_cast<size_t>(nz), 0.0);
+    for_chunks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
+        for (int k = k0; k < k1; ++k) {
+            double sum = 0;
+            for (int j = 0; j < ny; ++j) {
+                const T* row = field.row(j, k);
+                for (int i = 0; i < nx; ++i) sum += double(row[i]);
+            }
+            means[size_t(k)] = sum / (double(nx) * ny);
+        }
+    });
+    return means;
+}
+
+std::vector<double> mean_shifts(const Relaxation& r, const TimedStage& timed, const LevelMeans& means)
+{
+    std::vector<double> shifts;
+    for (size_t k = 0; k < means.out.size(); ++k) {
+        const double level = r.level_rate(int(k)), both = level + r.mean, env = r.environment[k];
+        const auto combined = [&](double rate, double tendency) {
+            return weights_of(timed, rate)
+                .value(means.x0[k], means.x1[k], means.x[k], tendency, rest_of(rate, env, timed.friction_time));
+        };
+        // The mean of the tendency follows from what the stage wrote, in double: relax_means() has no other.
+        const double push = weights_of(timed, level).tendency;
+        const double tendency = push > 1e-200 ? (means.out[k] - combined(level, 0)) / push : 0;
+        shifts.push_back(combined(both, tendency) - means.out[k]);
+    }
+    return shifts;
+}
+
+#define VDBCLOUD_RELAXATION(T)                                                                                         \
+    template std::vector<double> level_means(const Lattice&, const Field<T>&);                                         \
+    template double add_return(const StageWeights&, const ColumnFactors&, size_t, const StageRows<T>&, double, T*,     \
+                               int);                                                                                   \
+    template void ColumnWeights::row(int, int, const StageRows<T>&, T*, int) const;
+VDBCLOUD_RELAXATION(float)
+VDBCLOUD_RELAXATION(double)
+#undef VDBCLOUD_RELAXATION
+
+}  // namespace vdbcloud::sim

@@ -1,0 +1,95 @@
+#pragma once
+// Linear return to the environment, dq/dt = -r (q - q_env), by the stages of a step: alone it is the exact factor
+// exp(-r dt) of any step, so that it limits no step. Private to sim/.
+//
+// Velocities take the part of r dt up to 0.5 as a tendency, with the rate for which the stages of a scheme give the
+// exact factor, and the rest as an integrating factor. The tendency keeps the order of the scheme: an integrating
+// factor that differs from cell to cell does not commute with the projection. Scalars are not projected and take all of
+// it as an integrating factor, so that a stage stays a convex combination.
+#include "vdbcloud/sim/field.h"
+#include "vdbcloud/sim/rows.h"
+
+#include <vector>
+
+namespace vdbcloud::sim {
+
+struct Stage;
+
+/// Rates of one quantity [1/s]. The rates of the level and of the column of a cell add.
+struct Relaxation {
+    std::vector<double> environment;  ///< q_env of each level, in the units of the field
+    std::vector<double> level;        ///< of each level; empty: 0
+    std::vector<double> column;       ///< of each column of the field, x fastest; empty: 0
+    double mean = 0;                  ///< of the mean over a level; what differs from the mean keeps its own rate
+
+    bool none() const { return level.empty() && column.empty() && mean == 0; }
+    double level_rate(int k) const { return level.empty() ? 0 : level[size_t(k)]; }
+    double column_rate(size_t c) const { return column.empty() ? 0 : column[c]; }
+};
+
+/// A stage of a step of length dt [s] by a scheme of `stages` stages, with a drag -V/friction_time.
+struct TimedStage {
+    const Stage& stage;
+    int stages;
+    double dt;
+    double friction_time;
+};
+
+/// Where drag 1/t_f towards 0 and a return at `rate` towards `environment` lead: their common state of rest.
+double rest_of(double rate, double environment, double friction_time);
+
+/// What a stage combines: out = x0 a[0] + x1 a[1] + x a[in] + tendency (rate of a[in]) + rest (rest_of()).
+struct StageWeights {
+    double x0, x1, x, tendency, rest;
+
+    double value(double v0, double v1, double v, double rate, double at_rest) const
+    {
+        return x0 * v0 + x1 * v1 + x * v + tendency * rate + rest * at_rest;
+    }
+};
+/// Of a velocity that returns at `rate`.
+StageWeights weights_of(const TimedStage&, double rate);
+
+/// Integrating factors of each column, from the times of x0, x1 and x to the time that the stage writes.
+struct ColumnFactors {
+    ColumnFactors(const Relaxation&, const Stage&, double dt);
+    bool none() const { return x.empty(); }
+
+    std::vector<double> rate, x0, x1, x;
+};
+
+/// Adds to the tendencies of a row of a scalar what makes the values that the stage writes return as well. `plain`: the
+/// weights without a return; `first`: the index of the row's first column. Returns the sum of what was added.
+template<typename T>
+double add_return(const StageWeights& plain, const ColumnFactors&, size_t first, const StageRows<T>&,
+                  double environment, T* tendency, int n);
+
+/// Weights of a velocity in columns that return to the environment.
+class ColumnWeights {
+public:
+    ColumnWeights(const Relaxation&, const TimedStage&);
+    bool none() const { return relaxation_.column.empty(); }
+    bool acts(size_t column) const { return relaxation_.column[column] > 0; }
+    /// The values of row (j, k) where a column acts, `width` columns a row; other values of `out` stay. `out` may not
+    /// be an input.
+    template<typename T>
+    void row(int j, int k, const StageRows<T>&, T* out, int width) const;
+
+private:
+    const Relaxation& relaxation_;
+    TimedStage stage_;
+    std::vector<StageWeights> alone_;  // where the level has no rate
+};
+
+/// Means over the cells of each level.
+template<typename T>
+std::vector<double> level_means(const Lattice&, const Field<T>&);
+
+/// What to add to each level that a stage wrote, so that its mean relaxes as well. `means`: of x0, x1, x and of the
+/// values that the stage wrote with the rates of the level alone.
+struct LevelMeans {
+    std::vector<double> x0, x1, x, out;
+};
+std::vector<double> mean_shifts(const Relaxation&, const TimedStage&, const LevelMeans&);
+
+}  // namespace vdbcloud::sim
