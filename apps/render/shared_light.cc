@@ -16,11 +16,12 @@ namespace {
 
 bool brings_solution(const GridFile& file) { return fluence_grid(file) || find_grid(file, schema::series_phi_name(0)); }
 
-/// Points of `light_grid` a voxel of `density`, along each axis.
+/// Points of `light_grid` a voxel of `density`, along the axis where there are most.
 int points_a_voxel(const GridBase& light_grid, const FloatGrid& density)
 {
-    const double ratio = density.voxelSize()[0] / light_grid.voxelSize()[0];
-    return std::clamp(int(std::lround(ratio)), 1, 8);
+    double most = 1;
+    for (int a = 0; a < 3; ++a) most = std::max(most, density.voxelSize()[a] / light_grid.voxelSize()[a]);
+    return int(std::lround(std::min(most, 8.0)));
 }
 
 }  // namespace

@@ -273,6 +273,19 @@ std::vector<float> mean_fluence(const P1Operator& p1, const BeamDepths& depths, 
     return fluence;
 }
 
+namespace {
+
+/// Root of the sum of squares of what a direction (unit, world) crosses of a voxel's edges: h for cubes. A field that
+/// is linear from centre to centre of an exponential along the direction is too large by (sigma_t' times this)^2 / 12.
+double width_along(const VoxelIndex& index, const Vec3d& direction)
+{
+    double square = 0;
+    for (int a = 0; a < 3; ++a) square += std::pow(direction.dot(index.axis(a)) * index.spacing()[a], 2);
+    return std::sqrt(square);
+}
+
+}  // namespace
+
 std::vector<float> beam_fluence(const P1Operator& p1, const BeamDepths& depths, const std::vector<float>& centre,
                                 double extinction)
 {
@@ -281,8 +294,10 @@ std::vector<float> beam_fluence(const P1Operator& p1, const BeamDepths& depths, 
     const size_t of_lamp = slot_of_source(p1.index(), depths.light);
     each_active(blocks, [&](size_t slot) {
         if (slot == of_lamp) return;
-        const double x = p1.scaling(slot).extinction * p1.sigma_t(slot) * p1.hbar();
-        const double free_of_medium = depths.light->irradiance(p1.index().world(as_double(blocks.voxel(slot))));
+        const Vec3d place = p1.index().world(as_double(blocks.voxel(slot)));
+        const double x = p1.scaling(slot).extinction * p1.sigma_t(slot) *
+                         width_along(p1.index(), depths.light->towards(place).direction);
+        const double free_of_medium = depths.light->irradiance(place);
         const double chord = free_of_medium * std::exp(-extinction * double(centre[slot])) / (1 + x * x / 12);
         fluence[slot] = float(chord + diffusive(x) * (fluence[slot] - chord));
     });

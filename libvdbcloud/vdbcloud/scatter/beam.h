@@ -46,13 +46,16 @@ std::vector<float> periodic_centre_depths(const VoxelIndex& index, const std::ve
                                           const Light& light);
 
 /// Density depth [density x world unit] of parallel lines that cross the whole medium along a light of one direction,
-/// and the area [world unit^2] per line. They measure the power that the light loses independently of voxel faces. In a
-/// periodic medium the lines cover one period. Requires a light of one direction.
+/// and the area [world unit^2] per line. They measure the power that the light loses independently of voxel faces.
+/// Density is constant in each voxel, as in the balance of the faces: a trilinear medium has more area across the light
+/// where it has edges. There is one line for each voxel of a layer across the index axis that the light crosses fastest,
+/// so the sum is exact along an axis. In a periodic medium the lines cover one period. Requires a light of one direction.
 struct LineDepths {
-    std::vector<double> depth;
-    double area = 0;  ///< of one line
+    std::vector<double> depth;  ///< above 0, if the medium is not periodic
+    double area = 0;            ///< of one line
 };
-LineDepths line_depths(const VoxelIndex& index, const BrickMap& density, const Light& light);
+/// Cost: lines that meet a block of voxels, wherever the blocks lie; empty space is not visited.
+LineDepths line_depths(const VoxelIndex& index, const std::vector<float>& density, const Light& light);
 LineDepths periodic_line_depths(const VoxelIndex& index, const std::vector<float>& density, const Light& light);
 
 /// Power that a beam of unit irradiance loses: area times the sum of (1 - exp(-extinction * depth)) over the lines.
@@ -79,7 +82,8 @@ std::vector<float> mean_fluence(const P1Operator&, const BeamDepths&, double ext
 /// Uncollided fluence of each cell at strength 1 as the sweeps take it, linear from centre to centre.
 ///
 /// Where voxels are optically thin it is U at the centre (by centre_depths()) divided by 1 + x^2 / 12, x = sigma_t' h:
-/// the chord of an exponential from centre to centre has that much more area than the exponential. Where voxels are
+/// the chord of an exponential from centre to centre has that much more area than the exponential. h is the root of the
+/// sum of (s_a h_a)^2 over the axes, s the beam's direction and h_a the edges. Where voxels are
 /// thick it is mean_fluence(). The weight is diffusive(x), of the medium alone. The cell of a lamp has its mean.
 std::vector<float> beam_fluence(const P1Operator&, const BeamDepths&, const std::vector<float>& centre,
                                 double extinction);

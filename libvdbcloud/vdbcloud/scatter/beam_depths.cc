@@ -274,39 +274,6 @@ std::vector<float> periodic_centre_depths(const VoxelIndex& index, const std::ve
     return centre;
 }
 
-LineDepths line_depths(const VoxelIndex& index, const BrickMap& density, const Light& light)
-{
-    LineDepths lines;
-    const Vec3d z = *light->common_direction();
-    const Vec3d x = (std::abs(z[0]) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).cross(z).unit(), y = z.cross(x);
-    const double spacing = std::cbrt(index.spacing()[0] * index.spacing()[1] * index.spacing()[2]);
-    lines.area = spacing * spacing;
-    double lo[3], hi[3];
-    std::fill(lo, lo + 3, infinity);
-    std::fill(hi, hi + 3, -infinity);
-    for (size_t b = 0; b < index.blocks().count(); ++b)
-        for (int k = 0; k < 8; ++k) {
-            const Vec3d corner(k & 1 ? 8.5 : -1.5, k & 2 ? 8.5 : -1.5, k & 4 ? 8.5 : -1.5);
-            const Vec3d p = index.world(8.0 * as_double(index.blocks().at(b)) + corner);
-            const double along[3] = {p.dot(x), p.dot(y), p.dot(z)};
-            for (int a = 0; a < 3; ++a) {
-                lo[a] = std::min(lo[a], along[a]);
-                hi[a] = std::max(hi[a], along[a]);
-            }
-        }
-    if (!(hi[0] > lo[0])) return lines;
-    const size_t nx = size_t((hi[0] - lo[0]) / spacing) + 1, ny = size_t((hi[1] - lo[1]) / spacing) + 1;
-    lines.depth.assign(nx * ny, 0.0);
-    tbb::parallel_for(size_t(0), nx, [&](size_t i) {
-        for (size_t j = 0; j < ny; ++j) {
-            const Vec3d from =
-                x * (lo[0] + spacing * (double(i) + 0.5)) + y * (lo[1] + spacing * (double(j) + 0.5)) + z * lo[2];
-            lines.depth[i * ny + j] = density_depth(density, {from, z}, 0, infinity);
-        }
-    });
-    return lines;
-}
-
 LineDepths periodic_line_depths(const VoxelIndex& index, const std::vector<float>& density, const Light& light)
 {
     const PeriodicMarch march(index, density, light);

@@ -27,13 +27,12 @@ BeamMedium::BeamMedium(const VoxelIndex& index, const FloatGrid& grid, const std
     : index_(index), density_(density),
       extinction_(p1.medium().sigma_t_per_density * (p1.uniform_albedo() ? p1.scaling(0).extinction : 1))
 {
-    if (index.blocks().period() == Vec3i(0, 0, 0)) {
+    if (index.blocks().period() == Vec3i(0, 0, 0))
         bricks_.emplace(p1.uniform_albedo() ? BrickMap(grid) : scaled_bricks(index, grid, p1));
-    } else if (!p1.uniform_albedo()) {
-        scaled_ = density;
-        for (size_t slot = 0; slot < scaled_.size(); ++slot)
-            if (index.blocks().active(slot)) scaled_[slot] *= float(p1.scaling(slot).extinction);
-    }
+    if (p1.uniform_albedo()) return;
+    scaled_ = density;
+    for (size_t slot = 0; slot < scaled_.size(); ++slot)
+        if (index.blocks().active(slot)) scaled_[slot] *= float(p1.scaling(slot).extinction);
 }
 
 BeamDepths BeamMedium::depths(const std::vector<ExposedVoxel>& exposed, const Light& light, int rays_per_voxel,
@@ -51,7 +50,7 @@ std::vector<float> BeamMedium::centres(const Light& light, int rays_per_voxel) c
 
 double BeamMedium::lost_by_lines(const Light& light) const
 {
-    return lost_power(bricks_ ? line_depths(index_, *bricks_, light) : periodic_line_depths(index_, values(), light),
+    return lost_power(bricks_ ? line_depths(index_, values(), light) : periodic_line_depths(index_, values(), light),
                       extinction_);
 }
 

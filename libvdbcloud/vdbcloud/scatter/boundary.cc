@@ -2,44 +2,104 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace vdbcloud {
 
 namespace {
 
-constexpr int reach = 2;  // half-width of the gradient's window [voxels]
+constexpr double radius = 3;         // of the gradient's window [longest edge of a voxel]
+constexpr double samples = 2;        // most samples of the window for each such edge, along shorter edges
+constexpr double least_edge = 1e-6;  // of a voxel as the window sees it, over the longest: keeps integers in range
 
-/// Density of the 27 blocks about a block, looked up once.
-struct Surroundings {
-    Surroundings(const Blocks& blocks, size_t block)
+/// The gradient's window: voxels within a ball [world], seen from its middle voxel.
+class Window {
+public:
+    struct Tap {
+        Vec3i voxel;
+        Vec3d moment;  // weight x place over the window's own second moment [1/longest edge]
+    };
+
+    explicit Window(const Vec3d& spacing)
     {
-        for (int n = 0; n < 27; ++n)
-            base[n] = size_t(blocks.find(blocks.at(block) + Vec3i(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1))) * 512;
+        const double longest = std::max({spacing[0], spacing[1], spacing[2]});
+        Vec3d edge;
+        Vec3i step, last;
+        for (int a = 0; a < 3; ++a) {
+            edge[a] = std::max(spacing[a] / longest, least_edge);
+            step[a] = std::max(1, int(std::lround(1 / (samples * edge[a]))));
+            last[a] = int(std::ceil(radius / (step[a] * edge[a]))) - 1;
+            reach_[a] = last[a] * step[a];
+        }
+        Vec3d second(0, 0, 0);
+        for (int i = -last[0]; i <= last[0]; ++i)
+            for (int j = -last[1]; j <= last[1]; ++j)
+                for (int k = -last[2]; k <= last[2]; ++k) {
+                    const Vec3i voxel(i * step[0], j * step[1], k * step[2]);
+                    const Vec3d place(voxel[0] * edge[0], voxel[1] * edge[1], voxel[2] * edge[2]);
+                    const double u = 1 - place.dot(place) / (radius * radius);
+                    if (u <= 0) continue;
+                    taps_.push_back({voxel, u * u * place});
+                    second += u * u * place * place;
+                }
+        for (Tap& tap : taps_) tap.moment *= second[0] / second;
     }
-    /// The slot of a voxel given relative to the middle block, -8..15.
-    size_t slot(int x, int y, int z) const
-    {
-        return base[((x >> 3) + 1) * 9 + ((y >> 3) + 1) * 3 + (z >> 3) + 1] +
-               size_t((x & 7) * 64 + (y & 7) * 8 + (z & 7));
-    }
-    size_t base[27];
+    const std::vector<Tap>& taps() const { return taps_; }
+    const Vec3i& reach() const { return reach_; }  ///< [voxels]
+
+private:
+    std::vector<Tap> taps_;
+    Vec3i reach_;
 };
 
-/// Direction of the density's gradient, up to a positive factor: first moments under a smooth round window.
-Vec3d gradient(const VoxelIndex& index, const std::vector<float>& density, const Surroundings& around, size_t in_block)
+/// The blocks about a block, each looked up when it is first asked for.
+class Surroundings {
+public:
+    Surroundings(const Blocks& blocks, const Vec3i& reach) : blocks_(blocks)
+    {
+        for (int a = 0; a < 3; ++a) about_[a] = (reach[a] + Blocks::edge - 1) / Blocks::edge;
+        const double all = (2.0 * about_[0] + 1) * (2.0 * about_[1] + 1) * (2.0 * about_[2] + 1);
+        if (all <= most) found_.resize(size_t(all));
+    }
+    void move_to(size_t block)
+    {
+        middle_ = block;
+        std::fill(found_.begin(), found_.end(), unknown);
+    }
+    /// The slot of a voxel given relative to the middle block.
+    size_t slot(const Vec3i& voxel)
+    {
+        const Vec3i at(voxel[0] >> 3, voxel[1] >> 3, voxel[2] >> 3);
+        return size_t(block(at)) * Blocks::size + size_t((voxel[0] & 7) * 64 + (voxel[1] & 7) * 8 + (voxel[2] & 7));
+    }
+
+private:
+    int32_t block(const Vec3i& at)
+    {
+        if (found_.empty()) return blocks_.find(blocks_.at(middle_) + at);
+        int32_t& found = found_[size_t(
+            ((at[0] + about_[0]) * (2 * about_[1] + 1) + at[1] + about_[1]) * (2 * about_[2] + 1) + at[2] + about_[2])];
+        if (found == unknown) found = blocks_.find(blocks_.at(middle_) + at);
+        return found;
+    }
+
+    static constexpr int32_t unknown = -1;
+    static constexpr double most = 1 << 15;  // blocks in the table
+    const Blocks& blocks_;
+    size_t middle_ = 0;
+    Vec3i about_;
+    std::vector<int32_t> found_;
+};
+
+/// Direction of the density's gradient in the axes of the index space, up to a positive factor: first moments.
+Vec3d gradient(const std::vector<float>& density, const Window& window, Surroundings& around, size_t in_block)
 {
-    const int x = int(in_block / 64), y = int(in_block / 8 % 8), z = int(in_block % 8);
+    const Vec3i middle(int(in_block / 64), int(in_block / 8 % 8), int(in_block % 8));
     Vec3d g(0, 0, 0);
-    for (int i = -reach; i <= reach; ++i)
-        for (int j = -reach; j <= reach; ++j)
-            for (int k = -reach; k <= reach; ++k) {
-                const double u = 1 - (i * i + j * j + k * k) / 9.0;
-                if (u <= 0) continue;
-                const double w = u * u * density[around.slot(x + i, y + j, z + k)];
-                g += Vec3d(w * i, w * j, w * k);
-            }
-    return g / index.spacing();
+    for (const Window::Tap& tap : window.taps())
+        if (const float value = density[around.slot(middle + tap.voxel)]; value != 0) g += double(value) * tap.moment;
+    return g;
 }
 
 }  // namespace
@@ -48,17 +108,19 @@ std::vector<ExposedVoxel> exposed_voxels(const VoxelIndex& index, const std::vec
 {
     const Blocks& blocks = index.blocks();
     std::vector<std::vector<ExposedVoxel>> found(blocks.count());
+    const Window window(index.spacing());
     tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
-        const Surroundings around(blocks, b);
+        Surroundings around(blocks, window.reach());
+        around.move_to(b);
         for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
             if (!blocks.active(slot)) continue;
             ExposedVoxel voxel{uint32_t(slot), 0, {1, 1, 1}, 0};
             for (int face = 0; face < 6; ++face)
                 if (!blocks.active(blocks.neighbour(slot, face))) voxel.faces |= uint8_t(1 << face);
             if (!voxel.faces) continue;
-            const Vec3d g = gradient(index, density, around, slot % 512);
+            const Vec3d g = gradient(density, window, around, slot % 512);
             const double length = g.length();
-            if (length * index.spacing()[0] > 1e-6 * density[slot])
+            if (length > 1e-6 * density[slot])
                 for (int a = 0; a < 3; ++a) voxel.weight[a] = float(std::abs(g[a]) / length);
             found[b].push_back(voxel);
         }
