@@ -290,9 +290,9 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(Beam, LinesThroughAGaussianMatchTheExponentialIntegral)
 {
-    // tau(b) = tau0 exp(-b^2 / 2 a^2), so that the loss is 2 pi a^2 Ein(tau0). Cells of constant density add h^2 / 12 to
-    // a^2 and keeps the mass, except along an axis, where lines run through voxel centres. The remaining error is
-    // (h / a)^4.
+    // tau(b) = tau0 exp(-b^2 / 2 a^2), so that the loss is 2 pi a^2 Ein(tau0). Cells of constant density add h^2 / 12
+    // to a^2 and keeps the mass, except along an axis, where lines run through voxel centres. The remaining error is (h
+    // / a)^4.
     const double h = 0.1, sigma = 2.4, a = 5 * h;
     const Body body(test::voxel_field(Vec3i(55), Vec3d(h), [&](const Vec3i& p) {
         const Vec3d r = (Vec3d(p.x(), p.y(), p.z()) - Vec3d(27.3, 26.8, 27.1)) * h;
@@ -300,7 +300,8 @@ TEST(Beam, LinesThroughAGaussianMatchTheExponentialIntegral)
         return density > 1e-6 ? density : 0.0;
     }));
     for (const Vec3d& to : {Vec3d(0, 1, 0), Vec3d(0.3, 1, 0.2), Vec3d(-1, 0.4, 0.7)}) {
-        const double wide = a * a + (to[0] == 0 ? 0 : h * h / 12), tau0 = sigma * std::sqrt(2 * M_PI) * a * a * a / wide;
+        const double wide = a * a + (to[0] == 0 ? 0 : h * h / 12),
+                     tau0 = sigma * std::sqrt(2 * M_PI) * a * a * a / wide;
         double ein = 0, term = 1;  // the sum of -(-tau0)^n / (n n!)
         for (int n = 1; n < 60; ++n) {
             term *= -tau0 / n;

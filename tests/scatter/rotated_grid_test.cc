@@ -16,6 +16,7 @@ namespace {
 struct Turn {
     const char* name;
     Vec3d x, y, z;
+    Vec3d shift{0, 0, 0};  ///< of the whole cloud
     Vec3d operator()(const Vec3d& v) const { return v[0] * x + v[1] * y + v[2] * z; }
 };
 
@@ -44,6 +45,7 @@ CollidedLight solved(const Turn& turn, int iterations)
     const Vec3d stretched(h, 0.9 * h, 1.1 * h);
     const auto grid = test::voxel_field(Vec3i(10, 12, 8), turn(Vec3d(stretched[0], 0, 0)),
                                         turn(Vec3d(0, stretched[1], 0)), turn(Vec3d(0, 0, stretched[2])), lump);
+    grid->transform().postTranslate(turn.shift);
     Medium medium;
     medium.sigma_t_per_density = Vec3d(6);
     medium.albedo = Vec3d(0.98);
@@ -108,6 +110,11 @@ TEST_P(TurnedGrid, PhiIsInvariantAndFluxAndMomentsRotate)
 
 INSTANTIATE_TEST_SUITE_P(Turns, TurnedGrid,
                          testing::Values(rotation("odd rotation", Vec3d(0.3, 1, -0.5), 37 * M_PI / 180),
+                                         rotation("quarter turn about x", Vec3d(1, 0, 0), M_PI / 2),
+                                         rotation("quarter turn about y", Vec3d(0, 1, 0), M_PI / 2),
+                                         rotation("quarter turn about z", Vec3d(0, 0, 1), M_PI / 2),
+                                         Turn{"far from the origin", Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1),
+                                              Vec3d(1e7, -1e7, 1e7)},
                                          Turn{"mirror", Vec3d(-1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)},
                                          Turn{"axes exchanged", Vec3d(0, 0, 1), Vec3d(1, 0, 0), Vec3d(0, 1, 0)}),
                          [](const auto& test) { return "Turn" + std::to_string(test.index); });

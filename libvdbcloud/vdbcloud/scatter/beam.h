@@ -48,8 +48,9 @@ std::vector<float> periodic_centre_depths(const VoxelIndex& index, const std::ve
 /// Density depth [density x world unit] of parallel lines that cross the whole medium along a light of one direction,
 /// and the area [world unit^2] per line. They measure the power that the light loses independently of voxel faces.
 /// Density is constant in each voxel, as in the balance of the faces: a trilinear medium has more area across the light
-/// where it has edges. There is one line for each voxel of a layer across the index axis that the light crosses fastest,
-/// so the sum is exact along an axis. In a periodic medium the lines cover one period. Requires a light of one direction.
+/// where it has edges. There is one line for each voxel of a layer across the index axis that the light crosses
+/// fastest, so the sum is exact along an axis. In a periodic medium the lines cover one period. Requires a light of one
+/// direction.
 struct LineDepths {
     std::vector<double> depth;  ///< above 0, if the medium is not periodic
     double area = 0;            ///< of one line

@@ -58,8 +58,8 @@ Vec3d in_world(const VoxelIndex& index, const Vec3d& v)
     return v[0] * index.axis(0) + v[1] * index.axis(1) + v[2] * index.axis(2);
 }
 
-/// The way [voxels] out along a surface's normal (unit, along the index axes) to where the staircase of the surface does
-/// not count as a hit: as long as two voxels' edges, of which each axis has the normal's part.
+/// The way [voxels] out along a surface's normal (unit, along the index axes) to where the staircase of the surface
+/// does not count as a hit: as long as two voxels' edges, of which each axis has the normal's part.
 Vec3d clear_of_steps(const VoxelIndex& index, const Vec3d& normal)
 {
     const Vec3d& h = index.spacing();
