@@ -58,14 +58,6 @@ Vec3d in_world(const VoxelIndex& index, const Vec3d& v)
     return v[0] * index.axis(0) + v[1] * index.axis(1) + v[2] * index.axis(2);
 }
 
-/// The way [voxels] out along a surface's normal (unit, along the index axes) to where the staircase of the surface
-/// does not count as a hit: as long as two voxels' edges, of which each axis has the normal's part.
-Vec3d clear_of_steps(const VoxelIndex& index, const Vec3d& normal)
-{
-    const Vec3d& h = index.spacing();
-    return normal * (2 * (normal * h).length()) / h;
-}
-
 /// Power that rays carry away from exposed voxels.
 struct Bundle {
     double back = 0;                   // of rays that meet the medium again
@@ -155,7 +147,6 @@ std::pair<Bundle, Bundle> Outflow::rays_from(size_t k, size_t each) const
                 u = normal.cross(t);
     const Vec3i at = p1.blocks().voxel(voxel.slot);
     const Vec3d centre(at[0], at[1], at[2]);
-    const Vec3d clear = centre + clear_of_steps(index, normal);
     const RadianceWeight weight(phi[voxel.slot], flux_at(voxel.slot), normal);
     const double share = light.through_faces() / double(each), of_sky = straight.through_faces() / double(each);
     const double sky_mean = of_sky > 0 ? sky->mean_inflow(in_world(index, normal))[channel] : 0;
@@ -165,7 +156,8 @@ std::pair<Bundle, Bundle> Outflow::rays_from(size_t k, size_t each) const
         const Vec3d direction = normal * c + t * (s * std::cos(turn)) + u * (s * std::sin(turn));
         Vec3d d = direction;
         for (int a = 0; a < 3; ++a) d[a] /= index.spacing()[a] / p1.hbar();
-        const int plane = hits(p1.blocks(), clear, d, lo, hi) ? -1 : plane_of(box, centre, d);
+        // Start two voxels out along the normal, so that the staircase of the surface does not count as a hit.
+        const int plane = hits(p1.blocks(), centre + normal * 2.0, d, lo, hi) ? -1 : plane_of(box, centre, d);
         (plane < 0 ? light.back : light.by_plane[size_t(plane)]) += share * weight(direction);
         const int through = of_sky > 0 ? plane_of(box, centre, -d) : -1;
         if (through >= 0)
