@@ -1,11 +1,13 @@
 // cloudsim: cumulus convection after Kajiya and Von Herzen 1984, section 5.1. Condensed water is the density to render.
 #include "report.h"
 
+#include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/sim/checkpoint.h"
 
 #include <algorithm>
 #include <filesystem>
+#include <list>
 #include <sstream>
 
 using namespace vdbcloud;
@@ -60,25 +62,60 @@ void judge(app::App& app, const sim::Budget& budget, bool strict, bool& warned)
     warned = true;
 }
 
+/// Marks of what this run writes, so that no other run mixes with it, and an end to what killed runs left there.
+class Marks {
+public:
+    explicit Marks(const app::Options& o)
+    {
+        for (const std::string& path : {app::frame_path(o.output, 0), o.checkpoint, o.log})
+            if (!path.empty() && path != "-" && ordinary(path)) locks_.emplace_back(path);
+        const auto folder = [](const std::string& path) { return std::filesystem::path(path).parent_path().string(); };
+        remove_stale_temporaries(folder(o.output),
+                                 [&](const std::string& name) { return app::is_frame(o.output, name); });
+        for (const std::string& path : {o.checkpoint, o.log})
+            if (!path.empty() && path != "-")
+                remove_stale_temporaries(folder(path), [&](const std::string& name) {
+                    return name == std::filesystem::path(path).filename().string();
+                });
+    }
+
+private:
+    /// Not a device or a fifo.
+    static bool ordinary(const std::string& path)
+    {
+        std::error_code failed;
+        const auto status = std::filesystem::status(path, failed);
+        return !std::filesystem::exists(status) || std::filesystem::is_regular_file(status);
+    }
+
+    std::list<RunLock> locks_;
+};
+
 void simulate(app::App& app, const app::Options& o, const app::Run& run)
 {
     const sim::Preset& preset = run.preset;
+    const Marks marks(o);
     auto sim = sim::Simulation::make(preset.parameters, preset.sounding);
+    const sim::FramePlan plan = app::plan_of(o, run);
+    sim::RunRecord record = sim::describe(preset.parameters, preset.sounding, plan);
+    sim::Schedule schedule{preset.every, run.seconds()};
     const bool resumed = !o.resume.empty() && std::filesystem::exists(o.resume);
-    const int last = resumed ? sim::read_checkpoint(o.resume, *sim, preset.sounding) : -1;
+    const int last = resumed ? sim::read_checkpoint(o.resume, *sim, record, schedule, o.change) : -1;
+    for (const std::string& change : record.changes) app.say(change);
     if (!resumed) start(app, o, *sim);
 
     app::Log log(o.log, last);
-    const sim::SnapshotOptions snapshot{o.up, o.unpruned, app::grid_names(o.grids), o.effective_radius,
-                                        o.smoke_extinction};
+    const int frames = schedule.last();
+    if (!run.sequence && frames > 0 && o.output != "-")
+        app.say(o.output + " has no place for a number, as %04d: it will hold the last frame alone");
     const auto progress = app.progress("simulate");
     bool warned = false, warned_speed = false;
-    for (int n = last + 1; n <= run.frames; ++n) {
-        sim->advance_to(run.time_of(n),
-                        [&](double part) { return !progress || progress((n - 1 + part) / std::max(1, run.frames)); });
+    for (int n = last + 1; n <= frames; ++n) {
+        sim->advance_to(schedule.time_of(n),
+                        [&](double part) { return !progress || progress((n - 1 + part) / std::max(1, frames)); });
         const sim::Budget budget = sim->budget();
-        if (run.sequence || n == run.frames) {
-            GridFile file = sim::make_snapshot(*sim, snapshot, preset.sounding);
+        if (run.sequence || n == frames) {
+            GridFile file = sim::make_snapshot(*sim, plan.snapshot, record);
             app.write(app::frame_path(o.output, o.first_frame + n), file);
         }
         log.write(app::as_json(budget, n));
@@ -86,11 +123,11 @@ void simulate(app::App& app, const app::Options& o, const app::Run& run)
         app.report()["accuracy"] = app::as_json(budget, n);
         judge_speed(app, budget, preset.parameters.lattice, warned_speed);
         judge(app, budget, o.strict, warned);
-        if (!o.checkpoint.empty() && (n % o.checkpoint_every == 0 || n == run.frames))
-            sim::write_checkpoint(o.checkpoint, *sim, preset.sounding, n);
+        if (!o.checkpoint.empty() && (n % o.checkpoint_every == 0 || n == frames))
+            sim::write_checkpoint(o.checkpoint, *sim, record, schedule, n);
     }
     app.report()["counts"] = {{"cells", preset.parameters.lattice.cells()},
-                              {"frames", run.frames + 1},
+                              {"frames", frames + 1},
                               {"steps", sim->budget().steps},
                               {"field_bytes", sim->bytes()}};
 }
@@ -104,7 +141,7 @@ int main(int argc, char** argv)
     app::declare(app, o);
     return app.run(argc, argv, [&] {
         const app::Run run = app::resolve(app, o);
-        if (app.dry_run()) return app::plan(app, run);
+        if (app.dry_run()) return app::plan(app, o, run);
         if (run.sequence) make_folder_of(o.output);
         simulate(app, o, run);
     });

@@ -122,6 +122,11 @@ void declare_output(App& app, Options& o)
     output.keep("resume", app.add_option("--resume", o.resume,
                                          "continues from the checkpoint in FILE; starts anew if there is none")
                               ->configurable(false));
+    output.keep("change", app.add_flag("--change", o.change,
+                                       "takes forcing, --every and --grids that differ from those of the checkpoint "
+                                       "from there on, and notes it in the frames; else such a run is refused")
+                              ->configurable(false)
+                              ->needs(o.option.at("resume")));
     output.keep("strict", app.add_flag("--strict", o.strict, "ends with status 3 when a budget leaves its tolerance"));
 }
 

@@ -3,7 +3,7 @@
 #include "stage_options.h"
 
 #include "vdbcloud/sim/presets.h"
-#include "vdbcloud/sim/snapshot.h"
+#include "vdbcloud/sim/run_record.h"
 
 #include <functional>
 #include <map>
@@ -18,7 +18,7 @@ struct Options {
     std::string preset = "cumulus", sounding, every, grids;
     sim::Accuracy accuracy = sim::Accuracy::Default;
     UpAxis up = UpAxis::Y;
-    bool unpruned = false, strict = false, huge_dt = false;
+    bool unpruned = false, strict = false, huge_dt = false, change = false;
     std::optional<double> minutes;
     double effective_radius = 10e-6, smoke_extinction = 0.05;
     int first_frame = 0, checkpoint_every = 10;
@@ -53,6 +53,12 @@ double seconds_of(const std::string& option, const std::string& text);
 
 /// The path of frame `number`: `pattern` with its %04d replaced; one without % is one path for all. Throws UsageError.
 std::string frame_path(const std::string& pattern, int number);
+
+/// True if `name`, without a folder, is that of a frame of `pattern`, or of the one file without a number.
+bool is_frame(const std::string& pattern, const std::string& name);
+
+/// What frames hold and when they are. Reads the file of --init for its digest. Throws IoError.
+sim::FramePlan plan_of(const Options&, const Run&);
 
 /// Splits names of grids at commas. Throws UsageError for a name that no snapshot has.
 std::vector<std::string> grid_names(const std::string& text);

@@ -2,7 +2,6 @@
 
 #include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
-#include "vdbcloud/sim/checkpoint.h"
 #include "vdbcloud/sim/effect.h"
 #include "vdbcloud/sim/words.h"
 
@@ -62,14 +61,14 @@ void say_effects(App& app, const sim::Parameters& p)
 
 }  // namespace
 
-void plan(App& app, const Run& run)
+void plan(App& app, const Options& o, const Run& run)
 {
     const sim::Parameters& p = run.preset.parameters;
     sim::check(p, run.preset.sounding);
     say_effects(app, p);
-    for (const auto& [name, value] : sim::describe(p, run.preset.sounding)) {
-        if (app.verbose()) app.say(name + " = " + value);
-        app.report()["in_force"][name] = value;
+    for (const sim::RunValue& value : sim::describe(p, run.preset.sounding, plan_of(o, run)).values) {
+        if (app.verbose()) app.say(value.name + " = " + value.value);
+        app.report()["in_force"][value.name] = value.value;
     }
     const auto& [n, h, sides] = p.lattice;
     std::ostringstream box, cost;

@@ -10,7 +10,7 @@
 namespace vdbcloud::app {
 
 /// Prints and reports the plan of a run: effects, parameters, memory, time. Throws InputError.
-void plan(App&, const Run&);
+void plan(App&, const Options&, const Run&);
 
 nlohmann::json as_json(const sim::Budget&, int frame);
 std::string as_line(const sim::Budget&, int frame);

@@ -2,6 +2,7 @@
 #include "options.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/grid/digest.h"
 #include "vdbcloud/sim/effect.h"
 #include "vdbcloud/sim/sounding.h"
 #include "vdbcloud/sim/words.h"
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -208,6 +210,42 @@ std::string frame_path(const std::string& pattern, int number)
     const size_t least = width.empty() ? 0 : size_t(std::stoi(width));
     while (digits.size() < least) digits = (width[0] == '0' ? "0" : " ") + digits;
     return pattern.substr(0, percent) + digits + pattern.substr(end + 1);
+}
+
+bool is_frame(const std::string& pattern, const std::string& name)
+{
+    const auto file = [&](int number) {
+        return std::filesystem::path(frame_path(pattern, number)).filename().string();
+    };
+    const std::string first = file(0), second = file(1);
+    if (first == second) return name == first;
+    size_t begin = 0, end = 0;  // lengths of what surrounds the number
+    while (first[begin] == second[begin]) ++begin;
+    while (begin > 0 && std::isdigit(static_cast<unsigned char>(first[begin - 1]))) --begin;
+    while (first[first.size() - 1 - end] == second[second.size() - 1 - end]) ++end;
+    if (name.size() <= begin + end) return false;
+    int number = 0;
+    return read_whole(name.substr(begin, name.size() - begin - end), number) == 0 && number >= 0 &&
+           file(number) == name;
+}
+
+sim::FramePlan plan_of(const Options& o, const Run& run)
+{
+    sim::FramePlan plan;
+    plan.snapshot = {o.up, o.unpruned, grid_names(o.grids), o.effective_radius, o.smoke_extinction};
+    plan.every = run.preset.every;
+    plan.first_frame = o.first_frame;
+    if (o.init.empty()) return plan;
+    plan.init = "standard input";
+    if (o.init == "-") return plan;
+    std::ifstream file(o.init, std::ios::binary);
+    Digest digest;
+    std::vector<char> bytes(size_t(1) << 20);
+    while (file.read(bytes.data(), std::streamsize(bytes.size())) || file.gcount() > 0)
+        digest.add(bytes.data(), size_t(file.gcount()));
+    if (!file.eof()) throw IoError(o.init + ": cannot read the first air");
+    plan.init = digest.hex();
+    return plan;
 }
 
 std::vector<std::string> grid_names(const std::string& text)

@@ -76,6 +76,7 @@ const std::vector<ToolEffects>& tool_effects()
              {"--checkpoint state", S::Files, "", "", true},
              {"--checkpoint-every 2", S::Elsewhere, "Cloudsim.ResumesAfterKillWithEqualFrames", ""},
              {"--resume in.vdb", S::Status, "", "", true},
+             {"--change", S::Elsewhere, "CloudsimResume.ChangesHoldFromTheCheckpointOnAndAreNoted", ""},
              {"--strict", S::Status,
               "--cells 16,12,20 --minutes 2 --every 1min --sounding smoke --bubble 2000,2000,1200,400,300,3,1e-2 "
               "--scalars plain5 --no-forcing",

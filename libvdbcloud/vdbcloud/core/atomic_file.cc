@@ -4,6 +4,7 @@
 #include "vdbcloud/core/random.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -108,6 +109,7 @@ AtomicFile::AtomicFile(const std::string& path, bool no_clobber) : path_(path), 
         if (code != EEXIST) throw IoError(system_message(path, "cannot write", code));
     }
     if (descriptor_ < 0) throw IoError(system_message(path, "cannot write", EEXIST));
+    (void)!::flock(descriptor_, LOCK_EX | LOCK_NB);                    // best effort: see remove_stale_temporaries()
     if (exists) (void)!::fchmod(descriptor_, status.st_mode & 07777);  // best effort: permissions of the replaced file
 }
 
@@ -154,6 +156,66 @@ void remove_temporaries() noexcept
 {
     for (Slot& slot : slots)
         if (slot.state == Slot::Live) ::unlink(slot.path);
+}
+
+void remove_stale_temporaries(const std::string& folder, const std::function<bool(const std::string&)>& ours)
+{
+    std::error_code failed;
+    for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, failed)) {
+        // ".STEM.RANDOM.EXTENSION": the extension may be missing
+        const std::string name = entry.path().filename().string();
+        for (const bool extended : {true, false}) {
+            const size_t end = extended ? name.rfind('.') : name.size();
+            if (name[0] != '.' || end == std::string::npos || end < 3) continue;
+            const size_t begin = name.rfind('.', end - 1);
+            if (begin == std::string::npos || begin < 2) continue;
+            const std::string random = name.substr(begin + 1, end - begin - 1);
+            if (random.size() < 10 || random.find_first_not_of("0123456789abcdef") != std::string::npos) continue;
+            if (!ours(name.substr(1, begin - 1) + name.substr(end))) continue;
+            const int file = ::open(entry.path().c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+            if (file < 0) continue;
+            if (::flock(file, LOCK_EX | LOCK_NB) == 0) ::unlink(entry.path().c_str());
+            ::close(file);
+        }
+    }
+}
+
+RunLock::RunLock(const std::string& path)
+{
+    const fs::path target = path;
+    name_ = (target.parent_path() / ("." + target.filename().string() + ".lock")).string();
+    for (;;) {
+        descriptor_ = ::open(name_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+        if (descriptor_ < 0) throw IoError(system_message(path, "cannot write", errno));
+        if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+            const int code = errno;
+            char owner[200] = {};
+            const bool known = code == EWOULDBLOCK && ::pread(descriptor_, owner, sizeof owner - 1, 0) > 0;
+            ::close(descriptor_);
+            descriptor_ = -1;
+            if (code != EWOULDBLOCK) return;  // no locks here
+            throw IoError(printable(path, 4096) + ": another run" + (known ? " (" + printable(owner) + ")" : "") +
+                          " writes here: expected one run at a time; wait for its end, or choose another name");
+        }
+        // Between open() and flock() the last owner may have removed the file, and another run made a new one.
+        struct stat mine = {}, present = {};
+        if (::fstat(descriptor_, &mine) == 0 && ::stat(name_.c_str(), &present) == 0 && mine.st_ino == present.st_ino)
+            break;
+        ::close(descriptor_);
+    }
+    slot_ = remember(name_);
+    char host[100] = {};
+    ::gethostname(host, sizeof host - 1);
+    const std::string owner = "process " + std::to_string(::getpid()) + " on " + host;
+    if (::ftruncate(descriptor_, 0) == 0) (void)!::pwrite(descriptor_, owner.data(), owner.size(), 0);
+}
+
+RunLock::~RunLock()
+{
+    if (descriptor_ < 0) return;
+    ::unlink(name_.c_str());
+    if (slot_ >= 0) slots[slot_].state = Slot::Free;
+    ::close(descriptor_);
 }
 
 }  // namespace vdbcloud

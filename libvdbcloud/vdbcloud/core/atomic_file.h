@@ -1,5 +1,6 @@
 #pragma once
 // Output files that appear complete or not at all. A failed run leaves no temporary files.
+#include <functional>
 #include <string>
 
 namespace vdbcloud {
@@ -47,6 +48,27 @@ private:
 
 /// Removes every temporary of this process. Safe to call from a signal handler; nothing may be written afterwards.
 void remove_temporaries() noexcept;
+
+/// Removes temporaries that killed processes left in `folder`: those of targets for whose file name `ours` is true. A
+/// temporary that a process still writes stays. Failures are ignored. For all files of a folder that are one run's.
+void remove_stale_temporaries(const std::string& folder, const std::function<bool(const std::string& target)>& ours);
+
+/// A mark that a run of this process writes to `path`, as long as the object lives: the hidden file ".NAME.lock" beside
+/// the path, locked by the system, so that the mark of a killed run is none. Removed at the end and by signals. No mark
+/// where the file system has no locks. Not to be shared between threads.
+class RunLock {
+public:
+    /// Throws IoError, which names process and host, if another run has the mark, or if the folder cannot be written.
+    explicit RunLock(const std::string& path);
+    ~RunLock();
+    RunLock(const RunLock&) = delete;
+    RunLock& operator=(const RunLock&) = delete;
+
+private:
+    std::string name_;
+    int descriptor_ = -1;
+    int slot_ = -1;  // index in the table of temporaries
+};
 
 /// "PATH: WHAT: REASON" for the system's error number `code`, as the message of an IoError.
 std::string system_message(const std::string& path, const std::string& what, int code);

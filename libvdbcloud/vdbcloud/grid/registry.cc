@@ -110,6 +110,7 @@ const std::vector<MetaKey>& meta_keys()
         {meters_per_unit, "double", "file"},
         {density_choice, "string", "file"},
         {sim_parameters, "string", "file"},
+        {sim_changes, "string", "file"},
         {sim_pressure, "string", "file"},
         {sim_time, "double", "file"},
         {sim_steps, "double", "file"},

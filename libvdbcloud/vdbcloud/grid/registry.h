@@ -32,6 +32,7 @@ inline constexpr const char* effective_radius = "vdbcloud:effective_radius";  //
 inline constexpr const char* extinction_formula = "vdbcloud:extinction";      // text
 inline constexpr const char* unit = "vdbcloud:unit";                          // text: unit of the values
 inline constexpr const char* sim_parameters = "cloudsim:parameters";          // text
+inline constexpr const char* sim_changes = "cloudsim:changes";                // text
 inline constexpr const char* sim_pressure = "cloudsim:pressure";              // numbers as text [Pa], one per level
 inline constexpr const char* sim_time = "cloudsim:time";                      // double [s]
 inline constexpr const char* sim_steps = "cloudsim:steps";                    // double

@@ -3,11 +3,8 @@
 #include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/grid/digest.h"
-#include "vdbcloud/sim/effect.h"
-#include "vdbcloud/sim/words.h"
 
-#include <cmath>
-#include <cstdio>
+#include <algorithm>
 #include <cstring>
 #include <fstream>
 #include <sstream>
@@ -16,18 +13,8 @@ namespace vdbcloud::sim {
 
 namespace {
 
-constexpr const char* magic = "VDBCLOUD CHECKPOINT 4\n";
+constexpr const char* magic = "VDBCLOUD CHECKPOINT 5\n";
 constexpr size_t checksum_size = 32;
-
-std::string exact(double x)
-{
-    char text[40];
-    for (int digits = 6; digits <= 17; ++digits) {
-        std::snprintf(text, sizeof text, "%.*g", digits, x);
-        if (std::strtod(text, nullptr) == x) break;
-    }
-    return text;
-}
 
 /// Passes bytes to or from another buffer and adds them to a digest.
 class Digesting : public std::streambuf {
@@ -59,77 +46,78 @@ private:
     Digest digest_;
 };
 
-}  // namespace
-
-std::vector<std::pair<std::string, std::string>> describe(const Parameters& p, const Sounding& s)
+void put_text(std::ostream& out, const std::string& text)
 {
-    std::vector<std::pair<std::string, std::string>> list;
-    const auto number = [&](const std::string& name, double x) { list.emplace_back(name, exact(x)); };
-    const auto flag = [&](const std::string& name, bool on) { list.emplace_back(name, on ? "on" : "off"); };
-    const auto numbers = [&](const std::string& name, const std::vector<double>& values) {
-        std::string text;
-        for (const double x : values) text += (text.empty() ? "" : ",") + exact(x);
-        list.emplace_back(name, text);
-    };
-    const auto word = [&](const std::string& name, const char* text) { list.emplace_back(name, text); };
-    const Lattice& l = p.lattice;
-    Parameters in_force = p;
-    if (p.q_scale_height == 0) in_force.q_scale_height = l.n[2] * l.h[2] / std::log(10.0);
-    numbers("cells", {double(l.n[0]), double(l.n[1]), double(l.n[2])});
-    numbers("spacing", {l.h[0], l.h[1], l.h[2]});
-    word("side_x", side_words.word(l.side[0]));
-    word("side_y", side_words.word(l.side[1]));
-    word("precision", precision_words.word(p.precision));
-    word("time_scheme", time_scheme_words.word(p.time_scheme));
-    word("scalar_scheme", scalar_scheme_words.word(p.scalar_scheme));
-    word("momentum_scheme", momentum_scheme_words.word(p.momentum_scheme));
-    flag("maccormack", p.maccormack), flag("fix_budget", p.fix_budget);
-    word("saturation", saturation_words.word(p.moist.by));
-    const auto settings = [&](const std::vector<Setting>& group) {
-        for (const Setting& setting : group) {
-            if (setting.kind == Setting::Kind::Switch)
-                flag(setting.key(), setting.on(in_force));
-            else
-                number(setting.key(), setting.number(in_force));
-        }
-    };
-    settings(numeric_settings()), settings(constant_settings()), settings(noise_settings());
-    for (const Effect& effect : effects()) settings(effect.settings);
-    for (const Patch& f : p.floor.patches)
-        numbers("patch", {f.centre[0], f.centre[1], f.radius, f.heat, f.moisture, f.dye});
-    if (!p.floor.map.empty()) {
-        Digest map;
-        map.add(p.floor.map.data(), p.floor.map.size() * sizeof p.floor.map[0]);
-        list.emplace_back("floor_map_digest", map.hex());
-    }
-    for (const Bubble& b : p.bubbles)
-        numbers("bubble", {b.centre[0], b.centre[1], b.centre[2], b.radius, b.height, b.theta, b.water, b.dye});
-    list.emplace_back("seed", std::to_string(p.noise.seed));
-    list.emplace_back("sounding", s.name);
-    numbers("sounding_z", s.z), numbers("sounding_theta", s.theta), numbers("sounding_water", s.water);
-    numbers("sounding_u", s.u), numbers("sounding_v", s.v), number("sounding_pressure", s.pressure);
-    return list;
+    const uint64_t length = text.size();
+    out.write(reinterpret_cast<const char*>(&length), 8);
+    out.write(text.data(), std::streamsize(length));
 }
 
-std::string text_of(const Parameters& p, const Sounding& s)
+/// Throws IoError, beginning with `path`, for a length that no checkpoint has.
+std::string take_text(const std::string& path, std::istream& in)
 {
-    std::string text;
-    for (const auto& [name, value] : describe(p, s)) text += name + " = " + value + "\n";
+    uint64_t length = 0;
+    in.read(reinterpret_cast<char*>(&length), 8);
+    if (!in || length > (1u << 26)) throw IoError(path + ": damaged checkpoint");
+    std::string text(length, ' ');
+    in.read(text.data(), std::streamsize(length));
     return text;
 }
 
-void write_checkpoint(const std::string& path, const Simulation& sim, const Sounding& sounding, int frame)
+std::vector<std::string> lines_of(const std::string& text)
+{
+    std::vector<std::string> lines;
+    std::istringstream in(text);
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    return lines;
+}
+
+/// "name = value" lines. Whether a value can change is the running program's to say.
+RunRecord record_of(const std::string& values, const std::string& changes)
+{
+    RunRecord record;
+    for (const std::string& line : lines_of(values)) {
+        const size_t equals = std::min(line.find(" = "), line.size());
+        record.values.push_back({line.substr(0, equals), line.substr(std::min(line.size(), equals + 3)), false});
+    }
+    record.changes = lines_of(changes);
+    return record;
+}
+
+/// Where frames go on after `frame` at `time` [s]: as before, or from there on if --every is another one or the earlier
+/// run ended between two frames. Throws UsageError for the latter without `change`.
+void continue_schedule(const std::string& path, const Schedule& before, int frame, double time, bool change,
+                       Schedule& now)
+{
+    Schedule endless = before;
+    endless.end = never;
+    const double due = endless.time_of(frame);
+    const bool between = time < due - 1e-9 * std::max(1.0, due) && now.end > time;
+    if (between && !change)
+        throw UsageError(path + ": the run ended at " + std::to_string(time) + " s, before its next frame was due at " +
+                         std::to_string(due) + " s: expected equal --minutes, or --change for frames from here on");
+    const bool anew = between || now.every != before.every;
+    now.first = anew ? frame : before.first;
+    now.start = anew ? time : before.start;
+}
+
+}  // namespace
+
+void write_checkpoint(const std::string& path, const Simulation& sim, const RunRecord& record, const Schedule& schedule,
+                      int frame)
 {
     AtomicFile file(path);
     std::ofstream out(file.name(), std::ios::binary | std::ios::trunc);
-    const std::string text = text_of(sim.parameters(), sounding);
-    const uint64_t length = text.size();
     Digesting digesting(out.rdbuf());
     std::ostream stream(&digesting);
+    std::string changes;
+    for (const std::string& change : record.changes) changes += change + "\n";
     stream << magic;
-    stream.write(reinterpret_cast<const char*>(&length), 8);
-    stream.write(text.data(), std::streamsize(length));
-    stream.write(reinterpret_cast<const char*>(&frame), sizeof frame);
+    put_text(stream, record.text());
+    put_text(stream, changes);
+    for (const double value : {schedule.every, schedule.end, schedule.start})
+        stream.write(reinterpret_cast<const char*>(&value), sizeof value);
+    for (const int value : {schedule.first, frame}) stream.write(reinterpret_cast<const char*>(&value), sizeof value);
     sim.save(stream);
     out << digesting.checksum();
     out.flush();
@@ -138,7 +126,7 @@ void write_checkpoint(const std::string& path, const Simulation& sim, const Soun
     file.commit();
 }
 
-int read_checkpoint(const std::string& path, Simulation& sim, const Sounding& sounding)
+int read_checkpoint(const std::string& path, Simulation& sim, RunRecord& record, Schedule& schedule, bool change)
 {
     std::ifstream in(path, std::ios::binary);
     if (!in) throw IoError(path + ": cannot read the checkpoint");
@@ -149,22 +137,19 @@ int read_checkpoint(const std::string& path, Simulation& sim, const Sounding& so
     if (std::strcmp(head, magic) != 0)
         throw IoError(path + ": not a checkpoint of this version of cloudsim: expected '" + printable(magic) +
                       "' at its start; remove the file to start anew");
-    uint64_t length = 0;
-    stream.read(reinterpret_cast<char*>(&length), 8);
-    if (!stream || length > (1u << 26)) throw IoError(path + ": damaged checkpoint");
-    std::string text(length, ' ');
-    stream.read(text.data(), std::streamsize(length));
-    std::istringstream theirs(text), ours(text_of(sim.parameters(), sounding));
-    for (;;) {
-        std::string a, b;
-        const bool more_theirs = bool(std::getline(theirs, a)), more_ours = bool(std::getline(ours, b));
-        if (!more_theirs && !more_ours) break;
-        if (a != b)
-            throw UsageError(path + ": the checkpoint has '" + printable(a, 100) + "', this run has '" +
-                             printable(b, 100) + "': expected equal parameters");
-    }
+    const std::string values = take_text(path, stream), changes = take_text(path, stream);
+    Schedule before;
     int frame = 0;
-    stream.read(reinterpret_cast<char*>(&frame), sizeof frame);
+    for (double* value : {&before.every, &before.end, &before.start})
+        stream.read(reinterpret_cast<char*>(value), sizeof *value);
+    for (int* value : {&before.first, &frame}) stream.read(reinterpret_cast<char*>(value), sizeof *value);
+    double time = 0;  // the first value of the state
+    const std::streampos state = in.tellg();
+    in.read(reinterpret_cast<char*>(&time), sizeof time);
+    if (!in) throw IoError(path + ": damaged checkpoint: the file ends too early");
+    in.seekg(state);
+    // A parameter that differs is named before the state is read: the state of another lattice has another size.
+    continue_record(path, record_of(values, changes), time, change, record);
     try {
         sim.restore(stream);
     } catch (const InputError&) {
@@ -174,6 +159,7 @@ int read_checkpoint(const std::string& path, Simulation& sim, const Sounding& so
     std::string found(checksum_size, ' ');
     in.read(found.data(), std::streamsize(found.size()));
     if (!in || found != expected) throw IoError(path + ": damaged checkpoint: wrong checksum");
+    continue_schedule(path, before, frame, sim.time(), change, schedule);
     return frame;
 }
 

@@ -1,23 +1,20 @@
 #pragma once
 // The whole state of a run in one file, from which the run continues with equal bits.
-#include "vdbcloud/sim/simulation.h"
+#include "vdbcloud/sim/run_record.h"
 
 #include <string>
 
 namespace vdbcloud::sim {
 
-/// Every parameter as name and exact value. A checkpoint can be read by a run with equal ones; the metadata of frames
-/// hold them.
-std::vector<std::pair<std::string, std::string>> describe(const Parameters&, const Sounding&);
-/// The same as text, "name = value" a line.
-std::string text_of(const Parameters&, const Sounding&);
-
 /// Writes to a temporary and renames it, so that a killed run does not damage the previous checkpoint. `frame` is the
 /// number of the last frame that is on disk. Throws IoError.
-void write_checkpoint(const std::string& path, const Simulation&, const Sounding&, int frame);
+void write_checkpoint(const std::string& path, const Simulation&, const RunRecord&, const Schedule&, int frame);
 
-/// Restores a simulation made with the same parameters and returns the frame. Throws IoError if the file cannot be
-/// read, is damaged (it carries a checksum) or no checkpoint; UsageError naming the first parameter that differs.
-int read_checkpoint(const std::string& path, Simulation&, const Sounding&);
+/// Restores a simulation and returns the frame. `record` and `schedule` are those of the run that continues. Values
+/// that differ are refused, or with `change` noted in the record: see continue_record(). Frames that follow an earlier
+/// change keep their times; where --every differs, or the earlier run ended between two frames, frames follow from the
+/// checkpoint on. Throws IoError if the file cannot be read, is damaged (it carries a checksum) or no checkpoint;
+/// UsageError for another run.
+int read_checkpoint(const std::string& path, Simulation&, RunRecord& record, Schedule& schedule, bool change);
 
 }  // namespace vdbcloud::sim

@@ -5,7 +5,7 @@
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/select.h"
-#include "vdbcloud/sim/checkpoint.h"
+#include "vdbcloud/sim/run_record.h"
 
 #include <algorithm>
 #include <cmath>
@@ -149,7 +149,7 @@ void write_budget(const Budget& b, MetaMap& meta)
 
 }  // namespace
 
-GridFile make_snapshot(const Simulation& sim, const SnapshotOptions& o, const Sounding& sounding)
+GridFile make_snapshot(const Simulation& sim, const SnapshotOptions& o, const RunRecord& record)
 {
     const Lattice& l = sim.parameters().lattice;
     const Axes axes{l, o.up};
@@ -160,7 +160,10 @@ GridFile make_snapshot(const Simulation& sim, const SnapshotOptions& o, const So
     file.metadata = std::make_shared<MetaMap>();
     write_up_axis(*file.metadata, o.up);
     set_number(*file.metadata, schema::meters_per_unit, 1);
-    set_text(*file.metadata, schema::sim_parameters, text_of(sim.parameters(), sounding));
+    set_text(*file.metadata, schema::sim_parameters, record.text());
+    std::string changes;
+    for (const std::string& change : record.changes) changes += change + "\n";
+    if (!changes.empty()) set_text(*file.metadata, schema::sim_changes, changes);
     write_budget(sim.budget(), *file.metadata);
     std::ostringstream pressures;
     pressures.precision(9);

@@ -7,6 +7,8 @@
 
 namespace vdbcloud::sim {
 
+struct RunRecord;  // run_record.h
+
 struct SnapshotOptions {
     UpAxis up = UpAxis::Y;            ///< of the files
     bool unpruned = false;            ///< all voxels of all grids active, also where there is no cloud
@@ -25,8 +27,8 @@ struct SnapshotOptions {
 ///
 /// temperature, qt and vel are active within two voxels of the density only, unless `unpruned`. In memory z is up. If y
 /// is up in the files, this function exchanges axes y and z and the components of the velocity: the equations have no
-/// rotation, so the mirror image of a solution is a solution. The metadata hold the parameters and the sounding.
-GridFile make_snapshot(const Simulation&, const SnapshotOptions&, const Sounding&);
+/// rotation, so the mirror image of a solution is a solution. The metadata hold the record of the run.
+GridFile make_snapshot(const Simulation&, const SnapshotOptions&, const RunRecord&);
 
 /// What start_from() found in a file.
 struct StartReport {
