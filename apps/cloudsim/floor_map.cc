@@ -5,6 +5,8 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/density.h"
 #include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/metadata.h"
+#include "vdbcloud/grid/schema.h"
 
 #include <OpenImageIO/imageio.h>
 
@@ -20,14 +22,15 @@ std::vector<double> from_grid(App& app, const std::string& path, const sim::Latt
     GridFile file = app.read(path);
     const auto grid = density_of(file, {}, app.warnings());
     const auto box = grid->evalActiveVoxelBoundingBox();
-    const int up = index_of(up_axis), across = 3 - up;
+    const int up = index_of(read_up_axis(*file.metadata).value_or(up_axis)), across = 3 - up;
+    const double metres = get_number(*file.metadata, schema::meters_per_unit, 1);
     std::vector<double> map;
     auto accessor = grid->getConstAccessor();
     for (int j = 0; j < l.n[1]; ++j)
         for (int i = 0; i < l.n[0]; ++i) {
             Vec3d world(0, 0, 0);
             world[0] = (i + 0.5 - 0.5 * l.n[0]) * l.h[0], world[across] = (j + 0.5 - 0.5 * l.n[1]) * l.h[1];
-            auto at = openvdb::Coord::round(grid->transform().worldToIndex(world));
+            auto at = openvdb::Coord::round(grid->transform().worldToIndex(world / metres));
             at[up] = box.min()[up];
             map.push_back(double(accessor.getValue(at)));
         }

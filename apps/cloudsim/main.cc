@@ -23,6 +23,10 @@ void start(app::App& app, const app::Options& o, sim::Simulation& sim)
     if (r.negative_water > 0)
         app.warnings()(o.init + ": " + std::to_string(r.negative_water) + " cells with negative water were set to 0");
     std::ostringstream text;
+    if (r.up != o.up || r.resampled || r.centred_wind)
+        app.say(o.init + ": " + up_axis_words.word(r.up) + " is up" +
+                (r.resampled ? ", resampled to the cells of the run" : "") +
+                (r.centred_wind ? ", vel from the centres of voxels" : ""));
     text << "start: " << r.saturated << " cells hold cloud, whose latent heat of " << r.latent_heat
          << " K (mean over the box) is already in the temperature";
     app.say(text.str());

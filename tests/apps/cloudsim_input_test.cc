@@ -4,6 +4,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 
 #include <gtest/gtest.h>
@@ -145,6 +146,18 @@ TEST(CloudsimInput, FloorMapScalesTheHeatFlux)
             EXPECT_NEAR(picture[c], double(cold) + 0.3 * factor, 2e-3) << i << ' ' << k;
             EXPECT_NEAR(grid[c], picture[c], 1e-4) << i << ' ' << k;
         }
+    // The same map in a file whose z is up, in kilometres.
+    FloatGridPtr flat = FloatGrid::create();
+    flat->setName("density");
+    flat->setTransform(openvdb::math::Transform::createLinearTransform(0.1));
+    flat->transform().postTranslate(Vec3d(0.05 * (1 - 8), 0.05 * (1 - 6), 0.05));
+    for (auto it = openvdb::gridPtrCast<FloatGrid>(file.grids[0])->cbeginValueOn(); it; ++it)
+        flat->tree().setValue({it.getCoord().x(), it.getCoord().z(), 0}, *it);
+    file.grids = {flat};
+    set_text(*file.metadata, schema::up_axis, "Z");
+    set_number(*file.metadata, schema::meters_per_unit, 1000);
+    write_grid_file(scratch / "map_z_up.vdb", file);
+    EXPECT_EQ(heated_by(scratch / "map_z_up.vdb", scratch), grid);
     // What cannot be a map is refused in a sentence.
     write_text(scratch / "no.png", "no picture");
     for (const std::string map : {"no.png", "none.png", "none.vdb"}) {

@@ -4,7 +4,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
-#include "vdbcloud/grid/select.h"
+#include "vdbcloud/sim/axes.h"
 #include "vdbcloud/sim/run_record.h"
 
 #include <algorithm>
@@ -17,44 +17,17 @@ namespace {
 
 constexpr double water_density = 1000;  // [kg/m^3]
 
-/// From cells (i, j, k), k up, to voxels: no other code exchanges axes.
-struct Axes {
-    const Lattice& l;
-    UpAxis up;
-
-    bool swap() const { return up == UpAxis::Y; }
-
-    openvdb::Coord voxel(int i, int j, int k) const
-    {
-        return swap() ? openvdb::Coord(i, k, j) : openvdb::Coord(i, j, k);
-    }
-    Vec3f vector(float u, float v, float w) const { return swap() ? Vec3f(u, w, v) : Vec3f(u, v, w); }
-    Vec3d position(double x, double y, double z) const { return swap() ? Vec3d(x, z, y) : Vec3d(x, y, z); }
-    /// World position of a cell's centre: the box stands on the origin.
-    Vec3d centre(int i, int j, int k) const
-    {
-        return position((i + 0.5 - 0.5 * l.n[0]) * l.h[0], (j + 0.5 - 0.5 * l.n[1]) * l.h[1], (k + 0.5) * l.h[2]);
-    }
-    openvdb::math::Transform::Ptr transform() const
-    {
-        const Vec3d h = position(l.h[0], l.h[1], l.h[2]), c = centre(0, 0, 0);
-        openvdb::Mat4R m = openvdb::Mat4R::identity();
-        for (const int d : {0, 1, 2}) m(d, d) = h[d], m(3, d) = c[d];
-        return openvdb::math::Transform::createLinearTransform(m);
-    }
-};
-
-/// One value a cell, i fastest.
-using Values = std::vector<double>;
-
-Values gather(const Lattice& l, const std::function<void(int k, double* out)>& plane)
+openvdb::math::Transform::Ptr transform_of(const Axes& axes)
 {
-    Values values(l.cells());
-    for (int k = 0; k < l.n[2]; ++k) plane(k, &values[size_t(k) * size_t(l.n[0]) * size_t(l.n[1])]);
-    return values;
+    const auto& l = axes.l;
+    const Vec3d h = axes.position(l.h[0], l.h[1], l.h[2]),
+                c = axes.position(axes.centre(0, 0), axes.centre(1, 0), axes.centre(2, 0));
+    openvdb::Mat4R m = openvdb::Mat4R::identity();
+    for (const int d : {0, 1, 2}) m(d, d) = h[d], m(3, d) = c[d];
+    return openvdb::math::Transform::createLinearTransform(m);
 }
 
-/// The same in single precision, as grids hold it: half the memory of a large box.
+/// One value a cell, i fastest, in single precision as grids hold it: half the memory of a large box.
 using Cells = std::vector<float>;
 
 Cells gather_cells(const Lattice& l, const std::function<void(int k, double* out)>& plane)
@@ -92,13 +65,13 @@ typename GridT::Ptr fill(const Axes& axes, const std::string& name, const Value&
 {
     auto grid = GridT::create();
     grid->setName(name);
-    grid->setTransform(axes.transform());
+    grid->setTransform(transform_of(axes));
     auto accessor = grid->getAccessor();
     size_t c = 0;
     for (int k = 0; k < axes.l.n[2]; ++k)
         for (int j = 0; j < axes.l.n[1]; ++j)
             for (int i = 0; i < axes.l.n[0]; ++i, ++c)
-                if (active(c)) accessor.setValueOn(axes.voxel(i, j, k), value(c));
+                if (active(c)) accessor.setValueOn(openvdb::Coord(axes.voxel(i, j, k)), value(c));
     return grid;
 }
 
@@ -221,77 +194,6 @@ GridFile make_snapshot(const Simulation& sim, const SnapshotOptions& o, const Ru
         file.grids.push_back(grid);
     }
     return file;
-}
-
-StartReport start_from(Simulation& sim, const GridFile& file, UpAxis up)
-{
-    const Lattice& l = sim.parameters().lattice;
-    const Axes axes{l, up};
-    StartReport report;
-    const auto temperature = openvdb::gridPtrCast<FloatGrid>(grid_of(file, schema::temperature));
-    const auto water = openvdb::gridPtrCast<FloatGrid>(find_grid(file, schema::water));
-    const auto velocity = openvdb::gridPtrCast<Vec3SGrid>(grid_of(file, schema::velocity));
-    if (!temperature && !water && !velocity)
-        throw IoError(printable(file.path) + ": expected a grid temperature, qt (float) or vel (vec3s)");
-
-    /// Calls found(c, value) for each cell whose nearest voxel is active.
-    const auto read = [&](const auto& grid, const auto& found) {
-        if (!grid) return;
-        auto accessor = grid->getConstAccessor();
-        size_t c = 0;
-        for (int k = 0; k < l.n[2]; ++k)
-            for (int j = 0; j < l.n[1]; ++j)
-                for (int i = 0; i < l.n[0]; ++i, ++c) {
-                    const auto at = openvdb::Coord::round(grid->transform().worldToIndex(axes.centre(i, j, k)));
-                    if (accessor.isValueOn(at)) found(c, accessor.getValue(at)), ++report.cells_set;
-                }
-    };
-    const auto all = [&](Quantity q) { return gather(l, [&, q](int k, double* out) { sim.get_plane(q, k, out); }); };
-    if (velocity) {
-        Values u = all(Quantity::U), v = all(Quantity::V), w = all(Quantity::W);
-        read(velocity, [&](size_t c, const Vec3f& value) {
-            const Vec3f wind = axes.vector(value[0], value[1], value[2]);  // the exchange is its own inverse
-            u[c] = double(wind[0]), v[c] = double(wind[1]), w[c] = double(wind[2]);
-        });
-        if (sim.has(Quantity::U)) sim.set(Quantity::U, u);
-        if (sim.has(Quantity::V)) sim.set(Quantity::V, v);
-        sim.set(Quantity::W, w);
-    }
-    Values q_t(l.cells(), 0.0);
-    if (sim.has(Quantity::Water)) {
-        q_t = all(Quantity::Water);
-        read(water, [&](size_t c, float value) {
-            report.negative_water += value < 0;
-            q_t[c] = value < 0 ? 0 : double(value);  // NaN stays: set() refuses it with its cell
-        });
-        sim.set(Quantity::Water, q_t);
-    }
-    if (sim.has(Quantity::Theta) && temperature) {
-        Values theta = all(Quantity::Theta);
-        const Thermodynamics& thermo = sim.thermodynamics();
-        const bool real = thermo.terms().by == SaturationBy::Temperature;
-        const size_t plane = size_t(l.n[0]) * size_t(l.n[1]);
-        read(temperature, [&](size_t c, float value) {
-            const Level& level = sim.column().level[c / plane];
-            const double t = double(value);
-            const double q_s = real ? thermo.saturation(t, level.pressure) : level.q_height;
-            const double q_l = sim.has(Quantity::Water) ? std::max(0.0, q_t[c] - q_s) : 0;
-            const double warm = thermo.terms().latent_heat ? level.heat * q_l : 0;
-            theta[c] = t / (real ? level.exner : 1) - warm;
-            report.saturated += q_l > 0, report.latent_heat += warm / double(l.cells());
-        });
-        for (size_t c = 0; c < theta.size(); ++c)
-            if (!(std::abs(theta[c]) < 1e4)) {
-                std::ostringstream text;
-                text << printable(file.path) << ": temperature gives theta_l " << theta[c] << " K in cell ["
-                     << c % size_t(l.n[0]) << ", " << c / size_t(l.n[0]) % size_t(l.n[1]) << ", " << c / plane
-                     << "]: expected a finite number up to 1e4";
-                throw InputError(text.str());
-            }
-        sim.set(Quantity::Theta, theta);
-    }
-    sim.start();
-    return report;
 }
 
 }  // namespace vdbcloud::sim

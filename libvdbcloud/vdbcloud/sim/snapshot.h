@@ -36,11 +36,17 @@ struct StartReport {
     uint64_t negative_water = 0;  ///< cells whose water was raised to 0
     uint64_t saturated = 0;       ///< cells that hold cloud from the start
     double latent_heat = 0;       ///< mean of (L/cp) q_l over the box [K]: heat already in the temperature
+    UpAxis up = UpAxis::Y;        ///< of the file
+    bool centred_wind = false;    ///< vel was at the centres of voxels
+    bool resampled = false;       ///< voxels lie elsewhere than cells
 };
 
-/// Replaces the initial air by the grids temperature, qt and vel of a file, each where its nearest voxel is active.
-/// The temperature is the actual one: it includes the latent heat of cloud that is there at the start.
-/// Throws InputError for a value that is not finite (with its cell), IoError if there is none of these grids.
-StartReport start_from(Simulation&, const GridFile&, UpAxis);
+/// Replaces the initial air by the grids temperature, qt and vel of a file, each in the cells that touch an active
+/// voxel: trilinear between voxels, where a voxel that is not active counts as the air of the sounding. vel is
+/// staggered or at centres, as the class of the grid says. Up is the axis that the file names, else `up`;
+/// meters_per_unit of the file is its unit of length. The temperature is the actual one: it includes the latent heat of
+/// cloud that is there at the start. Throws InputError for a value that air cannot have (with its cell), for voxels
+/// with slanted edges and for grids of another type; IoError if there is none of these grids.
+StartReport start_from(Simulation&, const GridFile&, UpAxis up);
 
 }  // namespace vdbcloud::sim
