@@ -74,6 +74,7 @@ GridFile App::read(const std::string& path)
     options.warn = warnings();
     ReadCost cost;
     GridFile file = read_grid_file(path, options, &cost);
+    for (const std::string& sentence : passed_over(*file.metadata)) warnings()(printable(path, 4096) + ": " + sentence);
     for (const GridBasePtr& grid : file.grids) s.inherited_grids.insert(grid->getName());
     if (!get_text(*file.metadata, schema::history, "").empty()) s.traced_inputs.insert(path);
     nlohmann::json input = {{"path", path},

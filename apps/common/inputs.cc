@@ -152,8 +152,8 @@ std::vector<GridFile> read_inputs(App& app, const std::vector<std::string>& path
         files.push_back(app.read(path));
         const MetaMap& metadata = *files.back().metadata;
         if (const auto axis = read_up_axis(metadata); axis && compare_up) up.require(path, up_axis_words.word(*axis));
-        if (has_meta(metadata, schema::meters_per_unit))
-            unit.require(path, shortest(get_number(metadata, schema::meters_per_unit, 1)));
+        if (const double metres = get_number(metadata, schema::meters_per_unit, 0); metres > 0)
+            unit.require(path, shortest(metres));
     }
     return files;
 }
@@ -162,7 +162,8 @@ std::vector<FoundLight> lights_found(const std::vector<GridFile>& files)
 {
     std::vector<FoundLight> found;
     for (const GridFile& file : files)
-        for (const Light& light : lights_of(file)) found.push_back({file.path, light});
+        for (const Light& light : of_file(file.path, [&] { return lights_of(file); }))
+            found.push_back({file.path, light});
     return found;
 }
 
@@ -188,17 +189,18 @@ MediumInput read_one_medium(App& app, const StageOptions& o, const MediumOptions
     MediumInput out;
     out.periodic = periodic_axes(o.periodic, files);
     std::vector<MediumPart> parts;
-    for (GridFile& file : files) {
-        MediumPart part;
-        part.name = file.path;
-        part.density = density_of(file, o.density, app.warnings());
-        part.medium = chosen_medium(app, options, *part.density);
-        if (files.size() > 1) {
-            part.colour = vector_grid(app, file, grid_of(file, schema::colour));
-            part.emission = vector_grid(app, file, find_grid(file, schema::emission));
-        }
-        parts.push_back(std::move(part));
-    }
+    for (GridFile& file : files)
+        parts.push_back(of_file(file.path, [&] {
+            MediumPart part;
+            part.name = file.path;
+            part.density = density_of(file, o.density, app.warnings());
+            part.medium = chosen_medium(app, options, *part.density);
+            if (files.size() > 1) {
+                part.colour = vector_grid(app, file, grid_of(file, schema::colour));
+                part.emission = vector_grid(app, file, find_grid(file, schema::emission));
+            }
+            return part;
+        }));
     out.lights = lights_found(files);
     if (files.size() == 1) {
         out.density = parts[0].density;

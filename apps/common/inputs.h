@@ -5,12 +5,25 @@
 #include "periodic_option.h"
 #include "stage_options.h"
 
+#include "vdbcloud/core/error.h"
 #include "vdbcloud/scene/light.h"
 
 #include <string>
 #include <vector>
 
 namespace vdbcloud::app {
+
+/// work(), whose InputError says which file it is about: "PATH: MESSAGE".
+template<typename Work>
+auto of_file(const std::string& path, const Work& work)
+{
+    try {
+        return work();
+    } catch (const InputError& e) {
+        const std::string file = printable(path, 4096) + ": ", message = e.what();
+        throw InputError(message.rfind(file, 0) == 0 ? message : file + message);
+    }
+}
 
 /// Reads all inputs, in order. Throws UsageError if standard input is named twice, where two files state different
 /// units of length, and, with `compare_up`, where two files state different axes that point up.

@@ -4,6 +4,7 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/scene/camera.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace vdbcloud::app {
@@ -87,6 +88,16 @@ std::vector<Light> lights_asked(const LightOptions& o)
 }
 
 Light automatic_sun(const Vec3d& up) { return make_sun(default_sun_direction(up), Vec3d(4 * pi)); }
+
+void tell_darkness(App& app, const std::vector<Light>& lights, bool other)
+{
+    const auto dark = [](const Light& light) { return light.strength() == Vec3d(0.0); };
+    if (other || !std::all_of(lights.begin(), lights.end(), dark)) return;
+    std::string names;
+    for (const Light& light : lights) names += (names.empty() ? "" : ", ") + light.name;
+    app.warnings()("nothing lights the medium" + (names.empty() ? "" : ", since the strength of " + names + " is 0") +
+                   ": expected a sun, a lamp, a sky or emission brighter than 0");
+}
 
 std::string described(const Light& light)
 {

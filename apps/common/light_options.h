@@ -32,6 +32,10 @@ std::vector<Light> lights_asked(const LightOptions&);
 /// which an isotropic thick cloud has radiances around one half.
 Light automatic_sun(const Vec3d& up);
 
+/// Warns that nothing lights the medium: each light has strength 0, and there is no other light (`other`: a sky,
+/// emission, collided light).
+void tell_darkness(App&, const std::vector<Light>&, bool other);
+
 /// "sun towards 0.3,1,0.2" or "lamp at 1,2,3": for messages.
 std::string described(const Light&);
 

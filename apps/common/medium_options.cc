@@ -94,6 +94,20 @@ Medium with_given(const MediumOptions& o, Medium otherwise)
     return otherwise;
 }
 
+/// Warns of an extinction at which nothing of the medium can be seen: it takes less than a thousandth of the light, or
+/// light ends at its first voxels.
+void tell_invisible(App& app, const FloatGrid& density, const Medium& medium)
+{
+    const Vec3d& sigma_t = medium.sigma_t_per_density;
+    const double typical = typical_depth(density), most = std::max({sigma_t[0], sigma_t[1], sigma_t[2]}),
+                 least = std::min({sigma_t[0], sigma_t[1], sigma_t[2]});
+    const bool thin = most * typical<1e-3, thick = least * typical> 1e6;
+    if (typical == 0 || !(thin || thick)) return;
+    app.warnings()("extinction " + brief(sigma_t) + ": optical depth " + brief((thin ? most : least) * typical) +
+                   " through the medium, so that " + (thin ? "next to nothing" : "only its outermost voxels") +
+                   " can be seen; --extinction " + brief(automatic_extinction(density)) + " makes it 9");
+}
+
 }  // namespace
 
 void declare_medium(App& app, MediumOptions& o, MediumSource source)
@@ -146,6 +160,7 @@ Medium chosen_medium(App& app, const MediumOptions& o, FloatGrid& density)
         app.say("extinction " + brief(medium.sigma_t_per_density[0]) +
                 " per world unit at density 1, chosen automatically");
     }
+    if (origin != "automatic") tell_invisible(app, density, medium);
     write_medium(density, medium);
     set_text(density, schema::sigma_t_origin, origin);
     return medium;

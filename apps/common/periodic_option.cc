@@ -1,5 +1,7 @@
 #include "periodic_option.h"
 
+#include "inputs.h"
+
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/registry.h"
@@ -67,7 +69,7 @@ Axes periodic_axes(const std::string& asked, const std::vector<GridFile>& files)
     std::string first;
     for (const GridFile& file : files)
         for (const GridBasePtr& grid : results(file)) {
-            const Axes theirs = read_periodic(*grid);
+            const Axes theirs = of_file(file.path, [&] { return read_periodic(*grid); });
             if (axes && theirs != *axes)
                 throw UsageError(first + ", and " + described(file, *grid) + ": choose with --periodic");
             if (!axes) first = described(file, *grid);

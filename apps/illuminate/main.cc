@@ -54,6 +54,13 @@ std::vector<Task> tasks_of(app::App& app, const IlluminateOptions& o, const std:
     return tasks;
 }
 
+std::vector<Light> lights_of(const std::vector<Task>& tasks)
+{
+    std::vector<Light> lights;
+    for (const Task& task : tasks) lights.push_back(task.light);
+    return lights;
+}
+
 std::vector<Light> computed(const std::vector<Task>& tasks)
 {
     std::vector<Light> lights;
@@ -83,8 +90,9 @@ void illuminate(app::App& app, IlluminateOptions& o)
     o.accuracy.periodic = in.periodic;
     app.uses(in.density->getName());
     app::settled_up(app, o.up, in.file, false);
-    const auto tasks = tasks_of(app, o, asked, in);
+    const auto tasks = app::of_file(in.file.path, [&] { return tasks_of(app, o, asked, in); });
     check_effects(o, computed(tasks));
+    app::tell_darkness(app, lights_of(tasks), false);
     if (app.dry_run()) return estimate(app, o, *in.density, tasks.size());
 
     for (const auto& task : tasks) {

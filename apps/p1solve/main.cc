@@ -42,7 +42,7 @@ void solve(app::App& app, P1solveOptions& o)
     const Medium& medium = in.medium;
     app.uses(density->getName());
     check_phase(o, medium.phase);
-    const auto lights = lights_for(app, o, in);
+    const auto lights = app::of_file(file.path, [&] { return lights_for(app, o, in); });
     o.rays_per_voxel.check_effect(!lights.empty(), "--sun or --lamp");
     o.rays_per_voxel.check_effect(in.periodic == app::Axes{}, "--periodic none: rays of a periodic medium are exact");
     o.disc_samples.check_effect(
@@ -66,6 +66,7 @@ void solve(app::App& app, P1solveOptions& o)
     }
     fill_report(app, report);
     check_solution(app, o, medium, report);
+    app::tell_darkness(app, lights, glows(report));
     if (!light.phi) app.warnings()("no voxel above 0: nothing to scatter in");
     if (o.series.order > 0 && light.phi) add_series(app, o, file, *density, emission.get(), medium, lights, light);
     if (light.phi) app::tell_accuracy(app, "multiple scattering", accuracy_of(report, lights), *light.phi);

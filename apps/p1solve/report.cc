@@ -130,6 +130,12 @@ void estimate(app::App& app, const P1solveOptions& o, const Medium& medium, cons
             app::brief(std::ceil(seconds)) + " s of processor time and " + app::brief(std::ceil(bytes / 1e6)) + " MB");
 }
 
+bool glows(const ScatterReport& report)
+{
+    return std::any_of(report.channel.begin(), report.channel.end(),
+                       [](const ChannelReport& c) { return c.budget.sky_in > 0 || c.emitted > 0; });
+}
+
 void check_solution(app::App& app, const P1solveOptions& o, const Medium& medium, const ScatterReport& report)
 {
     if (report.emission_outside)

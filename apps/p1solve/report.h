@@ -13,6 +13,9 @@ void fill_report(app::App&, const ScatterReport&);
 void estimate(app::App&, const P1solveOptions&, const Medium&, const FloatGrid& density, const Vec3SGrid* emission,
               size_t lights);
 
+/// True if a sky or emission brings light into the medium.
+bool glows(const ScatterReport&);
+
 /// Warns of negative fluence, and of emission outside the density, which multiple scattering ignores. Throws
 /// ConvergenceError where a solver or the flux limiter missed its tolerance, unless --allow-unconverged.
 void check_solution(app::App&, const P1solveOptions&, const Medium&, const ScatterReport&);

@@ -68,9 +68,8 @@ void require_same_light(const GridFile& file, const Volume& volume, const std::v
     if (!changed.empty())
         throw UsageError(file.path + ": multiple scattering was computed from another " + changed +
                          " than the file holds now: run p1solve again");
-    const std::string lit_by = get_text(*volume.collided.phi, schema::lit_by, lights_text(lights));
-    if (lit_by != lights_text(lights))
-        throw UsageError(file.path + ": multiple scattering was computed for '" + printable(lit_by) + "', and '" +
+    if (const auto lit_by = other_lights(*volume.collided.phi, lights))
+        throw UsageError(file.path + ": multiple scattering was computed for '" + printable(*lit_by) + "', and '" +
                          lights_text(lights) + "' is asked for: run p1solve again");
 }
 
@@ -181,7 +180,7 @@ void choose_ground(const RenderOptions& o, const std::vector<GridFile>& files, L
     if (o.option.ground.given()) albedo = o.ground_albedo;
     for (const GridFile& file : files) {
         const GridBasePtr phi = fluence_grid(file);
-        const auto stored = phi ? read_ground(*phi) : std::nullopt;
+        const auto stored = app::of_file(file.path, [&] { return phi ? read_ground(*phi) : std::nullopt; });
         if (!stored || albedo) continue;
         albedo = stored;
         if (traces_paths(o)) continue;
@@ -210,8 +209,8 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
     LoadedScene out;
     out.scene.periodic = o.light.periodic = app::periodic_axes(o.periodic, files);
     for (GridFile& file : files) {
-        if (!traces_paths(o)) require_same_period(file, out.scene.periodic);
-        out.scene.volumes.push_back(volume_of(app, file, o));
+        if (!traces_paths(o)) app::of_file(file.path, [&] { require_same_period(file, out.scene.periodic); });
+        out.scene.volumes.push_back(app::of_file(file.path, [&] { return volume_of(app, file, o); }));
         const auto corners = occupied_corners(*out.scene.volumes.back().density);
         if (corners.empty()) app.say(file.path + ": the density is empty and adds nothing to the picture");
         out.corners.insert(out.corners.end(), corners.begin(), corners.end());
@@ -221,7 +220,7 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
     out.up = up_of(app, o, files);
     for (const GridFile& file : files)
         if (const auto phi = fluence_grid(file)) {
-            const auto lit_by = read_sky(*phi);
+            const auto lit_by = app::of_file(file.path, [&] { return read_sky(*phi); });
             if (!traces_paths(o)) require_same_up(file, lit_by, out.up);
             if (!out.sky) out.sky = lit_by;
         }
@@ -240,9 +239,10 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
         app.say("no light given: " + app::described(out.scene.lights[0]) + ", irradiance " +
                 app::brief(out.scene.lights[0].strength()[0]));
     }
-    for (size_t v = 0; v < files.size(); ++v) require_same_light(files[v], out.scene.volumes[v], out.scene.lights);
+    for (size_t v = 0; v < files.size(); ++v)
+        app::of_file(files[v].path, [&] { require_same_light(files[v], out.scene.volumes[v], out.scene.lights); });
     for (size_t v = 0; v < files.size() && !traces_paths(o); ++v)
-        relight_volume(app, files[v], out.scene.volumes[v], out.scene.lights);
+        app::of_file(files[v].path, [&] { relight_volume(app, files[v], out.scene.volumes[v], out.scene.lights); });
     if (o.integrator.shadow_rays || traces_paths(o)) return out;
     if (o.option.fidelity.given())
         o.option.fidelity.check_effect(!brings_all(files, out.scene), "a light that the input does not bring");
@@ -250,10 +250,17 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
                                    "--periodic none: rays of a periodic medium are exact");
     for (size_t v = 0; v < files.size(); ++v)
         for (const Light& light : out.scene.lights) {
-            GridBasePtr grid = light_grid(app, files[v], out.scene, v, light, o);
+            GridBasePtr grid =
+                app::of_file(files[v].path, [&] { return light_grid(app, files[v], out.scene, v, light, o); });
             out.scene.volumes[v].transmittance.push_back(std::move(grid));
         }
     return out;
+}
+
+bool glows(const Scene& scene)
+{
+    const auto glows = [](const Volume& v) { return v.collided.phi || (v.emission && !v.emission->empty()); };
+    return !scene.sky.dark() || std::any_of(scene.volumes.begin(), scene.volumes.end(), glows);
 }
 
 std::string accuracy_of_light(const Scene& scene)

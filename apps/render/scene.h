@@ -26,6 +26,9 @@ struct LoadedScene {
 /// Sets the axes along which the media repeat in `o.light`, too.
 LoadedScene load_scene(app::App&, RenderOptions& o);
 
+/// True if there is light beside the scene's lights: multiple scattering, emission, or a sky that light paths see.
+bool glows(const Scene&);
+
 /// What bounds the error of the light that the scene's files bring, in one line; empty if they say nothing.
 std::string accuracy_of_light(const Scene&);
 

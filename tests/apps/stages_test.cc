@@ -191,7 +191,7 @@ TEST_F(Stages, EverythingTheProgramsWriteIsInTheFormatsPage)
             const std::set<std::string> openvdbs{"name", "class", "is_local_space", "is_saved_as_half_float",
                                                  "vector_type"};
             for (auto meta = map.beginMeta(); meta != map.endMeta(); ++meta)
-                EXPECT_TRUE(schema::is_known_key(meta->first) || openvdbs.count(meta->first) ||
+                EXPECT_TRUE(schema::meta_key(meta->first) || openvdbs.count(meta->first) ||
                             meta->first.rfind("file_", 0) == 0)
                     << meta->first << " of " << of;
         };

@@ -24,7 +24,7 @@ TEST(Accuracy, TravelsInMetadata)
     write_accuracy(map, accuracy);
     EXPECT_EQ(get_number(map, "vdbcloud:accuracy_residual", 0), 3e-7);
     for (auto entry = map.beginMeta(); entry != map.endMeta(); ++entry)
-        EXPECT_TRUE(schema::is_known_key(entry->first)) << entry->first;
+        EXPECT_TRUE(schema::meta_key(entry->first)) << entry->first;
     const Accuracy back = read_accuracy(map);
     EXPECT_EQ(back.left_out, accuracy.left_out);
     EXPECT_EQ(text_of(back), "residual 3e-07, defect 2.5e-09; left out: this, that and more");

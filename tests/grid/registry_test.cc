@@ -150,7 +150,7 @@ TEST(Format, RegistryContainsEveryKeyInTheSources)
         }
     EXPECT_GT(spelt.size(), 20u) << "the sources are not where the test looks for them";
     spelt.erase("vdbcloud:series");  // the prefix of several keys
-    for (const auto& [key, path] : spelt) EXPECT_TRUE(is_known_key(key)) << key << " in " << path;
+    for (const auto& [key, path] : spelt) EXPECT_TRUE(meta_key(key)) << key << " in " << path;
 }
 
 }  // namespace

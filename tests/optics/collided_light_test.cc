@@ -129,6 +129,18 @@ TEST(CollidedLight, LeavesOutWhatPicturesDoNotWeigh)
     EXPECT_TRUE(file.grids.empty());
 }
 
+TEST(CollidedLight, SaysThatTheFluxIsMissing)
+{
+    for (const bool one : {true, false}) {
+        GridFile file = empty_file();
+        put_collided_light(file, one ? one_solution(forward) : three_solutions(forward));
+        remove_grids(file, [&](const std::string& name) { return name == (one ? "flux" : "flux_g"); });
+        std::string said;
+        read_collided_light(file, PhaseFunction(), [&](const std::string& text) { said += text; });
+        EXPECT_NE(said.find("scattered to degree 3 and its flux is missing"), std::string::npos) << said;
+    }
+}
+
 TEST(CollidedLight, SaysWhichDegreesAreMissing)
 {
     GridFile file = empty_file();

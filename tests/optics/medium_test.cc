@@ -110,7 +110,7 @@ TEST(Medium, RefusesInvalidFileMetadata)
         read_medium(g);
         FAIL() << "took g = 2";
     } catch (const InputError& error) {
-        EXPECT_STREQ(error.what(), "vdbcloud:g = 2: expected a number in (-1, 1)");
+        EXPECT_STREQ(error.what(), "metadata 'vdbcloud:g' = 2: expected a number in (-1, 1)");
     }
     MetaMap droplets;
     set_text(droplets, schema::phase, "hg-draine");

@@ -5,6 +5,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/metadata.h"
+#include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
 
 #include <gtest/gtest.h>
@@ -232,7 +233,7 @@ TEST(Light, DirectionBecomesAUnitVector)
     EXPECT_LT((make_sun(Vec3d(6, 8, 0)).place() - sun().place()).length(), 1e-15);
 }
 
-TEST(Light, AFileGivesItsLightsInOrderAndSkipsOtherGrids)
+TEST(Light, AFileGivesItsLightsByNameAndSkipsOtherGrids)
 {
     GridFile file;
     file.metadata = std::make_shared<MetaMap>();
@@ -240,7 +241,7 @@ TEST(Light, AFileGivesItsLightsInOrderAndSkipsOtherGrids)
     density->setName(schema::density);
     auto foreign = FloatGrid::create(1.0f);  // the right name without metadata of ours
     foreign->setName("transmittance_other");
-    file.grids = {grid_with(lamp()), density, foreign, grid_with(sun())};
+    file.grids = {grid_with(sun()), density, foreign, grid_with(lamp())};
     const auto lights = lights_of(file);
     ASSERT_EQ(lights.size(), 2u);
     EXPECT_EQ(lights[0].name, "lamp");
@@ -261,7 +262,23 @@ TEST(Light, TextNamesPlaceAndStrengthOfEach)
 {
     EXPECT_EQ(lights_text({}), "");
     EXPECT_EQ(lights_text({make_sun(Vec3d(0, 2, 0), Vec3d(1, 2, 3)), lamp()}),
-              "sun towards 0,1,0 of 1,2,3; lamp at -1,20,0.5 of 4,5,6");
+              "lamp at -1,20,0.5 of 4,5,6; sun towards 0,1,0 of 1,2,3");
+}
+
+TEST(Light, OfASolutionAreASet)
+{
+    const Light a = make_sun(Vec3d(0, 1, 0), Vec3d(1, 2, 3)), b = lamp();
+    EXPECT_EQ(lights_text({a, b}), lights_text({b, a}));
+    MetaMap solution;
+    EXPECT_EQ(other_lights(solution, {a}), std::nullopt) << "the metadata names none";
+    set_text(solution, schema::lit_by, "sun towards 0,1,0 of 1,2,3; lamp at -1,20,0.5 of 4,5,6");
+    EXPECT_EQ(other_lights(solution, {a, b}), std::nullopt);
+    EXPECT_EQ(other_lights(solution, {b, a}), std::nullopt);
+    for (const auto& others : {std::vector<Light>{a}, {b}, {}, {a, b, b}, {a, make_lamp(Vec3d(-1, 20, 0.6))}})
+        EXPECT_EQ(other_lights(solution, others), get_text(solution, schema::lit_by, "")) << lights_text(others);
+    set_text(solution, schema::lit_by, "");
+    EXPECT_EQ(other_lights(solution, {a}), "") << "lit by a sky alone";
+    EXPECT_EQ(other_lights(solution, {}), std::nullopt);
 }
 
 TEST(Light, BrightestSunIsTheLargestOfEachChannelAmongLightsAtInfinity)

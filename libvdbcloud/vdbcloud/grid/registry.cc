@@ -1,6 +1,8 @@
 #include "vdbcloud/grid/registry.h"
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 
 namespace vdbcloud::schema {
 
@@ -49,6 +51,13 @@ bool matches(const GridKind& kind, const std::string& name)
     if (kind.rest != Rest::Nothing) return false;
     return lower(name) == lower(begin) || std::any_of(kind.aliases.begin(), kind.aliases.end(),
                                                       [&](const char* alias) { return lower(name) == lower(alias); });
+}
+
+/// The shortest text that is read back as the same number.
+std::string shortest(double x)
+{
+    char text[32];
+    return std::string(text, std::to_chars(text, text + sizeof text, x).ptr);
 }
 
 }  // namespace
@@ -102,12 +111,14 @@ const std::vector<GridKind>& grid_kinds()
 
 const std::vector<MetaKey>& meta_keys()
 {
+    constexpr double huge = 1e30;
+    constexpr Range nonnegative{0, huge}, share{0, 1}, positive{1e-30, huge};
     static const std::vector<MetaKey> table = {
         {creator, "string", "file"},
         {history, "string", "file"},
         {format, "double", "file"},
         {up_axis, "string", "file"},
-        {meters_per_unit, "double", "file"},
+        {meters_per_unit, "double", "file", positive},
         {density_choice, "string", "file"},
         {sim_parameters, "string", "file"},
         {sim_changes, "string", "file"},
@@ -122,9 +133,9 @@ const std::vector<MetaKey>& meta_keys()
         {sim_cloud_base, "double", "file"},
         {sim_cloud_top, "double", "file"},
         {sim_cloud_max, "double", "file"},
-        {sigma_t_per_density, "vec3d", "density"},
+        {sigma_t_per_density, "vec3d", "density", nonnegative},
         {sigma_t_origin, "string", "density"},
-        {albedo, "vec3d", "density"},
+        {albedo, "vec3d", "density", share},
         {g, "double", "density"},
         {"vdbcloud:g1", "double", "density"},
         {"vdbcloud:g2", "double", "density"},
@@ -143,25 +154,25 @@ const std::vector<MetaKey>& meta_keys()
         {density_digest, "string", "transmittance_LIGHT, phi, flux_C, sh_LM_C, series_phi_K"},
         {colour_digest, "string", "phi"},
         {emission_digest, "string", "phi"},
-        {delta_f, "double", "phi"},
+        {delta_f, "double", "phi", {0, 1 - 0x1p-53}},
         {scaled_moments, "string", "phi"},
         {lit_by, "string", "phi"},
-        {lit_sky, "vec3d", "phi"},
-        {lit_sky_horizon, "vec3d", "phi"},
-        {lit_sky_ground, "vec3d", "phi"},
-        {lit_sky_haze, "double", "phi"},
+        {lit_sky, "vec3d", "phi", nonnegative},
+        {lit_sky_horizon, "vec3d", "phi", nonnegative},
+        {lit_sky_ground, "vec3d", "phi", nonnegative},
+        {lit_sky_haze, "double", "phi", nonnegative},
         {lit_sky_up, "vec3d", "phi"},
-        {degree, "double", "phi"},
-        {channel_scale, "vec3d", "phi"},
-        {flux_limit, "double", "phi"},
+        {degree, "double", "phi", {1, 100, yes}},
+        {channel_scale, "vec3d", "phi", nonnegative},
+        {flux_limit, "double", "phi", share},
         {accuracy_prefix, "double", "transmittance_LIGHT, phi, series_phi_0"},
         {left_out, "string", "phi"},
         {periodic, "string", "transmittance_LIGHT, phi"},
-        {ground_albedo, "double", "phi"},
+        {ground_albedo, "double", "phi", share},
         {series_albedo, "string", "series_phi_0"},
         {series_table, "string", "series_phi_0"},
         {series_map, "string", "series_phi_0"},
-        {series_scale, "vec3d", "series_phi_0"},
+        {series_scale, "vec3d", "series_phi_0", nonnegative},
     };
     return table;
 }
@@ -180,12 +191,28 @@ bool has_role(const std::string& grid_name, Role role)
     return kind && kind->role == role;
 }
 
-bool is_known_key(const std::string& key)
+bool Range::holds(double x) const { return x >= least && x <= greatest && (!whole || x == std::floor(x)); }
+
+std::string Range::text(int components) const
 {
-    const auto same = [&](const MetaKey& known) {
-        return key == known.key || (known.key == accuracy_prefix && key.rfind(accuracy_prefix, 0) == 0);
-    };
-    return std::any_of(meta_keys().begin(), meta_keys().end(), same);
+    const bool one = components == 1, bounded = least > finite.least || greatest < finite.greatest;
+    std::string text = one ? "a " : "three ";
+    text += whole ? "whole " : bounded ? "" : "finite ";
+    text += one ? "number" : "numbers";
+    return bounded ? text + " in [" + shortest(least) + ", " + shortest(greatest) + "]" : text;
+}
+
+bool MetaKey::ours() const
+{
+    const std::string name = key;
+    return name.rfind("vdbcloud:", 0) == 0 || name.rfind("cloudsim:", 0) == 0;
+}
+
+const MetaKey* meta_key(const std::string& key)
+{
+    for (const MetaKey& known : meta_keys())
+        if (key == known.key || (known.key == accuracy_prefix && key.rfind(accuracy_prefix, 0) == 0)) return &known;
+    return nullptr;
 }
 
 std::vector<std::string> aliases(const std::string& name)

@@ -4,6 +4,7 @@
 #include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -103,16 +104,30 @@ const GridKind* kind_of(const std::string& grid_name);
 /// True if kind_of(grid_name) has this role.
 bool has_role(const std::string& grid_name, Role);
 
+/// The numbers that a key may have. A vector has all components in the range.
+struct Range {
+    double least, greatest;  ///< finite numbers from `least` to `greatest`
+    bool whole = false;      ///< whole numbers
+    bool holds(double) const;
+    /// "a finite number", "a whole number in [1, 100]", of a vector "three numbers in [0, 1]": for messages.
+    std::string text(int components) const;
+};
+inline constexpr Range finite{-std::numeric_limits<double>::max(), std::numeric_limits<double>::max()};
+
 /// One key of metadata.
 struct MetaKey {
-    const char* key;    ///< whole key, or its prefix
-    const char* type;   ///< "string", "double" or "vec3d"
-    const char* where;  ///< "file", or the grid whose metadata contains the key
+    const char* key;       ///< whole key, or its prefix
+    const char* type;      ///< "string", "double" or "vec3d"
+    const char* where;     ///< "file", or the grid whose metadata contains the key
+    Range range = finite;  ///< of a number
+    /// vdbcloud's own: get_*() of grid/metadata.h refuse another type, or a number out of range. Keys without such a
+    /// prefix are written by other programs too, with meanings of theirs: what does not fit is passed over.
+    bool ours() const;
 };
 
 const std::vector<MetaKey>& meta_keys();
 
-/// True for a key in the table.
-bool is_known_key(const std::string& key);
+/// The row for a key; null for a key that no stage reads.
+const MetaKey* meta_key(const std::string& key);
 
 }  // namespace vdbcloud::schema

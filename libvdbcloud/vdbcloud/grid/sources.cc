@@ -1,5 +1,6 @@
 #include "vdbcloud/grid/sources.h"
 
+#include "vdbcloud/core/refuse.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/metadata.h"
@@ -52,6 +53,8 @@ std::array<bool, 3> read_periodic(const MetaMap& from)
     const std::string axes = get_text(from, schema::periodic, "");
     std::array<bool, 3> periodic{};
     for (size_t a = 0; a < 3; ++a) periodic[a] = axes.find("xyz"[a]) != std::string::npos;
+    if (!axes.empty() && (axes.size() > 2 || axes != periodic_text(periodic)))
+        refuse(meta_name(from, schema::periodic), axes, "one or two of the letters x, y, z, in order");
     return periodic;
 }
 

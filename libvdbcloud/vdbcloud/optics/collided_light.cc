@@ -141,7 +141,11 @@ CollidedLight read_collided_light(const GridFile& file, const PhaseFunction& pha
     for (int c = 0; c < 3; ++c)
         light.flux[size_t(c)] = typed<Vec3SGrid>(file, one ? schema::flux : schema::flux_name(c));
     const int degree = light.scaling.last_degree();
-    for (int l = 2; l <= degree; ++l) {
+    const bool no_flux = light.scaling.mean_cosine() != 0 && !(light.flux[0] && light.flux[1] && light.flux[2]);
+    if (no_flux)
+        warn(listener, file.path + ": collided light was scattered to degree " + std::to_string(degree) +
+                           " and its flux is missing: the picture has it as if it were isotropic");
+    for (int l = 2; l <= degree && !no_flux; ++l) {
         std::array<std::vector<FloatGridPtr>, 3> of_degree;
         bool whole = true;
         for (int c = 0; c < 3; ++c)

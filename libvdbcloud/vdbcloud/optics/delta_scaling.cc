@@ -1,11 +1,11 @@
 #include "vdbcloud/optics/delta_scaling.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/refuse.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/scatter_schema.h"
 
 #include <cmath>
-#include <sstream>
 
 namespace vdbcloud {
 
@@ -53,32 +53,22 @@ DeltaScaling no_scaling(const PhaseFunction& phase, int degree)
 
 void write_delta_scaling(MetaMap& to, const DeltaScaling& scaling)
 {
-    std::ostringstream moments;
-    moments.precision(17);
-    for (size_t l = 0; l < scaling.moments.size(); ++l) moments << (l ? " " : "") << scaling.moments[l];
     set_number(to, schema::degree, scaling.degree);
     set_number(to, schema::delta_f, scaling.delta_f);
-    set_text(to, schema::scaled_moments, moments.str());
+    set_numbers(to, schema::scaled_moments, scaling.moments);
 }
 
 DeltaScaling read_delta_scaling(const MetaMap& from, const PhaseFunction& phase)
 {
     const double degree = get_number(from, schema::degree, 1), f = get_number(from, schema::delta_f, 0);
-    if (!(degree >= 1 && degree <= 100 && degree == std::floor(degree)))
-        throw InputError(std::string(schema::degree) + " = " + std::to_string(degree) + ": expected 1 to 100");
-    if (!(f >= 0 && f < 1))
-        throw InputError(std::string(schema::delta_f) + " = " + std::to_string(f) + ": expected 0 or above, below 1");
     DeltaScaling scaling = scaled_by(f, phase, int(degree));
-    const std::string text = get_text(from, schema::scaled_moments, "");
-    if (text.empty()) return scaling;
-    std::istringstream in(text);
-    std::vector<double> moments;
-    for (double m; in >> m;) moments.push_back(m);
-    bool possible = in.eof() && moments.size() == size_t(scaling.degree) + 1 && moments[0] == 1;
+    if (!has_meta(from, schema::scaled_moments)) return scaling;
+    std::vector<double> moments = get_numbers(from, schema::scaled_moments);
+    bool possible = moments.size() == size_t(scaling.degree) + 1 && moments[0] == 1;
     for (double m : moments) possible = possible && std::abs(m) <= 1;
     if (!possible)
-        throw InputError(std::string(schema::scaled_moments) + " = '" + printable(text) + "': expected 1 and " +
-                         std::to_string(scaling.degree) + " numbers in [-1, 1]");
+        refuse(meta_name(from, schema::scaled_moments), get_text(from, schema::scaled_moments, ""),
+               "1 and " + std::to_string(scaling.degree) + " numbers in [-1, 1]");
     scaling.moments = std::move(moments);
     return scaling;
 }

@@ -1,36 +1,29 @@
 #include "vdbcloud/optics/medium.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/refuse.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/metadata.h"
-#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/registry.h"
 
 #include <cmath>
-#include <sstream>
 
 namespace vdbcloud {
 
 namespace {
 
-template<typename T>
-[[noreturn]] void refuse(const char* key, const T& value, const char* expected)
+/// Throws unless every channel is in the range that files may have.
+void check_channels(const char* key, const Vec3d& value)
 {
-    std::ostringstream what;
-    what << key << " = " << value << ": expected " << expected;
-    throw InputError(what.str());
-}
-
-/// Throws unless every channel is within [low, high]. Throws for NaN.
-void check_channels(const char* key, const Vec3d& value, double low, double high, const char* expected)
-{
+    const schema::Range range = schema::meta_key(key)->range;
     for (int c = 0; c < 3; ++c)
-        if (!(value[c] >= low && value[c] <= high)) refuse(key, value, expected);
+        if (!range.holds(value[c])) refuse(key, value, range.text(3));
 }
 
 void check(const Medium& medium)
 {
-    check_channels(schema::sigma_t_per_density, medium.sigma_t_per_density, 0, 1e30, "finite numbers, 0 or above");
-    check_channels(schema::albedo, medium.albedo, 0, 1, "numbers in [0, 1]");
+    check_channels(schema::sigma_t_per_density, medium.sigma_t_per_density);
+    check_channels(schema::albedo, medium.albedo);
 }
 
 }  // namespace
@@ -51,7 +44,7 @@ PhaseFunction read_phase(const MetaMap& from, const PhaseFunction& otherwise)
         if (std::isnan(value))
             throw InputError("phase function " + std::string(form.name) + " without " + parameter.key() +
                              ": expected " + parameter.range());
-        if (!parameter.allows(value)) refuse(parameter.key().c_str(), value, parameter.range().c_str());
+        if (!parameter.allows(value)) refuse(meta_name(from, parameter.key()), value, parameter.range());
         parameters.push_back(value);
     }
     return PhaseFunction(form.name, parameters);

@@ -10,26 +10,46 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
+#include <functional>
 
 namespace vdbcloud {
 
 namespace {
 
-std::string text_of(const std::vector<double>& v)
-{
-    std::ostringstream text;
-    text.precision(17);
-    for (size_t k = 0; k < v.size(); ++k) text << (k ? " " : "") << v[k];
-    return text.str();
-}
+/// A series as a file has it.
+struct Series {
+    std::vector<FloatGridPtr> basis;
+    std::vector<double> albedo, table;  ///< albedos ascending; basis.size() coefficients for each
+    Vec3d scale;
+};
 
-std::vector<double> numbers_of(const std::string& text)
+/// The series of a file. Throws InputError if a part is missing, does not fit the others, or is impossible.
+Series read_series(const GridFile& file)
 {
-    std::istringstream in(text);
-    std::vector<double> v;
-    for (double x; in >> x;) v.push_back(x);
-    return v;
+    Series series;
+    for (size_t k = 0;; ++k) {
+        const GridBasePtr grid = find_grid(file, schema::series_phi_name(k));
+        const auto phi = grid ? openvdb::gridPtrCast<FloatGrid>(grid) : nullptr;
+        if (!phi) break;
+        series.basis.push_back(phi);
+    }
+    if (series.basis.empty())
+        throw InputError(file.path + ": no grid 'series_phi_0': expected the output of p1solve --series");
+    const MetaMap& first = *series.basis[0];
+    series.albedo = get_numbers(first, schema::series_albedo);
+    series.table = get_numbers(first, schema::series_table);
+    series.scale = get_vector(first, schema::series_scale, Vec3d(1.0));
+    const auto& albedo = series.albedo;
+    const bool ascend = std::adjacent_find(albedo.begin(), albedo.end(), std::greater_equal<>()) == albedo.end();
+    if (albedo.empty() || !ascend || albedo.front() < 0 || albedo.back() > 1)
+        throw InputError(file.path + ": grid 'series_phi_0': metadata '" + schema::series_albedo +
+                         "' = " + printable(get_text(first, schema::series_albedo, "nothing")) +
+                         ": expected ascending numbers in [0, 1]: run p1solve --series again");
+    if (series.table.size() != albedo.size() * series.basis.size())
+        throw InputError(file.path + ": the series' table of " + std::to_string(series.table.size()) +
+                         " numbers does not fit its " + std::to_string(series.basis.size()) + " grids and " +
+                         std::to_string(albedo.size()) + " albedos: run p1solve --series again");
+    return series;
 }
 
 /// Strength of each channel's light relative to channel `c0`: one factor for all lights and the sky.
@@ -117,9 +137,9 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
     set_text(first, schema::lit_by, lights_text(lights));
     write_sky(first, scatter.sky);
     write_periodic(first, scatter.periodic);
-    set_text(first, schema::series_albedo, text_of(series.albedo));
-    set_text(first, schema::series_table, text_of(series.table));
-    set_text(first, schema::series_map, text_of(series.map));
+    set_numbers(first, schema::series_albedo, series.albedo);
+    set_numbers(first, schema::series_table, series.table);
+    set_numbers(first, schema::series_map, series.map);
     set_vector(first, schema::series_scale, scale);
     return grids;
 }
@@ -132,39 +152,25 @@ bool has_series(const GridFile& file, const Sources& sources, const Medium& medi
     const auto close = [](double a, double b) { return std::abs(a - b) <= 1e-9 * std::abs(a); };
     return close(theirs.sigma_t_per_density[0], medium.sigma_t_per_density[0]) && medium.grey() &&
            theirs.phase == medium.phase && changed_source(*first, sources).empty() &&
-           get_text(*first, schema::lit_by, "") == lights_text(lights);
+           has_meta(*first, schema::lit_by) && !other_lights(*first, lights);
 }
 
 CollidedLight relight(const GridFile& file, const FloatGrid& density, const Vec3SGrid* emission, const Medium& medium,
                       const std::vector<Light>& lights, ScatterOptions options, ScatterReport& report)
 {
-    std::vector<FloatGridPtr> basis;
-    for (size_t k = 0;; ++k) {
-        const auto grid = find_grid(file, schema::series_phi_name(k));
-        const auto phi = grid ? openvdb::gridPtrCast<FloatGrid>(grid) : nullptr;
-        if (!phi) break;
-        basis.push_back(phi);
-    }
-    if (basis.empty())
-        throw InputError(file.path + ": no grid 'series_phi_0': expected the output of p1solve --series");
-    const MetaMap& first = *basis[0];
-    const auto albedo = numbers_of(get_text(first, schema::series_albedo, "")),
-               table = numbers_of(get_text(first, schema::series_table, ""));
-    if (table.size() != albedo.size() * basis.size())
-        throw InputError(file.path + ": the series' table of " + std::to_string(table.size()) +
-                         " numbers does not fit its " + std::to_string(basis.size()) + " grids");
-    const Vec3d scale = get_vector(first, schema::series_scale, Vec3d(1.0));
+    const Series series = read_series(file);
+    const MetaMap& first = *series.basis[0];
     options.delta = read_delta_scaling(first, medium.phase).delta_f > 0;
     options.sky = read_sky(first).value_or(Sky::constant(Vec3d(0.0)));
     options.periodic = read_periodic(first);
     const auto fluence = [&](const VoxelIndex& index, int channel) {
-        const auto c = series_coefficients(albedo, table, medium.albedo[channel]);
+        const auto c = series_coefficients(series.albedo, series.table, medium.albedo[channel]);
         std::vector<double> sum;
-        for (size_t k = 0; k < basis.size(); ++k) {
-            const auto values = index.gather(*basis[k]);
+        for (size_t k = 0; k < series.basis.size(); ++k) {
+            const auto values = index.gather(*series.basis[k]);
             sum.resize(values.size(), 0.0);
             for (size_t slot = 0; slot < values.size(); ++slot)
-                sum[slot] += scale[channel] * c[k] * double(values[slot]);
+                sum[slot] += series.scale[channel] * c[k] * double(values[slot]);
         }
         return sum;
     };

@@ -4,6 +4,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/metadata.h"
+#include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/scene/light_kinds.h"
 
@@ -37,6 +38,29 @@ template<typename T>
     std::ostringstream sentence;
     sentence << "light '" << printable(light) << "': " << what << " " << value << ": expected " << expected;
     throw InputError(sentence.str());
+}
+
+constexpr const char* between = "; ";
+
+std::string sorted_list(std::vector<std::string> texts)
+{
+    std::sort(texts.begin(), texts.end());
+    std::string list;
+    for (const std::string& text : texts) list += (list.empty() ? "" : between) + text;
+    return list;
+}
+
+std::string text_of(const Light& light)
+{
+    std::ostringstream text;
+    text.precision(12);
+    const Vec3d &at = light.place(), &strength = light.strength();
+    text << light.name << ' ' << light.kind().preposition << ' ' << at[0] << ',' << at[1] << ',' << at[2] << " of "
+         << strength[0] << ',' << strength[1] << ',' << strength[2];
+    for (size_t p = 1; p < light.parameters().size(); ++p)
+        if (const double value = light.parameters()[p][0]; value != 0)
+            text << ' ' << light.kind().parameters[p].name << ' ' << value;
+    return text.str();
 }
 
 void check_name(const std::string& name)
@@ -122,18 +146,23 @@ bool same_place(const Light& a, const Light& b)
 
 std::string lights_text(const std::vector<Light>& lights)
 {
-    std::ostringstream text;
-    text.precision(12);
-    for (const Light& light : lights) {
-        const Vec3d &at = light.place(), &strength = light.strength();
-        if (text.tellp() > 0) text << "; ";
-        text << light.name << ' ' << light.kind().preposition << ' ' << at[0] << ',' << at[1] << ',' << at[2] << " of "
-             << strength[0] << ',' << strength[1] << ',' << strength[2];
-        for (size_t p = 1; p < light.parameters().size(); ++p)
-            if (const double value = light.parameters()[p][0]; value != 0)
-                text << ' ' << light.kind().parameters[p].name << ' ' << value;
+    std::vector<std::string> texts;
+    for (const Light& light : lights) texts.push_back(text_of(light));
+    return sorted_list(std::move(texts));
+}
+
+std::optional<std::string> other_lights(const MetaMap& solution, const std::vector<Light>& lights)
+{
+    if (!has_meta(solution, schema::lit_by)) return std::nullopt;
+    const std::string theirs = get_text(solution, schema::lit_by, "");
+    std::vector<std::string> texts;  // of a file whose order is another
+    for (size_t from = 0; from < theirs.size();) {
+        const size_t end = std::min(theirs.find(between, from), theirs.size());
+        texts.push_back(theirs.substr(from, end - from));
+        from = end + std::string(between).size();
     }
-    return text.str();
+    if (sorted_list(std::move(texts)) == lights_text(lights)) return std::nullopt;
+    return theirs;
 }
 
 Vec3d brightest_sun(const std::vector<Light>& lights)
@@ -185,6 +214,7 @@ std::vector<Light> lights_of(const GridFile& file)
     std::vector<Light> lights;
     for (const auto& grid : file.grids)
         if (const auto light = read_light(*grid, grid->getName())) lights.push_back(*light);
+    std::sort(lights.begin(), lights.end(), [](const Light& a, const Light& b) { return a.name < b.name; });
     return lights;
 }
 

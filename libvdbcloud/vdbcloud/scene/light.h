@@ -150,8 +150,13 @@ Light make_lamp(const Vec3d& position, const Vec3d& intensity = Vec3d(1, 1, 1), 
 bool same_place(const Light&, const Light&);
 
 /// "sun towards 0,1,0 of 1,1,1 diameter 5; lamp at 1,2,3 of 4,4,4", with 12 digits: which lights a solution belongs to.
-/// Parameters beside the strength are named where they are not 0.
+/// Parameters beside the strength are named where they are not 0. Sorted: lights are a set, and neither the order of
+/// options nor that of grids in a file, which other programs change, has a meaning.
 std::string lights_text(const std::vector<Light>&);
+
+/// The lights of a solution by its metadata, as lights_text() has it, where they are other lights than these; nothing
+/// where they are the same, or the metadata names none.
+std::optional<std::string> other_lights(const MetaMap& solution, const std::vector<Light>&);
 
 /// Per channel the largest irradiance among lights at infinity; 0 without any.
 Vec3d brightest_sun(const std::vector<Light>&);
@@ -167,7 +172,7 @@ void write_light(MetaMap&, const Light&);
 /// of ours. Throws InputError as Light's constructor, or where the kind is unknown or the place is missing.
 std::optional<Light> read_light(const MetaMap&, const std::string& grid_name);
 
-/// Every light described by the transmittance grids of a file, in file order.
+/// Every light described by the transmittance grids of a file, sorted by name.
 std::vector<Light> lights_of(const GridFile&);
 
 }  // namespace vdbcloud

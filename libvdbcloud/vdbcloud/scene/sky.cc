@@ -113,8 +113,8 @@ std::optional<Sky> read_sky(const MetaMap& from)
     sky.ground = get_vector(from, schema::lit_sky_ground, sky.zenith);
     sky.haze = get_number(from, schema::lit_sky_haze, sky.haze);
     sky.up = get_vector(from, schema::lit_sky_up, sky.up);
-    if (sky.dark()) return std::nullopt;
     check(sky);
+    if (sky.dark()) return std::nullopt;
     sky.up.normalize();
     return sky;
 }
