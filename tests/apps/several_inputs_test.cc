@@ -226,8 +226,8 @@ TEST_F(SeveralInputs, LightsOfAllInputsAreKeptAndOneNameIsOneLight)
         const GridFile both = read_grid_file(path("both.vdb"));
         const auto lights = lights_of(both);
         ASSERT_EQ(lights.size(), 2u) << name;
-        EXPECT_EQ(lights[0].name, "sun");
-        EXPECT_EQ(lights[1].name, "lamp");
+        EXPECT_EQ(lights[0].name, "lamp");
+        EXPECT_EQ(lights[1].name, "sun");
         const auto density = openvdb::gridPtrCast<FloatGrid>(find_grid(both, "density"));
         for (const Light& light : lights) {
             const auto grid = find_grid(both, transmittance_name(light));

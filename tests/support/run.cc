@@ -43,10 +43,12 @@ struct Pipe {
 {
     for (int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) ::signal(signal, SIG_DFL);
     if (options.ignore_sigpipe) ::signal(SIGPIPE, SIG_IGN);
+#if !defined(__SANITIZE_ADDRESS__)  // AddressSanitizer reserves terabytes of address space
     if (options.memory) {
         const rlimit limit = {options.memory, options.memory};
         ::setrlimit(RLIMIT_AS, &limit);
     }
+#endif
     for (const std::string& entry : options.environment) {
         const size_t equals = entry.find('=');
         if (equals == std::string::npos)
