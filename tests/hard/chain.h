@@ -1,0 +1,74 @@
+#pragma once
+// A world through the programs, and what comes out.
+#include "hard/body.h"
+#include "hard/world.h"
+
+#include <nlohmann/json.hpp>
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace vdbcloud::test {
+
+struct Picture {
+    int width = 0, height = 0;
+    std::vector<std::string> channels;
+    std::vector<float> values;  ///< channel fastest, then x
+
+    float at(int x, int y, size_t channel) const
+    {
+        return values[(size_t(y) * size_t(width) + size_t(x)) * channels.size() + channel];
+    }
+    /// All values of a channel; none if there is no such channel.
+    std::vector<float> layer(const std::string& channel) const;
+};
+
+/// What a world gives.
+struct Seen {
+    std::string failure;      ///< the program that did not end with status 0, and its words; empty: all did
+    bool over_limit = false;  ///< of time or memory
+    std::map<std::string, GridBasePtr> grids;
+    Picture picture;
+    nlohmann::json channels;        ///< of p1solve's report
+    double seconds = 0, bytes = 0;  ///< of the most expensive program
+};
+
+Picture read_picture(const std::string& path);
+
+/// A folder with the programs' files for one run at a time.
+class Chain {
+public:
+    Chain(Programs& programs, const std::string& folder) : programs_(programs), folder_(folder) {}
+
+    /// The world under a change.
+    Seen run(const World&, const Change& = {});
+    /// The lines of `world.commands`.
+    Seen run_commands(const World&);
+    /// One program on the inputs that run() wrote last.
+    Seen run_render(const World&, const Words& options);
+
+    double seconds() const { return programs_.seconds(); }
+    void set_threads(int threads) { threads_ = threads; }
+    const std::string& folder() const { return folder_; }
+
+    /// Options of the lights under a change, for each program.
+    static Words lights(const World&, const Change&);
+
+    /// The programs with their options that worlds gave them: "program --option".
+    const std::map<std::string, int>& reached() const { return reached_; }
+
+private:
+    bool step(Seen&, const std::string& name, const Words& arguments);
+    Words camera(const World&, const Change&) const;
+    Words write_inputs(const World&, const Change&);
+
+    Programs& programs_;
+    std::string folder_;
+    int threads_ = 1;
+    Words inputs_;
+    std::vector<Vec3d> box_;  ///< corners of the bodies [world]
+    std::map<std::string, int> reached_;
+};
+
+}  // namespace vdbcloud::test

@@ -1,0 +1,157 @@
+// The suite of hard cases at the size of a change, and the suite itself.
+#include "hard/suite.h"
+
+#include <gtest/gtest.h>
+
+#include "support/size.h"
+
+namespace vdbcloud::test {
+namespace {
+
+class Hard : public testing::Test {
+protected:
+    /// Expects that every row passes, and shows those that do not.
+    void expect_pass()
+    {
+        std::vector<Row> bad;
+        for (const Row& row : suite.rows())
+            if (!row.passes()) bad.push_back(row);
+        if (bad.empty()) return;
+        ADD_FAILURE() << table(bad);
+        for (const Failure& failure : suite.failures())
+            ADD_FAILURE() << failure.invariant << " " << failure.value << ", limit " << failure.limit << ": "
+                          << failure.where << "\n"
+                          << failure.world;
+    }
+
+    Programs programs;
+    Scratch scratch;
+    Suite suite{programs, scratch.path()};
+};
+
+TEST_F(Hard, CasesHold)
+{
+    for (const World& world : read_worlds(VDBCLOUD_HARD "/cases.txt")) suite.run_case(world);
+    EXPECT_GE(suite.rows().size(), 100u);
+    expect_pass();
+}
+
+// `make -C tests hard SIZE=full` runs 10000.
+TEST_F(Hard, RandomWorldsHold)
+{
+    for (uint64_t seed = 1; seed <= 60; ++seed) suite.run_random(seed);
+    expect_pass();
+}
+
+// A program that is started once gives what it gives when it is started anew.
+TEST_F(Hard, ProgramsStartedOnceWriteTheFilesOfProgramsStartedAnew)
+{
+    const Words options{"--size", "8", "--seed", "3", "-q", "--threads", "1", "-o"};
+    Words once = options, anew = options;
+    once.push_back("once.vdb");
+    anew.push_back(scratch / "anew.vdb");
+    anew.insert(anew.begin(), program("fractalgen"));
+    EXPECT_EQ(programs.run("fractalgen", once, scratch.path()).status, 0);
+    EXPECT_EQ(programs.run("fractalgen", once, scratch.path()).status, 0);
+    EXPECT_EQ(run(anew).status, 0);
+    const std::string bytes = read_text(scratch / "once.vdb");
+    EXPECT_GT(bytes.size(), 1000u);
+    EXPECT_TRUE(bytes == read_text(scratch / "anew.vdb"));
+    EXPECT_EQ(programs.run("fractalgen", {"--no-such-option"}, scratch.path()).status, 2);
+}
+
+TEST_F(Hard, ARunEndsAtItsLimits)
+{
+    Programs brief({1, 2147483648.0}), small({20, 300e6});
+    const Words large{"--size", "400", "--threads", "1", "-q", "-o", "large.vdb"};
+    EXPECT_EQ(small.run("fractalgen", large, scratch.path()).status, 1);
+    EXPECT_EQ(brief.run("fractalgen", {"--size", "8", "-q", "-o", "small.vdb"}, scratch.path()).status, 0);
+    const Words slow{"small.vdb", "--extinction", "100", "--integrator", "path", "--samples",
+                     "1000000",   "--threads",    "1",   "-q",           "-o",   "slow.exr"};
+    EXPECT_EQ(brief.run("render", slow, scratch.path()).status, 128 + 24);  // SIGXCPU
+}
+
+World small_world()
+{
+    World world;
+    world.name = "small";
+    world.bodies = {"noise n=5,4,3 seed=2"};
+    world.medium = "--extinction 1 --albedo 0.9";
+    world.lights = {WorldLight()};
+    world.lights[0].at = Vec3d(0.3, 1, 0.2);
+    world.solve = "--reentry-rays 0";
+    world.view = "--resolution 3";
+    return world;
+}
+
+// The suite must notice what it is for: two worlds that are not twins differ.
+TEST_F(Hard, DifferenceSeesAnotherSunAndAnotherDensity)
+{
+    Chain chain(programs, scratch.path());
+    const World world = small_world();
+    const Seen seen = chain.run(world);
+    ASSERT_EQ(seen.failure, "");
+    EXPECT_EQ(difference(seen, seen, {}, 1).worst, 0);
+    World other = world;
+    other.lights[0].at[0] = 0.31;
+    EXPECT_GT(difference(seen, chain.run(other), {}, 1).worst, 1e-3);
+    other = world;
+    other.bodies[0] += " times=1.01";
+    EXPECT_GT(difference(seen, chain.run(other), {}, 1).worst, 1e-3);
+    other = world;
+    other.medium = "--extinction 1 --albedo 0.9 --g 0.1";
+    EXPECT_GT(difference(seen, chain.run(other), {}, 1).worst, 1e-3);
+    Change mirror;  // of the index axis alone: another body
+    mirror.sign[0] = -1;
+    EXPECT_LT(difference(seen, chain.run(world, mirror), mirror, 1).worst, 1e-5);
+    EXPECT_GT(difference(seen, chain.run(world, mirror), {}, 1).worst, 0.0);
+}
+
+TEST_F(Hard, AFailureIsMadeSmaller)
+{
+    World world = small_world();
+    world.name = "seed-0";
+    world.lights.push_back(world.lights[0]);
+    world.origin = Vec3d(3, 4, 5);
+    world.holds = {{"finite", -1.0}, {"bounds", 1}};
+    suite.run_case(world);
+    ASSERT_EQ(suite.failures().size(), 1u);
+    const World small = suite.smallest(world, "finite", "");
+    EXPECT_EQ(small.lights.size(), 1u);
+    EXPECT_EQ(small.origin, Vec3d(0));
+    EXPECT_EQ(small.stages, "p1solve");
+    EXPECT_EQ(small.holds.size(), 1u);
+}
+
+TEST(HardRecords, AreReadAsTheyAreWritten)
+{
+    for (const uint64_t seed : {1, 2, 3, 40, 500, 6000}) {
+        const World world = random_world(seed);
+        const Scratch scratch;
+        write_text(scratch / "one.txt", "# a comment\n\n" + world.text() + "\n");
+        const auto read = read_worlds(scratch / "one.txt");
+        ASSERT_EQ(read.size(), 1u);
+        EXPECT_EQ(read[0].text(), world.text());
+    }
+    EXPECT_NE(random_world(1).text(), random_world(2).text());
+}
+
+TEST(HardRows, OfSeveralRangesAddUp)
+{
+    const Row a{"random worlds", "finite", 1e-3, 2e-3, 10, 1, "seed-1: x", ""},
+        b{"random worlds", "finite", 4e-3, 2e-3, 5, 2, "seed-9: y", ""};
+    std::vector<Row> rows = rows_of_csv(csv({a}));
+    ASSERT_EQ(rows.size(), 1u);
+    for (const Row& row : rows_of_csv(csv({b, {"case", "lights", 0, 1, 1, 0, "", "a reason"}}))) add_row(rows, row);
+    ASSERT_EQ(rows.size(), 2u);
+    EXPECT_EQ(rows[0].worlds, 15);
+    EXPECT_EQ(rows[0].failed, 3);
+    EXPECT_EQ(rows[0].worst, 4e-3);
+    EXPECT_EQ(rows[0].where, "seed-9: y");
+    EXPECT_FALSE(rows[0].passes());
+    EXPECT_EQ(rows[1].known, "a reason");
+    EXPECT_FALSE(rows[1].passes()) << "a known failure that passes is red";
+}
+
+}  // namespace
+}  // namespace vdbcloud::test

@@ -1,0 +1,79 @@
+#include "hard/programs.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <sstream>
+#include <stdexcept>
+
+namespace vdbcloud::test {
+
+/// A program that waits for requests.
+struct Programs::Started {
+    pid_t process = -1;
+    int requests = -1, answers = -1;
+
+    explicit Started(const std::string& path)
+    {
+        int in[2], out[2];
+        if (::pipe2(in, O_CLOEXEC) != 0 || ::pipe2(out, O_CLOEXEC) != 0) throw std::runtime_error("pipe");
+        process = ::fork();
+        if (process == 0) {
+            ::dup2(in[0], 0);
+            ::dup2(out[1], 1);
+            ::setenv("LD_PRELOAD", VDBCLOUD_START_ONCE, 1);
+            ::execl(path.c_str(), path.c_str(), nullptr);
+            ::_exit(127);
+        }
+        ::close(in[0]);
+        ::close(out[1]);
+        requests = in[1];
+        answers = out[0];
+    }
+    ~Started()
+    {
+        ::close(requests);
+        ::close(answers);
+        ::kill(process, SIGKILL);  // at its end it would wait for threads of libraries
+        ::waitpid(process, nullptr, 0);
+    }
+    Started(const Started&) = delete;
+    Started& operator=(const Started&) = delete;
+};
+
+Words split(const std::string& text)
+{
+    std::istringstream in(text);
+    Words words;
+    for (std::string word; in >> word;) words.push_back(word);
+    return words;
+}
+
+Programs::Programs(const Limits& limits) : limits_(limits) { ::signal(SIGPIPE, SIG_IGN); }
+Programs::~Programs() = default;
+
+Answer Programs::run(const std::string& name, const Words& arguments, const std::string& folder)
+{
+    std::unique_ptr<Started>& server = started_[name];
+    if (!server) server = std::make_unique<Started>(program(name));
+    std::string text;
+    for (const std::string& word :
+         {folder, std::to_string(long(limits_.seconds)), std::to_string(long(limits_.bytes)), name})
+        text.append(word.c_str(), word.size() + 1);
+    for (const std::string& word : arguments) text.append(word.c_str(), word.size() + 1);
+    const uint32_t size = uint32_t(text.size());
+    Answer answer;
+    if (::write(server->requests, &size, sizeof size) != sizeof size ||
+        ::write(server->requests, text.data(), size) != ssize_t(size) ||
+        ::read(server->answers, &answer, sizeof answer) != sizeof answer)
+        throw std::runtime_error(name + ": cannot be started with start_once preloaded");
+    seconds_ += answer.seconds;
+    ++runs_;
+    return answer;
+}
+
+}  // namespace vdbcloud::test
