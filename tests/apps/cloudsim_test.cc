@@ -202,6 +202,56 @@ TEST(Cloudsim, DryRunPlansAndWritesNothing)
     EXPECT_NE(paper.err.find("saturation = height"), std::string::npos);
 }
 
+TEST(Cloudsim, DryRunCountsTheStepsThatLimitsNeed)
+{
+    const Scratch scratch;
+    // Options, and the steps of two minutes by frames of half a minute: from what limits a step, not from the speed.
+    const struct {
+        Words words;
+        double least, most;
+    } cases[] = {
+        // Relaxation as fast as a millisecond limits nothing.
+        {{"--sponge", "900", "--sides", "open", "--side-relaxation", "0.001s", "--wind-relaxation", "0.001s"}, 4, 40},
+        {{"--dt", "0.5"}, 240, 240},
+        {{"--huge-dt", "--flux-until", "95s"}, 5, 5},
+        // 3 k (2 / 512^2 + 1 / 480^2) a second, and what the wind adds.
+        {{"--viscosity", "40000"}, 120 * 3 * 4e4 * (2 / (512. * 512) + 1 / (480. * 480)), 1e9},
+        {{"--diffusivity", "40000"}, 120 * 3 * 4e4 * (2 / (512. * 512) + 1 / (480. * 480)), 1e9},
+        // 600 m/s along both axes with a Courant number of 0.5 in cells of 512 m.
+        {{"--wind", "300,300"}, 120 / (0.5 * 512 / 600), 1e9},
+    };
+    for (const auto& c : cases) {
+        Words words{
+            program("cloudsim"), "--cells", "8", "--minutes", "2", "--every", "30s", "--json", "-", "--quiet", "-o",
+            scratch / "f%d.vdb"};
+        words.insert(words.end(), c.words.begin(), c.words.end());
+        words.emplace_back("--dry-run");
+        const RunResult plan = run(words);
+        words.pop_back();
+        const RunResult real = run(words);
+        ASSERT_EQ(plan.status + real.status, 0) << c.words[0] << plan.err << real.err;
+        const double said = nlohmann::json::parse(plan.out)["estimate"]["steps"];
+        const double taken = nlohmann::json::parse(real.out)["counts"]["steps"];
+        EXPECT_GE(taken, c.least * 0.99) << c.words[0];
+        EXPECT_LE(taken, c.most) << c.words[0];
+        EXPECT_LE(said / taken, c.most > 100 ? 1.5 : 10) << c.words[0] << ": said " << said << ", taken " << taken;
+        EXPECT_GE(said / taken, c.most > 100 ? 1 / 1.5 : 0.1) << c.words[0] << ": said " << said << ", taken " << taken;
+    }
+}
+
+TEST(Cloudsim, WarnsOfWindAboveMachAThird)
+{
+    const Scratch scratch;
+    const auto warned = [&](const std::string& wind) {
+        const RunResult r = run({program("cloudsim"), "--cells", "6", "--moisture", "off", "--minutes", "0", "--wind",
+                                 wind, "-o", scratch / "f.vdb"});
+        EXPECT_EQ(r.status, 0) << r.err;
+        return r.err.find("neglect compression, which matters above Mach 0.3") != std::string::npos;
+    };
+    EXPECT_TRUE(warned("150,0"));
+    EXPECT_FALSE(warned("80,0"));
+}
+
 TEST(Cloudsim, StrictEndsWithStatusThreeWhenAnInvariantBreaks)
 {
     const Scratch scratch;

@@ -184,6 +184,12 @@ void Model<T>::advance_velocity(int axis, const Stage& stage, double dt)
     const Relaxation& relaxation = variable.relaxation;
     const TimedStage timed{stage, int(stages(parameters_.time_scheme).size()), dt, air_.friction_time};
     const ColumnWeights columns(relaxation, timed);
+    std::vector<MomentumStage> levels;  // with the integrating factor of friction, and the return to the environment
+    for (int k = 0; k < air_.lattice.n[2]; ++k) {
+        const double rate = relaxation.level_rate(k), env = relaxation.none() ? 0 : relaxation.environment[size_t(k)];
+        const StageWeights w = weights_of(timed, rate);
+        levels.push_back({w.x0, w.x1, w.x, w.tendency, w.rest * rest_of(rate, env, air_.friction_time)});
+    }
     LevelMeans means;
     if (relaxation.mean > 0)
         means = {level_means(air_.lattice, variable.a[0]),
@@ -222,16 +228,13 @@ void Model<T>::advance_velocity(int axis, const Stage& stage, double dt)
         for (const auto& term : variable.stiff) term(stage.in, j, k, tendency);
         const StageRows<T> row{variable.a[size_t(stage.out)].row(j, k), variable.a[0].row(j, k),
                                variable.a[size_t(stage.x1)].row(j, k), q.row(j, k), tendency};
-        // The integrating factor of friction, and the return to the environment.
-        const double rate = relaxation.level_rate(k), env = relaxation.none() ? 0 : relaxation.environment[size_t(k)];
-        const StageWeights w = weights_of(timed, rate);
-        const MomentumStage s{w.x0, w.x1, w.x, w.tendency, w.rest * rest_of(rate, env, air_.friction_time)};
+        const MomentumStage& s = levels[size_t(k)];
         if (columns.none()) return momentum_stage(row, s, width);
-        std::vector<T> kept(static_cast<size_t>(width));  // `out` may be an input
-        columns.row(j, k, row, kept.data(), width);
+        T kept[4097];  // `out` may be an input
+        columns.row(j, k, row, kept, width);
         momentum_stage(row, s, width);
         for (int i = 0; i < width; ++i)
-            if (columns.acts(size_t(j) * size_t(width) + size_t(i))) row.out[i] = kept[size_t(i)];
+            if (columns.acts(size_t(j) * size_t(width) + size_t(i))) row.out[i] = kept[i];
     };
     for_flux_rows<T>({width, rows, vertical ? 1 : 0, air_.lattice.n[2], !air_.lattice.flat(0), !air_.lattice.flat(1),
                       !air_.lattice.flat(2)},

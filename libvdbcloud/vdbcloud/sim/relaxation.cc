@@ -2,6 +2,7 @@
 
 #include "vdbcloud/sim/model.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace vdbcloud::sim {
@@ -53,11 +54,22 @@ StageWeights weights_of(const TimedStage& timed, double rate)
             rest + tendency * split.mild};
 }
 
-ColumnFactors::ColumnFactors(const Relaxation& relaxation, const Stage& stage, double dt) : rate(relaxation.column)
+void Relaxation::set_columns(const std::vector<double>& each)
+{
+    rates = each;
+    rates.push_back(0);
+    std::sort(rates.begin(), rates.end());
+    rates.erase(std::unique(rates.begin(), rates.end()), rates.end());
+    column.clear();
+    for (const double rate : each)
+        column.push_back(uint16_t(std::lower_bound(rates.begin(), rates.end(), rate) - rates.begin()));
+}
+
+ColumnFactors::ColumnFactors(const Relaxation& relaxation, const Stage& stage, double dt) : column(relaxation.column)
 {
     const auto factors = [&](double from) {
         std::vector<double> list;
-        for (const double r : rate) list.push_back(std::exp(-(stage.time_out - from) * dt * r));
+        for (const double rate : relaxation.rates) list.push_back(std::exp(-(stage.time_out - from) * dt * rate));
         return list;
     };
     x0 = factors(0), x1 = factors(stage.time_x1), x = factors(stage.time_in);
@@ -69,9 +81,9 @@ double add_return(const StageWeights& plain, const ColumnFactors& factors, size_
 {
     double sum = 0;
     for (int i = 0; i < n; ++i) {
-        const size_t c = first + size_t(i);
-        if (factors.rate[c] == 0) continue;
-        const double e0 = factors.x0[c], e1 = factors.x1[c], ex = factors.x[c];
+        const size_t index = factors.column[first + size_t(i)];
+        if (index == 0) continue;
+        const double e0 = factors.x0[index], e1 = factors.x1[index], ex = factors.x[index];
         const double rest = 1 - (plain.x0 * e0 + plain.x1 * e1 + plain.x * ex);
         const double base = double(r.x0[i]), rate = double(tendency[i]);
         const double change = plain.x1 * (e1 - 1) * (double(r.x1[i]) - base) +
@@ -84,23 +96,27 @@ double add_return(const StageWeights& plain, const ColumnFactors& factors, size_
 }
 
 ColumnWeights::ColumnWeights(const Relaxation& relaxation, const TimedStage& stage)
-    : relaxation_(relaxation), stage_(stage)
+    : column_(relaxation.column), rates_(relaxation.rates.size())
 {
-    for (const double rate : relaxation.column) alone_.push_back(weights_of(stage, rate));
+    if (none()) return;
+    for (size_t k = 0; k < relaxation.environment.size(); ++k)
+        for (const double column : relaxation.rates) {
+            const double rate = relaxation.level_rate(int(k)) + column;
+            StageWeights w = weights_of(stage, rate);
+            w.rest *= rest_of(rate, relaxation.environment[k], stage.friction_time);
+            weights_.push_back(w);
+        }
 }
 
 template<typename T>
 void ColumnWeights::row(int j, int k, const StageRows<T>& r, T* out, int width) const
 {
-    const double level = relaxation_.level_rate(k), env = relaxation_.environment[size_t(k)];
-    for (int i = 0; i < width; ++i) {
-        const size_t c = size_t(j) * size_t(width) + size_t(i);
-        if (!acts(c)) continue;
-        const double rate = level + relaxation_.column[c];
-        const StageWeights w = level > 0 ? weights_of(stage_, rate) : alone_[c];
-        out[i] = T(w.value(double(r.x0[i]), double(r.x1[i]), double(r.x[i]), double(r.tendency[i]),
-                           rest_of(rate, env, stage_.friction_time)));
-    }
+    const uint16_t* column = &column_[size_t(j) * size_t(width)];
+    const StageWeights* weights = &weights_[size_t(k) * rates_];
+    for (int i = 0; i < width; ++i)
+        if (column[i] > 0)
+            out[i] =
+                T(weights[column[i]].value(double(r.x0[i]), double(r.x1[i]), double(r.x[i]), double(r.tendency[i]), 1));
 }
 
 template<typename T>

@@ -9,6 +9,7 @@
 #include "vdbcloud/sim/field.h"
 #include "vdbcloud/sim/rows.h"
 
+#include <cstdint>
 #include <vector>
 
 namespace vdbcloud::sim {
@@ -19,12 +20,15 @@ struct Stage;
 struct Relaxation {
     std::vector<double> environment;  ///< q_env of each level, in the units of the field
     std::vector<double> level;        ///< of each level; empty: 0
-    std::vector<double> column;       ///< of each column of the field, x fastest; empty: 0
+    std::vector<double> rates;        ///< that columns have; the first is 0
+    std::vector<uint16_t> column;     ///< for each column of the field, x fastest, the index of its rate; empty: 0
     double mean = 0;                  ///< of the mean over a level; what differs from the mean keeps its own rate
 
     bool none() const { return level.empty() && column.empty() && mean == 0; }
     double level_rate(int k) const { return level.empty() ? 0 : level[size_t(k)]; }
-    double column_rate(size_t c) const { return column.empty() ? 0 : column[c]; }
+    double column_rate(size_t c) const { return column.empty() ? 0 : rates[column[c]]; }
+    /// One rate for each column.
+    void set_columns(const std::vector<double>&);
 };
 
 /// A stage of a step of length dt [s] by a scheme of `stages` stages, with a drag -V/friction_time.
@@ -50,12 +54,13 @@ struct StageWeights {
 /// Of a velocity that returns at `rate`.
 StageWeights weights_of(const TimedStage&, double rate);
 
-/// Integrating factors of each column, from the times of x0, x1 and x to the time that the stage writes.
+/// Integrating factors of each rate of the columns, from the times of x0, x1 and x to the time that the stage writes.
 struct ColumnFactors {
     ColumnFactors(const Relaxation&, const Stage&, double dt);
-    bool none() const { return x.empty(); }
+    bool none() const { return column.empty(); }
 
-    std::vector<double> rate, x0, x1, x;
+    const std::vector<uint16_t>& column;  // of the relaxation, which has to outlive this
+    std::vector<double> x0, x1, x;
 };
 
 /// Adds to the tendencies of a row of a scalar what makes the values that the stage writes return as well. `plain`: the
@@ -68,17 +73,18 @@ double add_return(const StageWeights& plain, const ColumnFactors&, size_t first,
 class ColumnWeights {
 public:
     ColumnWeights(const Relaxation&, const TimedStage&);
-    bool none() const { return relaxation_.column.empty(); }
-    bool acts(size_t column) const { return relaxation_.column[column] > 0; }
+    bool none() const { return column_.empty(); }
+    bool acts(size_t column) const { return column_[column] > 0; }
     /// The values of row (j, k) where a column acts, `width` columns a row; other values of `out` stay. `out` may not
     /// be an input.
     template<typename T>
     void row(int j, int k, const StageRows<T>&, T* out, int width) const;
 
 private:
-    const Relaxation& relaxation_;
-    TimedStage stage_;
-    std::vector<StageWeights> alone_;  // where the level has no rate
+    const std::vector<uint16_t>& column_;
+    size_t rates_;
+    // By level and rate; `rest` times the value at rest.
+    std::vector<StageWeights> weights_;
 };
 
 /// Means over the cells of each level.

@@ -28,12 +28,13 @@ void relax(Air<T>& air, Variable<T>& v)
     const Parameters& p = air.parameters;
     const double shift_x = v.place == Place::FaceX ? 0 : 0.5, shift_y = v.place == Place::FaceY ? 0 : 0.5;
     const int width = air.width(v), rows = air.rows(v);
-    std::vector<double>& rate = air.relax(v).column;
+    std::vector<double> rate;
     for (int j = 0; j < rows; ++j)
         for (int i = 0; i < width; ++i)
             rate.push_back(std::max(weight(air.lattice, p.side_cells, 0, i + shift_x),
                                     weight(air.lattice, p.side_cells, 1, j + shift_y)) /
                            p.side_relaxation);
+    air.relax(v).set_columns(rate);
 }
 
 template<typename T>
