@@ -5,7 +5,8 @@
 namespace vdbcloud {
 
 /// The camera of --camera, --look-at, --direction and --ortho-width. Values that are not given come from framing the
-/// scene, or a unit box for an empty scene.
-Camera chosen_camera(const RenderOptions&, const LoadedScene&, const ImageSize&);
+/// scene, or a unit box for an empty scene. Without --camera it stands before all that rays can see, the thinnest
+/// matter too. Says if matter is behind it.
+Camera chosen_camera(app::App&, const RenderOptions&, const LoadedScene&, const ImageSize&);
 
 }  // namespace vdbcloud

@@ -58,7 +58,7 @@ void render(app::App& app, RenderOptions& o)
         app.warnings()(
             "the picture shows the sky asked for, and another sky lit the medium: for one sky run p1solve with it");
     app::tell_darkness(app, loaded.scene.lights, glows(loaded.scene));
-    const CameraView view(chosen_camera(o, loaded, size), size);
+    const CameraView view(chosen_camera(app, o, loaded, size), size);
     report_picture(app, o, loaded, view);
     if (const std::string accuracy = accuracy_of_light(loaded.scene); !accuracy.empty())
         app.say("accuracy of the light: " + accuracy);

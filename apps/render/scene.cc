@@ -211,7 +211,11 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
     for (GridFile& file : files) {
         if (!traces_paths(o)) app::of_file(file.path, [&] { require_same_period(file, out.scene.periodic); });
         out.scene.volumes.push_back(app::of_file(file.path, [&] { return volume_of(app, file, o); }));
-        const auto corners = occupied_corners(*out.scene.volumes.back().density);
+        auto corners = occupied_corners(*out.scene.volumes.back().density);
+        if (const auto& emission = out.scene.volumes.back().emission) {
+            const auto of_emission = occupied_corners(*emission);
+            corners.insert(corners.end(), of_emission.begin(), of_emission.end());
+        }
         if (corners.empty()) app.say(file.path + ": the density is empty and adds nothing to the picture");
         out.corners.insert(out.corners.end(), corners.begin(), corners.end());
         const std::string history = get_text(*file.metadata, schema::history, "");

@@ -53,6 +53,24 @@ TEST(OccupiedCorners, FollowARotation)
     EXPECT_NEAR(std::abs(centre[1]), 10, 1e-12);
 }
 
+TEST(InterpolantCorners, ReachOneVoxelBeyondTheThinnestMatter)
+{
+    auto grid = openvdb::FloatGrid::create(0.0f);
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(0.5));
+    grid->tree().setValueOn(Coord(3, 4, 5), 1.0f);
+    grid->tree().setValueOn(Coord(90, 4, 5), 1e-9f);
+    grid->tree().setValueOn(Coord(200, 4, 5), 0.0f);
+    const auto box = box_of(interpolant_corners(*grid));
+    EXPECT_EQ(box.min(), Vec3d(1, 1.5, 2));
+    EXPECT_EQ(box.max(), Vec3d(45.5, 2.5, 3));
+    auto glow = openvdb::Vec3SGrid::create(openvdb::Vec3f(0.0f));
+    glow->tree().setValueOn(Coord(0, 0, 0), openvdb::Vec3f(0, 0, 1e-9f));
+    glow->tree().setValueOn(Coord(9, 0, 0), openvdb::Vec3f(0, 1, 0));
+    EXPECT_EQ(box_of(interpolant_corners(*glow)).max(), Vec3d(10, 1, 1));
+    EXPECT_EQ(box_of(interpolant_corners(*glow)).min(), Vec3d(-1, -1, -1));
+    EXPECT_EQ(box_of(occupied_corners(*glow)).min(), Vec3d(8.5, -0.5, -0.5));
+}
+
 TEST(OccupiedCorners, AreEmptyIfNoValueIsAboveZero)
 {
     auto grid = openvdb::FloatGrid::create(0.0f);

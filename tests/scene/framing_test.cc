@@ -110,6 +110,58 @@ TEST_P(Framing, CentresALineAlongTheView)
 
 INSTANTIATE_TEST_SUITE_P(Both, Framing, testing::Values(Projection::Perspective, Projection::Orthographic));
 
+TEST_P(Framing, StandsBeforeAllThatRaysSee)
+{
+    // A small box in a veil that reaches 30 units towards the camera and 4 aside, in odd places.
+    const ImageSize size{64, 48, 1, {}};
+    for (const Placement& where : placements()) {
+        SeenExtent extent;
+        for (const Vec3d& p : box(Placement{})) extent.points.push_back(where.placed(p * Vec3d(4, 4, 20)));
+        FramingOptions options;
+        options.projection = GetParam();
+        options.up = where.turned(Vec3d(0, 1, 0));
+        options.direction = where.turned(Vec3d(0.1, -0.2, -1));
+        const Camera framed = frame_points(box(where), size, options);
+        const CameraView before(framed, size);
+        const double way = way_before(before, extent);
+        EXPECT_GT(way, 2 * where.scale);
+        const Camera camera = before_all(framed, size, extent);
+        const CameraView view(camera, size);
+        EXPECT_LT(way_before(view, extent), 1e-9 * way);
+        EXPECT_EQ(camera.look_at, framed.look_at);
+        EXPECT_LT(((framed.position - camera.position) - way * before.forward()).length(), 1e-9 * way);
+        double nearest = 1e300;
+        for (const Vec3d& p : extent.points) nearest = std::min(nearest, (p - camera.position).dot(view.forward()));
+        EXPECT_NEAR(nearest / way, 0, 1e-9) << "no further back than it must";
+        EXPECT_EQ(before_all(camera, size, {box(where), {}}).position, camera.position) << "stands before the box";
+        EXPECT_EQ(way_before(view, {}), 0);
+    }
+}
+
+TEST_P(Framing, StandsOutsideALayerThatRepeats)
+{
+    // A layer 0..1 along y that repeats along x and z, seen from below at a slope of 1 in 5.
+    const ImageSize size{64, 64, 1, {}};
+    SeenExtent layer;
+    for (int k = 0; k < 8; ++k) layer.points.push_back(Vec3d(k & 1 ? 3 : 0, k & 2 ? 1 : 0, k & 4 ? 3 : 0));
+    layer.repeats = {Vec3d(7, 0, 0), Vec3d(0, 0, -2)};
+    FramingOptions options;
+    options.projection = GetParam();
+    options.direction = Vec3d(0, 1, -5);
+    const Camera framed = frame_points(layer.points, size, options);
+    const Camera camera = before_all(framed, size, layer);
+    const CameraView view(camera, size);
+    double highest = -1e300;
+    for (const double x : {0.0, 64.0})
+        for (const double y : {0.0, 64.0}) highest = std::max(highest, view.ray(x, y).origin[1]);
+    EXPECT_NEAR(highest, std::min(0.0, CameraView(framed, size).ray(0, 0).origin[1]), 1e-9);
+    EXPECT_GT(way_before(CameraView(framed, size), layer), GetParam() == Projection::Orthographic ? 1 : -1);
+    options.direction = Vec3d(0, 0, -1);
+    const Camera level = frame_points(layer.points, size, options);
+    EXPECT_TRUE(std::isinf(way_before(CameraView(level, size), layer)));
+    EXPECT_EQ(before_all(level, size, layer).position, level.position);
+}
+
 TEST(DefaultView, IsNearlyLevelFromTheFrontForAnyUp)
 {
     const Vec3d y = default_view_direction(Vec3d(0, 1, 0));

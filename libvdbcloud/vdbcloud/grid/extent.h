@@ -1,5 +1,5 @@
 #pragma once
-// Extent of the visible part of a grid in world space, for framing a picture.
+// Extent of a grid in world space: of its visible part, for framing a picture, and of all that rays see.
 #include "vdbcloud/core/fwd.h"
 
 #include <vector>
@@ -12,5 +12,12 @@ namespace vdbcloud {
 /// voxel extends half its edge to each side of its centre. Empty if no value is above 0. Any transform.
 /// The threshold excludes fog too thin to see: a wide, thin veil would make the cloud small in the picture.
 std::vector<Vec3d> occupied_corners(const FloatGrid&, double fraction = 0.004);
+/// As above; the value of a vector is its greatest component.
+std::vector<Vec3d> occupied_corners(const Vec3SGrid&, double fraction = 0.004);
+
+/// Corners [world] of boxes outside which the trilinear interpolant is 0. The boxes reach one voxel beyond the centres
+/// of all active voxels whose value is above 0.
+std::vector<Vec3d> interpolant_corners(const FloatGrid&);
+std::vector<Vec3d> interpolant_corners(const Vec3SGrid&);
 
 }  // namespace vdbcloud

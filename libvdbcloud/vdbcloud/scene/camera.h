@@ -104,4 +104,20 @@ struct FramingOptions {
 /// Throws InputError if there is no point or one is not finite.
 Camera frame_points(const std::vector<Vec3d>& points, const ImageSize&, const FramingOptions& = {});
 
+/// What rays can see: all matter lies within the hull of `points` [world], and repeats along `repeats`, vectors of any
+/// length that are linearly independent. Framing may leave thin matter out, a ray may not.
+struct SeenExtent {
+    std::vector<Vec3d> points;
+    std::vector<Vec3d> repeats;
+};
+
+/// The way [world unit] that a camera has to go back against its view until all matter lies before it; 0 for one that
+/// stands there or if there is no matter. Before it: along the view, less the part of the view along which matter
+/// repeats. Infinity if the view has no other part.
+double way_before(const CameraView&, const SeenExtent&);
+
+/// A camera that stands before all matter: moved back by way_before(), where that is finite. It looks at the same
+/// point.
+Camera before_all(const Camera&, const ImageSize&, const SeenExtent&);
+
 }  // namespace vdbcloud

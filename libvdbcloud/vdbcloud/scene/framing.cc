@@ -119,4 +119,46 @@ Camera frame_points(const std::vector<Vec3d>& points, const ImageSize& size, con
     return camera;
 }
 
+namespace {
+
+/// `v` less its part in the space of `vectors`.
+Vec3d part_across(const Vec3d& v, const std::vector<Vec3d>& vectors)
+{
+    std::vector<Vec3d> basis;
+    const auto across = [&](Vec3d of) {
+        for (const Vec3d& b : basis) of -= of.dot(b) * b;
+        return of;
+    };
+    for (const Vec3d& vector : vectors) {
+        const Vec3d next = across(vector.unit());
+        if (next.length() > 1e-9) basis.push_back(next.unit());
+    }
+    return across(v);
+}
+
+}  // namespace
+
+double way_before(const CameraView& view, const SeenExtent& extent)
+{
+    if (extent.points.empty()) return 0;
+    const Vec3d across = part_across(view.forward(), extent.repeats);
+    const double square = across.dot(across);
+    if (square < 1e-12) return std::numeric_limits<double>::infinity();
+    double nearest = std::numeric_limits<double>::infinity(), start = -nearest;
+    for (const Vec3d& p : extent.points) nearest = std::min(nearest, p.dot(across));
+    for (const double x : {0.0, double(view.size().width)})
+        for (const double y : {0.0, double(view.size().height)})
+            start = std::max(start, view.ray(x, y).origin.dot(across));
+    return std::max(start - nearest, 0.0) / square;
+}
+
+Camera before_all(const Camera& camera, const ImageSize& size, const SeenExtent& extent)
+{
+    const CameraView view(camera, size);
+    const double way = way_before(view, extent);
+    Camera moved = camera;
+    if (std::isfinite(way)) moved.position -= way * view.forward();
+    return moved;
+}
+
 }  // namespace vdbcloud

@@ -18,13 +18,7 @@ constexpr double far = std::numeric_limits<double>::infinity();
 double lowest(const FloatGrid& density, const Vec3d& up)
 {
     double least = far;
-    for (const Vec3d& corner : occupied_corners(density, 0)) least = std::min(least, corner.dot(up));
-    // The corners are those of the voxels; the interpolant reaches half a voxel beyond.
-    const Vec3d origin = density.transform().indexToWorld(Vec3d(0));
-    for (int a = 0; a < 3; ++a) {
-        const Vec3d edge = density.transform().indexToWorld(Vec3d(a == 0, a == 1, a == 2)) - origin;
-        least -= 0.5 * std::abs(edge.dot(up));
-    }
+    for (const Vec3d& corner : interpolant_corners(density)) least = std::min(least, corner.dot(up));
     return least;
 }
 
