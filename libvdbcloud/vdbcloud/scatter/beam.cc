@@ -85,37 +85,52 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
     const double unit = p1.hbar() * p1.hbar();
     const bool forward = p1.mean_cosine() != 0;
 
-    std::vector<double> u(blocks.slots(), 0.0), upper(p1.exposed().size(), 0.0);
+    // U on lower faces and on exposed upper faces, and U - free.common(): where a medium is thin, what a cell loses is
+    // a difference that U keeps to few digits.
+    std::vector<double> u(blocks.slots(), 0.0), upper(p1.exposed().size(), 0.0), less(blocks.slots(), 0.0),
+        upper_less(p1.exposed().size(), 0.0);
     add_source_inside(p1, depths.light, channels);
     for (int a = 0; a < 3; ++a) {
         for (const auto& [source, strength] : channels)
             if (forward) source->through_faces(a);
+        const double common = free.common(a);
         each_active(blocks, [&](size_t slot) {
-            u[slot] = free(slot, a, 0) * std::exp(-extinction * double(depths.lower[a][slot]));
+            const double tau = extinction * double(depths.lower[a][slot]);
+            u[slot] = free(slot, a, 0) * std::exp(-tau);
+            less[slot] = common * std::expm1(-tau);
         });
+        // What is lost between faces of U `lower` and `upper`: the exacter of two differences.
+        const auto lost_between = [&](double lower, double lower_less, double above, double above_less) {
+            const bool thin =
+                common != 0 && std::max(std::abs(lower_less), std::abs(above_less)) < std::abs(common) / 2;
+            return thin ? lower_less - above_less : lower - above;
+        };
         double in = 0, out = 0;  // through exposed faces
         for (size_t k = 0; k < p1.exposed().size(); ++k) {
             const ExposedVoxel& voxel = p1.exposed()[k];
             for (int up = 0; up < 2; ++up) {
                 if (!(voxel.faces >> (2 * a + up) & 1)) continue;
-                const double value =
-                    free(voxel.slot, a, up) * std::exp(-extinction * double(depths.exposed[k][2 * a + up]));
+                const double tau = extinction * double(depths.exposed[k][2 * a + up]),
+                             value = free(voxel.slot, a, up) * std::exp(-tau);
                 (up ? upper[k] : u[voxel.slot]) = value;
+                (up ? upper_less[k] : less[voxel.slot]) = common * std::expm1(-tau);
                 ((up ? value < 0 : value > 0) ? in : out) += std::abs(value);
             }
         }
         const auto q_face = [&](size_t i, size_t j) {  // of Q1 / sigma_tr = q U between two cells
             return (p1.q1_factor(i) + p1.q1_factor(j)) / (p1.sigma_tr(i) + p1.sigma_tr(j));
         };
-        std::vector<double> scattered(blocks.count(), 0.0);
+        std::vector<double> scattered(blocks.count(), 0.0), lost(blocks.count(), 0.0);
         tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
             for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
                 if (!blocks.active(slot)) continue;
                 const size_t below = blocks.neighbour(slot, 2 * a), above = blocks.neighbour(slot, 2 * a + 1);
                 const bool has_below = blocks.active(below), has_above = blocks.active(above);
-                const double deposit = u[slot] - (has_above ? u[above] : 0.0);  // exposed upper faces follow below
+                // Cells with an exposed upper face follow below.
+                const double deposit = has_above ? lost_between(u[slot], less[slot], u[above], less[above]) : 0.0;
                 const double w0 = p1.scaling(slot).albedo;
                 scattered[b] += w0 * deposit;
+                lost[b] += deposit;
                 double source = w0 * deposit, lower = 0;  // and Q1's flux through the lower face
                 if (forward) {
                     const double al = has_below ? q_face(below, slot) * u[slot] : 0.0;
@@ -130,8 +145,9 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
                 }
             }
         });
-        double first_scatter = 0;
+        double first_scatter = 0, deposited = 0;
         for (double s : scattered) first_scatter += s;
+        for (double s : lost) deposited += s;
         for (size_t k = 0; k < p1.exposed().size(); ++k) {
             const ExposedVoxel& voxel = p1.exposed()[k];
             const double q = p1.q1_factor(voxel.slot) / p1.sigma_tr(voxel.slot), w0 = p1.scaling(voxel.slot).albedo;
@@ -140,11 +156,14 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
                 const double outward = up ? upper[k] : -u[voxel.slot];
                 const double leaving =
                     p1.boundary_flux(voxel, 2 * a + up, q * outward / p1.face_area(a)) * p1.face_area(a);
-                const double source = (up ? -w0 * upper[k] : 0.0) - leaving;
-                if (up) first_scatter -= w0 * upper[k];
+                const double deposit =
+                    up ? lost_between(u[voxel.slot], less[voxel.slot], upper[k], upper_less[k]) : 0.0;
+                const double source = w0 * deposit - leaving;
+                first_scatter += w0 * deposit;
+                deposited += deposit;
                 for (const auto& [to, strength] : channels) {
                     to->rhs[voxel.slot] += strength * source;
-                    if (up) add_absorbed(p1, voxel.slot, -strength * upper[k], *to);
+                    if (up) add_absorbed(p1, voxel.slot, strength * deposit, *to);
                     to->outflow[k][2 * a + up] += strength * leaving;
                 }
             }
@@ -152,7 +171,7 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
         for (const auto& [to, strength] : channels) {
             to->beam_in += unit * strength * in;
             to->beam_out += unit * strength * out;
-            to->deposited += unit * strength * (in - out);
+            to->deposited += unit * strength * deposited;
             to->first_scatter += unit * strength * first_scatter;
         }
     }

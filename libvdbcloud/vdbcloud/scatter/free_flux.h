@@ -12,6 +12,8 @@ class FreeFlux {
 public:
     FreeFlux(const P1Operator&, const Light&);
     double operator()(size_t slot, int axis, int up) const;
+    /// The flux through every face across an axis, of a light of one direction; 0 for another light.
+    double common(int axis) const { return same_everywhere_ ? constant_[axis] : 0; }
 
 private:
     const VoxelIndex& index_;
