@@ -242,8 +242,10 @@ TEST(Start, RefusesWhatItCannotReadByNameAndCell)
         f.grids[1] = other;
     });
     EXPECT_NE(type.find("grid 'temperature' has values of type double: expected float"), std::string::npos) << type;
-    const std::string unit = refusal([&](GridFile& f) { set_number(*f.metadata, schema::meters_per_unit, 0); });
-    EXPECT_EQ(unit, "start.vdb: meters_per_unit = 0: expected 1e-6..1e6");
+    const std::string unit = refusal([&](GridFile& f) { set_number(*f.metadata, schema::meters_per_unit, 1e9); });
+    EXPECT_EQ(unit, "start.vdb: meters_per_unit = 1e+09: expected 1e-6..1e6");
+    // What no program means is passed over, as other foreign metadata.
+    EXPECT_EQ(refusal([&](GridFile& f) { set_number(*f.metadata, schema::meters_per_unit, 0); }), "");
     EXPECT_NE(refusal([&](GridFile& f) { f.grids.clear(); }).find("expected a grid temperature"), std::string::npos);
 }
 
