@@ -213,6 +213,13 @@ Seen Chain::run_commands(const World& world)
         const std::string name = words.at(0);
         words.erase(words.begin());
         if (!step(seen, name, words)) return seen;
+        const auto output = std::find(words.begin(), words.end(), "-o");
+        if (output == words.end() || output + 1 == words.end()) continue;
+        const std::string path = folder_ + "/" + output[1];
+        if (output[1].find(".vdb") != std::string::npos)
+            for (const GridBasePtr& grid : read_own(path).grids) seen.grids[grid->getName()] = grid;
+        else
+            seen.picture = read_picture(path);
     }
     return seen;
 }

@@ -43,8 +43,10 @@ public:
 
     /// The world under a change.
     Seen run(const World&, const Change& = {});
-    /// The lines of `world.commands`.
+    /// The lines of `world.commands`; grids and the last picture of their outputs.
     Seen run_commands(const World&);
+    /// Options of the camera for the inputs that run() wrote last.
+    Words camera(const World&, const Change&) const;
     /// One program on the inputs that run() wrote last.
     Seen run_render(const World&, const Words& options);
 
@@ -60,7 +62,6 @@ public:
 
 private:
     bool step(Seen&, const std::string& name, const Words& arguments);
-    Words camera(const World&, const Change&) const;
     Words write_inputs(const World&, const Change&);
 
     Programs& programs_;

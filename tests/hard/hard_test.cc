@@ -1,4 +1,5 @@
 // The suite of hard cases at the size of a change, and the suite itself.
+#include "hard/coverage.h"
 #include "hard/suite.h"
 
 #include <gtest/gtest.h>
@@ -62,6 +63,7 @@ TEST_F(Hard, ProgramsStartedOnceWriteTheFilesOfProgramsStartedAnew)
 
 TEST_F(Hard, ARunEndsAtItsLimits)
 {
+    if (!Programs::start_once()) GTEST_SKIP() << "under sanitizers";
     Programs brief({1, 2147483648.0}), small({20, 300e6});
     const Words large{"--size", "400", "--threads", "1", "-q", "-o", "large.vdb"};
     EXPECT_EQ(small.run("fractalgen", large, scratch.path()).status, 1);
@@ -69,6 +71,40 @@ TEST_F(Hard, ARunEndsAtItsLimits)
     const Words slow{"small.vdb", "--extinction", "100", "--integrator", "path", "--samples",
                      "1000000",   "--threads",    "1",   "-q",           "-o",   "slow.exr"};
     EXPECT_EQ(brief.run("render", slow, scratch.path()).status, 128 + 24);  // SIGXCPU
+}
+
+// The programs are those of apps/CMakeLists.txt, so a new program needs rows, too.
+std::vector<std::string> all_programs()
+{
+    const std::string text = read_text(VDBCLOUD_SOURCE "/apps/CMakeLists.txt");
+    const std::string before = "foreach(app common ", after = " vdbcloud)";
+    const size_t begin = text.find(before) + before.size();
+    return split(text.substr(begin, text.find(after, begin) - begin));
+}
+
+TEST_F(Hard, EveryProgramAndOptionHasARow)
+{
+    const auto programs_here = all_programs();
+    ASSERT_GE(programs_here.size(), 9u);
+    std::vector<World> worlds = read_worlds(VDBCLOUD_HARD "/cases.txt");
+    for (uint64_t seed = 1; seed <= 1000; ++seed) worlds.push_back(random_world(seed));
+    const OptionSet help = options_of_help(programs_here);
+    EXPECT_EQ(help.size(), programs_here.size());
+    const OptionSet used = options_of_worlds(worlds);
+    for (const std::string& sentence :
+         missing_rows(help, used, options_without_rows(VDBCLOUD_HARD "/without_rows.txt", help, used)))
+        ADD_FAILURE() << sentence << " (tests/hard/README.md)";
+}
+
+TEST(HardCoverage, NamesWhatHasNoRowAndWhatIsExcusedInVain)
+{
+    const OptionSet help = {{"render", {"--a", "--b", "--c"}}};
+    EXPECT_EQ(missing_rows(help, {{"render", {"--a"}}}, {{"render", {"--b"}}}), Words{"render --c has no row"});
+    EXPECT_EQ(missing_rows(help, {{"render", {"--a", "--b"}}}, {{"render", {"--b", "--c"}}}),
+              Words{"render --b has rows, and a line that says it has none"});
+    EXPECT_EQ(missing_rows(help, {{"render", {"--a", "--b", "--c"}}}, {{"render", {"--d"}}}),
+              Words{"render has no option --d"});
+    EXPECT_TRUE(missing_rows(help, {{"render", {"--a", "--b"}}}, {{"render", {"--c"}}}).empty());
 }
 
 World small_world()

@@ -29,6 +29,9 @@ public:
     /// Runs a program in `folder`; its output is in the files stdout and stderr there.
     Answer run(const std::string& name, const Words& arguments, const std::string& folder);
 
+    /// False under sanitizers, where every run starts anew and limits hold for time alone.
+    static bool start_once();
+
     double seconds() const { return seconds_; }  ///< processor time of all runs
     int runs() const { return runs_; }
 

@@ -1,0 +1,180 @@
+// Invariants of one world: values, bounds, powers, and the furnace.
+#include "hard/invariants.h"
+#include "hard/values.h"
+#include "vdbcloud/optics/phase_function.h"
+
+#include <algorithm>
+#include <limits>
+#include <regex>
+
+namespace vdbcloud::test {
+
+namespace {
+
+/// The largest value of the phase function, which is at an end for every form of the table but Rayleigh's, whose ends
+/// are both largest.
+double largest_phase(const std::string& medium)
+{
+    const PhaseForm& form = phase_form(option(medium, "--phase", "henyey-greenstein"));
+    std::vector<double> parameters;
+    for (const PhaseParameter& p : form.parameters)
+        parameters.push_back(std::stod(option(medium, std::string("--") + p.name, "0")));
+    const PhaseFunction phase(form.name, parameters);
+    return std::max(phase(1), phase(-1));
+}
+
+void bound_fluence(const World& world, const Seen& seen, Verdict& verdict)
+{
+    const std::string sky = option(world.sky, "--sky", "0");
+    if (has_lamps(world) || emits(world) || !world.periodic.empty() || sky == "day" || !seen.grids.count("phi") ||
+        world.sky.find("--sky-") != std::string::npos || world.solve.find("--ground-albedo") != std::string::npos)
+        return;
+    // Under beams alone, the largest fluence of collided light in a half-space that absorbs nothing is 3 mu + 2 times
+    // E, mu <= 1, in P1 (Eddington); a body that ends on all sides has less. Where light meets a thin part, P1's own
+    // fluence of forward scattering falls below 0, by up to 0.02 of that in these worlds.
+    // At the middle of a voxel it grows by 3/2 of the optical depth of its edge.
+    Vec3d most = 4 * pi * colour(sky);
+    double edge = 0;
+    for (const Vec3d& axis : world.axes) edge = std::max(edge, axis.length());
+    const Vec3d depth = edge * colour(option(world.medium, "--extinction", "1"));
+    for (const WorldLight& light : world.lights) most += (Vec3d(5) + 1.5 * depth) * light.power;
+    const Vectors phi(seen.grids.at("phi"));
+    phi.each([&](const openvdb::Coord& c) {
+        const Vec3d here = phi.colour(c);
+        for (int k = 0; k < 3; ++k)
+            if (most[k] > 0)
+                verdict.take(std::max(here[k] / most[k] - 1, -here[k] / most[k] - 0.02), name_of("phi", c));
+    });
+}
+
+void bound_radiance(const World& world, const Picture& picture, Verdict& verdict)
+{
+    for (size_t k = 0; k < picture.values.size(); ++k) {
+        const std::string& channel = picture.channels[k % picture.channels.size()];
+        const double value = picture.values[k];
+        if (begins(channel, "transmittance") || channel == "A") verdict.take(value - 1, "picture, " + channel);
+        if (channel != "Z") verdict.take(-value, "picture, " + channel);
+    }
+    if (has_lamps(world) || picture.values.empty()) return;
+    // Light scattered once along a ray is at most albedo x phase function x E x (1 - T).
+    const double phase = largest_phase(world.medium);
+    const char* names[] = {"direct.R", "direct.G", "direct.B"};
+    for (int c = 0; c < 3; ++c) {
+        double most = 0;
+        for (const WorldLight& light : world.lights) most += light.power[c] * phase;
+        most *= colour(option(world.medium, "--albedo", "1"))[c];
+        for (const float value : picture.layer(names[c]))
+            if (most > 0) verdict.take(double(value) / most - 1 - half_rounding, std::string("picture, ") + names[c]);
+    }
+}
+
+}  // namespace
+
+namespace invariant_of {
+
+/// Values that are no number, everywhere.
+Verdict finite(Chain&, const World&, const Seen& seen)
+{
+    double wrong = 0;
+    std::string where;
+    const auto look = [&](double value, const std::string& what) {
+        if (std::isfinite(value)) return;
+        if (wrong == 0) where = what;
+        ++wrong;
+    };
+    for (const auto& [name, grid] : seen.grids) {
+        const Vectors values(grid);
+        if (!values.readable()) continue;
+        values.each([&](const openvdb::Coord& c) { look(values.value(c).lengthSqr(), name_of(name, c)); });
+    }
+    for (size_t k = 0; k < seen.picture.values.size(); ++k) {
+        const std::string& channel = seen.picture.channels[k % seen.picture.channels.size()];
+        if (channel != "Z") look(seen.picture.values[k], "picture, " + channel);
+    }
+    const auto flat = seen.channels.is_null() ? nlohmann::json::object() : seen.channels.flatten();
+    for (const auto& [key, value] : flat.items())
+        if (value.is_null()) look(std::numeric_limits<double>::quiet_NaN(), "report, " + key);
+    Verdict verdict;
+    verdict.take(wrong, where);
+    return verdict;
+}
+
+Verdict bounds(Chain&, const World& world, const Seen& seen)
+{
+    Verdict verdict;
+    for (const auto& [name, grid] : seen.grids) {
+        if (!begins(name, "transmittance_")) continue;
+        const Vectors values(grid);
+        const std::string& grid_name = name;
+        values.each([&](const openvdb::Coord& c) {
+            const Vec3d t = values.value(c);
+            for (int k = 0; k < 3; ++k) verdict.take(std::max(t[k] - 1, -t[k]), name_of(grid_name, c));
+        });
+    }
+    bound_fluence(world, seen, verdict);
+    bound_radiance(world, seen.picture, verdict);
+    return verdict;
+}
+
+/// Power in less power out, of P1's report.
+Verdict balance(Chain&, const World& world, const Seen& seen)
+{
+    Verdict verdict;
+    const Vec3d albedo = colour(option(world.medium, "--albedo", "1"));
+    const bool coloured = std::any_of(world.bodies.begin(), world.bodies.end(),
+                                      [](const auto& body) { return body.find("cd=") != std::string::npos; });
+    for (const auto& [channel, report] : seen.channels.items()) {
+        const nlohmann::json& budget = report["budget"];
+        const auto power = [&](const char* key) { return budget.value(key, 0.0); };
+        verdict.take(std::abs(power("defect")), "defect of channel " + channel);
+        double in = power("beam_lost_in_medium") + power("emitted") + std::abs(power("sky_in"));
+        if (in <= 0) continue;
+        verdict.take(-power("absorbed") / in, "absorbed of channel " + channel);
+        const size_t c = std::string("rgb").find(channel);
+        if (albedo[int(c)] == 1 && !coloured)
+            verdict.take(power("absorbed") / in, "absorbed of channel " + channel + ", which absorbs nothing");
+        if (!budget.contains("out_by_plane") || !world.periodic.empty() ||
+            world.solve.find("--ground-albedo") != std::string::npos)
+            continue;
+        in = power("beam_lost_in_medium") + power("emitted") + power("sky_into_box");
+        double out = power("entered_again") + power("absorbed");
+        for (const auto& plane : budget["out_by_plane"]) out += plane.get<double>();
+        verdict.take(std::abs(in - out) / in, "power through the planes, channel " + channel);
+    }
+    return verdict;
+}
+
+/// A sky of radiance 1 and no absorption: radiance 1 everywhere.
+Verdict furnace(Chain& chain, const World& world, const Seen&)
+{
+    World white = world;
+    white.lights.clear();
+    white.sky = "--sky 1";
+    white.stages = "p1solve render";
+    Words medium = split(world.medium);
+    const auto found = std::find(medium.begin(), medium.end(), "--albedo");
+    if (found != medium.end()) medium.erase(found, found + 2);
+    white.medium = "--albedo 1";
+    for (const std::string& word : medium) white.medium += " " + word;
+    remove_option(white.solve, "--disc-samples");
+    remove_option(white.solve, "--rays-per-voxel");
+    white.solve = std::regex_replace(white.solve, std::regex("--heating"), "");
+    for (const char* own : {"--integrator", "--step", "--tolerance"})
+        remove_option(white.view, own);  // their own errors
+    white.view += " --background 1,1,1";
+    const Seen seen = chain.run(white);
+    Verdict verdict;
+    if (failed(seen, verdict)) return verdict;
+    const Vectors phi(seen.grids.at("phi"));
+    phi.each([&](const openvdb::Coord& c) {
+        verdict.take(largest(phi.colour(c) / (4 * pi) - Vec3d(1)), name_of("phi", c));
+    });
+    for (const char* channel : {"R", "G", "B"})
+        for (const float value : seen.picture.layer(channel))
+            verdict.take(std::abs(double(value) - 1) - half_rounding, std::string("picture, ") + channel);
+    return verdict;
+}
+
+}  // namespace invariant_of
+
+}  // namespace vdbcloud::test
