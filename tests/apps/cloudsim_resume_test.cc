@@ -64,9 +64,8 @@ TEST(CloudsimResume, RefusesAnotherRunByName)
         EXPECT_EQ(r.err.find("or --change") != std::string::npos, c.can_change) << r.err;
         EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
     }
-    // With --change the former go on, the latter do not.
+    // --change takes no constant.
     const Words change{"--resume", state, "--unpruned", "--change", "--minutes", "2"};
-    EXPECT_EQ(dry(scratch, with(change, {"--sponge", "0.5", "--patch", "1,2,300,0.1,0"})).status, 0);
     const RunResult r = dry(scratch, with(change, {"--sponge", "0.5", "--gravity", "5"}));
     EXPECT_EQ(r.status, 2);
     EXPECT_NE(r.err.find("this one cannot change within a run"), std::string::npos) << r.err;
@@ -151,8 +150,8 @@ TEST(CloudsimResume, RunsThatWriteTheSameFilesRefuseEachOther)
         EXPECT_NE(r.err.find(taken + ": another run (process " + std::to_string(getpid()) + " on "), std::string::npos)
             << r.err;
         EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
-        // Other files in the same folder are free.
-        const RunResult free = dry(scratch, {"-o", scratch / "g.%03d.vdb"}, "0");
+        if (taken != "log") continue;
+        const RunResult free = dry(scratch, {"-o", scratch / "g.%03d.vdb"}, "0");  // of the same folder
         EXPECT_EQ(free.status, 0) << free.err;
     }
     EXPECT_EQ(scratch.list(), Words{"g.000.vdb"});
@@ -196,7 +195,6 @@ TEST(CloudsimResume, OneFileForManyFramesIsSaid)
     const RunResult r = dry(scratch, {"-o", scratch / "last.vdb"});
     EXPECT_EQ(r.status, 0);
     EXPECT_NE(r.err.find("has no place for a number"), std::string::npos) << r.err;
-    EXPECT_EQ(dry(scratch, {}).err.find("has no place for a number"), std::string::npos);
 }
 
 }  // namespace

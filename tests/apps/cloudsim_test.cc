@@ -216,7 +216,6 @@ TEST(Cloudsim, DryRunCountsTheStepsThatLimitsNeed)
         {{"--huge-dt", "--flux-until", "95s"}, 5, 5},
         // 3 k (2 / 512^2 + 1 / 480^2) a second, and what the wind adds.
         {{"--viscosity", "40000"}, 120 * 3 * 4e4 * (2 / (512. * 512) + 1 / (480. * 480)), 1e9},
-        {{"--diffusivity", "40000"}, 120 * 3 * 4e4 * (2 / (512. * 512) + 1 / (480. * 480)), 1e9},
         // 600 m/s along both axes with a Courant number of 0.5 in cells of 512 m.
         {{"--wind", "300,300"}, 120 / (0.5 * 512 / 600), 1e9},
     };
