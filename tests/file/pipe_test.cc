@@ -110,7 +110,7 @@ TEST(Pipe, ClosedReaderIsAnIoErrorIfSigpipeIsIgnored)
         said = sentence<IoError>([&] { write_grid_file("-", file_of({ball("density")})); });
     }
     std::signal(SIGPIPE, before);
-    EXPECT_EQ(said, "-: cannot write: Broken pipe");
+    EXPECT_EQ(said, "standard output: cannot write: Broken pipe");
 }
 
 TEST(Pipe, IgnoresBytesAfterTheLastGridWithAWarning)

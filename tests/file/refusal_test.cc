@@ -105,7 +105,7 @@ TEST(Reading, HeaderCheckDetectsTruncation)
     const std::string bytes = read_text(folder / "a.vdb");
     write_text(folder / "a.vdb", bytes.substr(0, bytes.size() - 1));
     const int descriptor = ::open((folder / "a.vdb").c_str(), O_RDONLY);
-    const auto said = sentence<IoError>([&] { check_header("a.vdb", descriptor, bytes.size() - 1); });
+    const auto said = sentence<IoError>([&] { check_header("a.vdb", reader_of(descriptor), bytes.size() - 1); });
     EXPECT_NE(said.find("ends too early: grid 'heat' reaches to byte"), std::string::npos) << said;
     ::close(descriptor);
 }

@@ -14,27 +14,29 @@ namespace {
 constexpr size_t buffer_size = 1 << 20;
 }
 
-size_t read_at(int descriptor, void* to, size_t count, uint64_t offset)
+ReadAt reader_of(int descriptor)
 {
-    size_t done = 0;
-    while (done < count) {
-        const ssize_t n = ::pread(descriptor, static_cast<char*>(to) + done, count - done, off_t(offset + done));
-        if (n < 0 && errno == EINTR) continue;
-        if (n < 0) throw std::system_error(errno, std::generic_category());
-        if (n == 0) break;
-        done += size_t(n);
-    }
-    return done;
+    return [descriptor](void* to, size_t count, uint64_t offset) {
+        size_t done = 0;
+        while (done < count) {
+            const ssize_t n = ::pread(descriptor, static_cast<char*>(to) + done, count - done, off_t(offset + done));
+            if (n < 0 && errno == EINTR) continue;
+            if (n < 0) throw std::system_error(errno, std::generic_category());
+            if (n == 0) break;
+            done += size_t(n);
+        }
+        return done;
+    };
 }
 
-DescriptorSource::DescriptorSource(int descriptor, uint64_t size)
-    : descriptor_(descriptor), size_(size), buffer_(buffer_size)
+DescriptorSource::DescriptorSource(ReadAt read, uint64_t size)
+    : read_(std::move(read)), size_(size), buffer_(buffer_size)
 {
 }
 
 DescriptorSource::int_type DescriptorSource::underflow()
 {
-    const size_t n = read_at(descriptor_, buffer_.data(), buffer_.size(), end_);
+    const size_t n = read_(buffer_.data(), buffer_.size(), end_);
     end_ += n;
     setg(buffer_.data(), buffer_.data(), buffer_.data() + n);
     return n == 0 ? traits_type::eof() : traits_type::to_int_type(*gptr());

@@ -2,16 +2,20 @@
 // Streams on file descriptors. Reading shares no file position with another process; writing keeps the system's error.
 // Private to file/.
 #include <cstdint>
+#include <functional>
 #include <streambuf>
 #include <string>
 #include <vector>
 
 namespace vdbcloud {
 
-/// Reads a regular file by position, so that a forked process can read the same descriptor.
+/// Reads up to `count` bytes at position `offset`; returns the number of bytes read. Throws std::system_error.
+using ReadAt = std::function<size_t(void* to, size_t count, uint64_t offset)>;
+
+/// Reads by position, so that a forked process can read the same bytes.
 class DescriptorSource : public std::streambuf {
 public:
-    DescriptorSource(int descriptor, uint64_t size);
+    DescriptorSource(ReadAt, uint64_t size);
     uint64_t position() const { return end_ - uint64_t(egptr() - gptr()); }
 
 protected:
@@ -21,7 +25,7 @@ protected:
     pos_type seekpos(pos_type, std::ios_base::openmode) override;
 
 private:
-    int descriptor_;
+    ReadAt read_;
     uint64_t size_, end_ = 0;  // end_: file position of egptr()
     std::vector<char> buffer_;
 };
@@ -52,7 +56,7 @@ private:
     std::vector<char> buffer_;
 };
 
-/// Reads up to `count` bytes at file position `offset`; returns the number of bytes read. Throws std::system_error.
-size_t read_at(int descriptor, void* to, size_t count, uint64_t offset);
+/// Reads the file of a descriptor, which stays open and where it is.
+ReadAt reader_of(int descriptor);
 
 }  // namespace vdbcloud

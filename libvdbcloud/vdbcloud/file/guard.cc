@@ -22,7 +22,7 @@ namespace vdbcloud {
 
 namespace {
 
-enum Ending { Fine = 0, Threw = 10, OutOfMemory = 11 };
+enum Ending { Fine = 0, Threw = 10, OutOfMemory = 11, NoThread = 12 };
 
 void limit(int resource, rlim_t most)
 {
@@ -42,6 +42,13 @@ uint64_t mapped_bytes()
         std::fclose(file);
     }
     return uint64_t(pages) * uint64_t(::sysconf(_SC_PAGESIZE));
+}
+
+/// True if the user's own limit of address space (ulimit -v) is lower than `wanted`.
+bool memory_is_limited(uint64_t wanted)
+{
+    rlimit now = {};
+    return ::getrlimit(RLIMIT_AS, &now) == 0 && now.rlim_max != RLIM_INFINITY && now.rlim_max < wanted;
 }
 
 /// Confines the forked process: default signal handlers, no output, limits on memory and processor time.
@@ -91,10 +98,15 @@ int report_to = -1;
     describe_thrown = &describe;
     report_to = report;
     std::set_terminate(report_and_exit);
-    std::thread worker([&] {
-        work();
-        ::_exit(Fine);
-    });
+    std::thread worker;
+    try {
+        worker = std::thread([&] {
+            work();
+            ::_exit(Fine);
+        });
+    } catch (const std::system_error&) {
+        ::_exit(NoThread);
+    }
     worker.join();
     ::_exit(Threw);
 }
@@ -151,6 +163,10 @@ std::string run_guarded(const std::function<void()>& work, const GuardLimits& li
         if (errno != EINTR) throw std::system_error(errno, std::generic_category(), "waitpid");
 
     if (WIFEXITED(status) && WEXITSTATUS(status) == Fine) return {};
+    if (WIFEXITED(status) && WEXITSTATUS(status) == NoThread)
+        throw std::system_error(EAGAIN, std::generic_category(), "a thread of the guard process");
+    if (WIFEXITED(status) && WEXITSTATUS(status) == OutOfMemory && memory_is_limited(mapped + limits.memory_bytes))
+        return "there is not enough memory to read it";
     if (WIFEXITED(status) && WEXITSTATUS(status) == OutOfMemory)
         return "malformed or too large: reading it takes more than " + std::to_string(limits.memory_bytes >> 20) +
                " MB of memory";

@@ -22,7 +22,7 @@ std::string what_is_thrown();
 ///
 /// Objects that `work` built are never destroyed, whether `work` returns or throws. Destroying a tree needs the worker
 /// threads of this process, and the forked process does not have them. For the same reason `work` must not wait for
-/// threads or locks. Throws std::system_error if the system refuses a pipe or a process.
+/// threads or locks. Throws std::system_error if the system refuses a pipe, a process or its thread.
 std::string run_guarded(const std::function<void()>& work, const GuardLimits&,
                         const std::function<std::string()>& describe = what_is_thrown);
 

@@ -20,16 +20,14 @@ const std::string half_suffix = "_HalfFloat";
 /// Reads values in sequence, never beyond the end of the file.
 class Cursor {
 public:
-    Cursor(const std::string& path, int descriptor, uint64_t size) : path_(path), descriptor_(descriptor), size_(size)
-    {
-    }
+    Cursor(const std::string& path, const ReadAt& read, uint64_t size) : path_(path), read_(read), size_(size) {}
 
     template<typename T>
     T take()
     {
         T x;
         need(sizeof x);
-        if (read_at(descriptor_, &x, sizeof x, at_) != sizeof x) fail("ends too early");
+        if (read_(&x, sizeof x, at_) != sizeof x) fail("ends too early");
         at_ += sizeof x;
         return x;
     }
@@ -40,7 +38,7 @@ public:
         const auto length = take<uint32_t>();
         need(length);
         std::string s(std::min<size_t>(length, 1000), '\0');
-        if (read_at(descriptor_, s.data(), s.size(), at_) != s.size()) fail("ends too early");
+        if (read_(s.data(), s.size(), at_) != s.size()) fail("ends too early");
         at_ += length;
         return s;
     }
@@ -67,7 +65,7 @@ private:
     }
 
     const std::string& path_;
-    int descriptor_;
+    const ReadAt& read_;
     uint64_t size_, at_ = 0;
 };
 
@@ -114,9 +112,9 @@ bool has_magic(const void* bytes)
     return magic == openvdb::OPENVDB_MAGIC;
 }
 
-void check_header(const std::string& path, int descriptor, uint64_t size)
+void check_header(const std::string& path, const ReadAt& read, uint64_t size)
 {
-    Cursor file(path, descriptor, size);
+    Cursor file(path, read, size);
     if (size < 8)
         throw IoError(printable(path, 4096) + ": expected a .vdb, found only " + std::to_string(size) + " bytes");
     const auto magic = file.take<int64_t>();

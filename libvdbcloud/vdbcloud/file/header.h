@@ -1,5 +1,7 @@
 #pragma once
 // Checks whether the header of a .vdb file is plausible: fast, and without OpenVDB's reader. Private to file/.
+#include "vdbcloud/file/descriptor_stream.h"
+
 #include <cstdint>
 #include <string>
 
@@ -7,7 +9,7 @@ namespace vdbcloud {
 
 /// Checks the magic number, the format version, and the counts and lengths of the file's metadata. For every grid whose
 /// file position is known, checks its name, type and extent in the file. Throws IoError beginning with `path`.
-void check_header(const std::string& path, int descriptor, uint64_t size);
+void check_header(const std::string& path, const ReadAt&, uint64_t size);
 
 /// True if `bytes` (4 or more) begin with the magic number of a .vdb file.
 bool has_magic(const void* bytes);

@@ -5,6 +5,7 @@
 #include "vdbcloud/file/file_digest.h"
 #include "vdbcloud/file/guard.h"
 #include "vdbcloud/file/header.h"
+#include "vdbcloud/file/input_bytes.h"
 #include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/grid_file.h"
@@ -13,14 +14,10 @@
 
 #include <openvdb/io/Stream.h>
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <istream>
 #include <sstream>
 #include <system_error>
@@ -28,97 +25,6 @@
 namespace vdbcloud {
 
 namespace {
-
-/// An open file of known size that can be read at any position. Standard input is spooled first.
-class Input {
-public:
-    Input(const std::string& path, uint64_t max_bytes);
-    ~Input() { close(); }
-    Input(const Input&) = delete;
-    Input& operator=(const Input&) = delete;
-
-    int descriptor() const { return descriptor_; }
-    uint64_t size() const { return size_; }
-
-private:
-    void spool(uint64_t max_bytes);
-    void close()
-    {
-        if (descriptor_ >= 0) ::close(descriptor_);
-    }
-    [[noreturn]] void fail(const std::string& what) const { throw IoError(printable(path_, 4096) + ": " + what); }
-
-    std::string path_;
-    int descriptor_ = -1;
-    uint64_t size_ = 0;
-};
-
-/// Opens an unlinked temporary file, which exists until the descriptor is closed.
-int anonymous_file(const std::string& path)
-{
-    std::error_code none;
-    std::string name = (std::filesystem::temp_directory_path(none) / "vdbcloud.XXXXXX").string();
-    const int descriptor = none ? -1 : ::mkostemp(name.data(), O_CLOEXEC);
-    if (descriptor < 0) throw IoError(system_message(path, "cannot be kept in a temporary file", errno));
-    ::unlink(name.c_str());
-    return descriptor;
-}
-
-Input::Input(const std::string& path, uint64_t max_bytes) : path_(path)
-{
-    if (path == "-") {
-        if (::isatty(0)) fail("standard input is a terminal: expected a .vdb through a pipe");
-        descriptor_ = ::fcntl(0, F_DUPFD_CLOEXEC, 3);  // a duplicate: the guard process replaces descriptors 0..2
-    } else {
-        descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    }
-    if (descriptor_ < 0) throw IoError(system_message(path, "cannot read", errno));
-    struct stat status = {};
-    try {
-        if (::fstat(descriptor_, &status) != 0) throw IoError(system_message(path, "cannot read", errno));
-        if (S_ISDIR(status.st_mode)) throw IoError(system_message(path, "cannot read", EISDIR));
-        size_ = uint64_t(status.st_size);
-        if (!S_ISREG(status.st_mode) || ::lseek(descriptor_, 0, SEEK_CUR) != 0) spool(max_bytes);
-        if (size_ > max_bytes) fail(std::to_string(size_) + " bytes: expected at most " + std::to_string(max_bytes));
-    } catch (...) {
-        close();
-        throw;
-    }
-}
-
-void Input::spool(uint64_t max_bytes)
-{
-    const int kept = anonymous_file(path_);
-    std::vector<char> part(1 << 20);
-    size_ = 0;
-    const auto refuse = [&](const std::string& message) {
-        ::close(kept);
-        throw IoError(message);
-    };
-    for (size_t held = 0;;) {
-        const ssize_t n = ::read(descriptor_, part.data() + held, part.size() - held);
-        if (n < 0 && errno == EINTR) continue;
-        if (n < 0) refuse(system_message(path_, "cannot read", errno));
-        held += size_t(n);
-        if (n > 0 && held < 4) continue;
-        if (size_ == 0 && held >= 4 && !has_magic(part.data()))  // before spooling all of a wrong input
-            refuse(printable(path_, 4096) + ": " + wrong_magic);
-        for (size_t done = 0; done < held;) {
-            const ssize_t written = ::write(kept, part.data() + done, held - done);
-            if (written < 0 && errno == EINTR) continue;
-            if (written < 0) refuse(system_message(path_, "cannot be kept in a temporary file", errno));
-            done += size_t(written);
-        }
-        size_ += held;
-        held = 0;
-        if (n == 0) break;
-        if (size_ > max_bytes)
-            refuse(printable(path_, 4096) + ": expected at most " + std::to_string(max_bytes) + " bytes");
-    }
-    close();
-    descriptor_ = kept;
-    if (size_ == 0) fail("nothing came: expected a .vdb (did the program before it in the pipe fail?)");
-}
 
 struct Contents {
     openvdb::GridPtrVecPtr grids;
@@ -148,11 +54,15 @@ void check_transform(const Transform& transform, const std::string& what)
         throw IoError(what + ": its transform is flat (not invertible)");
 }
 
-/// Checks what all stages need of a grid: transform, coordinates, number of voxels. `count`: check the number of voxels
-/// too, which uses threads.
-void check_grid(const GridBase& grid, const std::string& path, bool count)
+std::string called(const std::string& path, const GridBase& grid)
 {
-    const std::string what = printable(path, 4096) + ": grid '" + printable(grid.getName()) + "'";
+    return printable(path, 4096) + ": grid '" + printable(grid.getName()) + "'";
+}
+
+/// Checks what all stages need of a grid: transform and coordinates.
+void check_grid(const GridBase& grid, const std::string& path)
+{
+    const std::string what = called(path, grid);
     check_transform(grid.transform(), what);
     openvdb::CoordBBox box;
     if (!grid.baseTree().evalActiveVoxelBoundingBox(box)) return;
@@ -164,20 +74,24 @@ void check_grid(const GridBase& grid, const std::string& path, bool count)
                  << ": expected coordinates below 2^30";
             throw IoError(text.str());
         }
-    if (!count) return;
+}
+
+/// Apart from the other checks, because counting uses threads, which the guard process does not have.
+void check_count(const GridBase& grid, const std::string& path)
+{
     if (const auto voxels = grid.baseTree().activeVoxelCount(); voxels > uint64_t(1) << 31)
-        throw IoError(what + ": " + std::to_string(voxels) + " active voxels: expected at most 2^31");
+        throw IoError(called(path, grid) + ": " + std::to_string(voxels) + " active voxels: expected at most 2^31");
 }
 
 /// Reads the whole file without delayed loading and checks the grids. Catches no exceptions.
-Contents load(const std::string& path, const Input& input, bool count)
+Contents load(const std::string& path, const InputBytes& input)
 {
-    DescriptorSource source(input.descriptor(), input.size());
+    DescriptorSource source(input.reader(), input.size());
     std::istream stream(&source);
     stream.exceptions(std::ios_base::badbit | std::ios_base::failbit);
     openvdb::io::Stream archive(stream, /*delayLoad=*/false);
     Contents contents{archive.getGrids(), archive.getMetadata(), source.position()};
-    for (const auto& grid : *contents.grids) check_grid(*grid, path, count);
+    for (const auto& grid : *contents.grids) check_grid(*grid, path);
     return contents;
 }
 
@@ -213,14 +127,14 @@ void walk(const GridBase& base)
     (void)kept;
 }
 
-void try_in_guard(const std::string& path, const Input& input, const ReadOptions& options)
+void try_in_guard(const std::string& path, const InputBytes& input, const ReadOptions& options)
 {
     GuardLimits limits;
     limits.memory_bytes = (uint64_t(1) << 30) + 256 * input.size();
     limits.cpu_seconds = options.guard_cpu_seconds > 0 ? options.guard_cpu_seconds : 5 + double(input.size()) / 10e6;
     const std::string said = run_guarded(
         [&] {
-            const Contents contents = load(path, input, /*count=*/false);
+            const Contents contents = load(path, input);
             for (const auto& grid : *contents.grids) {
                 walk<FloatGrid>(*grid);
                 walk<Vec3SGrid>(*grid);
@@ -263,25 +177,29 @@ double seconds_since(std::chrono::steady_clock::time_point start)
 GridFile read_grid_file(const std::string& path, const ReadOptions& options, ReadCost* cost)
 {
     openvdb::initialize();
-    const Input input(path, options.max_bytes);
-    check_header(path, input.descriptor(), input.size());
-
     auto start = std::chrono::steady_clock::now();
+    const InputBytes input(path, {options.max_bytes, options.memory_bytes, !options.trust});
+    check_header(path, input.reader(), input.size());
+    const double copy_seconds = seconds_since(start);
+
+    start = std::chrono::steady_clock::now();
     if (!options.trust) try_in_guard(path, input, options);
     const double guard_seconds = seconds_since(start);
 
     start = std::chrono::steady_clock::now();
     Contents contents;
     try {
-        contents = load(path, input, /*count=*/true);
+        contents = load(path, input);
     } catch (...) {
         throw IoError(load_failure(path, input.size()));
     }
+    for (const auto& grid : *contents.grids) check_count(*grid, path);
     check_format(path, *contents.metadata);
     if (contents.end < input.size())
         warn(options.warn, printable(path, 4096) + ": " + std::to_string(input.size() - contents.end) +
                                " bytes behind the last grid are passed over");
-    if (cost) *cost = {input.size(), guard_seconds, seconds_since(start), file_digest(input.descriptor()).hex()};
+    if (cost)
+        *cost = {input.size(), guard_seconds, copy_seconds + seconds_since(start), file_digest(input.reader()).hex()};
     return {path, *contents.grids, contents.metadata};
 }
 

@@ -1,12 +1,10 @@
 #include "vdbcloud/file/table.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/file/text.h"
 
 #include <charconv>
 #include <cmath>
-#include <cstring>
-#include <fstream>
-#include <iostream>
 #include <sstream>
 
 namespace vdbcloud {
@@ -32,29 +30,12 @@ void add_numbers(const std::string& line, const std::string& where, std::vector<
     }
 }
 
-/// All bytes of a file, or of standard input. Never holds more than max_bytes and a block.
-std::string whole_text(const std::string& path, const std::string& name, uint64_t max_bytes)
-{
-    std::ifstream file;
-    if (path != "-") file.open(path, std::ios::binary);
-    std::istream& in = path == "-" ? std::cin : file;
-    if (!in) throw IoError(name + ": cannot read it: " + std::strerror(errno));
-    std::string text, block(1 << 16, ' ');
-    while (in.read(block.data(), std::streamsize(block.size())) || in.gcount() > 0) {
-        text.append(block, 0, size_t(in.gcount()));
-        if (text.size() > max_bytes)
-            throw IoError(name + ": has more than " + std::to_string(max_bytes) + " bytes: expected a smaller table");
-    }
-    if (in.bad()) throw IoError(name + ": cannot read it: " + std::strerror(errno));
-    return text;
-}
-
 }  // namespace
 
 Table read_table(const std::string& path, uint64_t max_bytes)
 {
     const std::string name = path == "-" ? "standard input" : printable(path, 4096);
-    std::istringstream lines(whole_text(path, name, max_bytes));
+    std::istringstream lines(read_text(path, max_bytes, "table"));
     Table table;
     uint64_t number = 0;
     for (std::string line; std::getline(lines, line);) {

@@ -1,0 +1,29 @@
+#include "vdbcloud/file/text.h"
+
+#include "vdbcloud/core/error.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+
+namespace vdbcloud {
+
+std::string read_text(const std::string& path, uint64_t max_bytes, const std::string& what)
+{
+    const std::string name = path == "-" ? "standard input" : printable(path, 4096);
+    std::ifstream file;
+    if (path != "-") file.open(path, std::ios::binary);
+    std::istream& in = path == "-" ? std::cin : file;
+    if (!in) throw IoError(name + ": cannot read it: " + std::strerror(errno));
+    std::string text, block(1 << 16, ' ');
+    while (in.read(block.data(), std::streamsize(block.size())) || in.gcount() > 0) {
+        text.append(block, 0, size_t(in.gcount()));
+        if (text.size() > max_bytes)
+            throw IoError(name + ": has more than " + std::to_string(max_bytes) + " bytes: expected a smaller " + what);
+    }
+    if (in.bad()) throw IoError(name + ": cannot read it: " + std::strerror(errno));
+    return text;
+}
+
+}  // namespace vdbcloud
