@@ -6,12 +6,12 @@ set(public_headers
     grid/compare.h grid/density.h grid/digest.h grid/emission.h grid/extent.h grid/grid_file.h grid/metadata.h grid/probe.h
     grid/registry.h grid/schema.h grid/select.h grid/sources.h grid/statistics.h grid/up_axis.h
     voxels/box_medium.h voxels/cloud_table.h voxels/voxel_mean.h
-    file/io.h file/table.h
+    file/io.h file/table.h file/text.h
     optics/automatic_extinction.h optics/joined_medium.h optics/medium.h optics/optical_depth.h optics/phase_function.h
     scene/camera.h scene/light.h scene/sky.h
     light/transmittance_grid.h
     scatter/emission_cost.h scatter/multiple_scattering.h scatter/series_grids.h
-    render/image_out.h render/integrator.h render/merge.h render/scene_digest.h
+    render/image_in.h render/image_out.h render/integrator.h render/merge.h render/scene_digest.h
     sim/checkpoint.h sim/effect.h sim/presets.h sim/simulation.h sim/snapshot.h sim/sounding.h sim/words.h
     fractal/cloud_grid.h fractal/cloud_shape.h fractal/cumulus.h fractal/mask_envelope.h fractal/mountain.h)
 

@@ -133,6 +133,36 @@ TEST(GridIo, HalfRoundsDensityColourAndMomentsAndUpdatesDensityDigests)
     EXPECT_THROW(again(file_of({dense}), options), InputError);
 }
 
+TEST(GridIo, AFaintGridKeepsItsFloatsWithAWarning)
+{
+    // Cloud water in kg/kg, largest value `scale`: halves below 6.1e-5 are 6e-8 apart. Of a ball whose density falls
+    // linearly, a share of 1 - (1 - v)^3 lies below v times the maximum: 6 % at 3e-3, 49 % at 3e-4.
+    for (const auto& [scale, half] : {std::pair(1.0f, true), {3e-3f, true}, {3e-4f, false}, {1e-6f, false}}) {
+        const auto water = test::ball("density", 14);
+        for (auto v = water->beginValueOn(); v; ++v) v.setValue(*v * scale);
+        std::vector<std::string> said;
+        WriteOptions options;
+        options.half = true;
+        options.warn = [&](const std::string& s) { said.push_back(s); };
+        auto back = again(file_of({water}), options);
+        EXPECT_EQ(back.grids[0]->saveFloatAsHalf(), half) << scale;
+        ASSERT_EQ(said.size(), half ? 0u : 1u) << scale;
+        if (!half) {
+            EXPECT_NE(said[0].find("'density'"), std::string::npos) << said[0];
+            EXPECT_EQ(grid_digest(*density_of(back)), grid_digest(*water)) << "stored exactly";
+        }
+    }
+    // Values that are halves already lose nothing.
+    const auto exact = FloatGrid::create(0.0f);
+    exact->setName("density");
+    exact->fill(openvdb::CoordBBox::createCube({0, 0, 0}, 4), 0x3p-24f);
+    WriteOptions options;
+    options.half = true;
+    auto back = again(file_of({exact}), options);
+    EXPECT_TRUE(back.grids[0]->saveFloatAsHalf());
+    EXPECT_EQ(density_of(back)->tree().getValue(Coord(1, 1, 1)), 0x3p-24f);
+}
+
 TEST(GridIo, FindsDensityByAliasOrAsTheOnlyFog)
 {
     auto file = file_of({ball("temperature"), ball("smoke")});
@@ -169,6 +199,34 @@ TEST(GridIo, ClampsNegativeValuesWithOneWarningAndRefusesNaN)
         FAIL() << "NaN went through";
     } catch (const InputError& e) {
         EXPECT_NE(std::string(e.what()).find("[3, 4, 5]"), std::string::npos) << e.what();
+    }
+}
+
+TEST(GridIo, ValuesOfInactiveVoxelsThatAreNotFiniteBecomeTheBackground)
+{
+    const auto grid = ball("density");
+    const float infinity = std::numeric_limits<float>::infinity();
+    grid->tree().setValueOff(Coord(8, 8, 8), NAN);
+    grid->tree().setValueOff(Coord(9, 8, 8), infinity);
+    grid->tree().setValueOff(Coord(8, 9, 8), -infinity);
+    grid->tree().addTile(1, Coord(64, 0, 0), NAN, /*active=*/false);
+    auto file = file_of({grid});
+    std::vector<std::string> said;
+    const auto density = density_of(file, "", [&](const std::string& s) { said.push_back(s); });
+    ASSERT_EQ(said.size(), 1u);
+    EXPECT_NE(said[0].find("4 values of inactive voxels not finite"), std::string::npos) << said[0];
+    for (const Coord& at : {Coord(8, 8, 8), Coord(9, 8, 8), Coord(8, 9, 8), Coord(66, 3, 3)})
+        EXPECT_EQ(density->tree().getValue(at), 0.0f) << at;
+    EXPECT_EQ(density->activeVoxelCount(), grid->activeVoxelCount());
+    EXPECT_EQ(density->tree().getValue(Coord(0, 0, 0)), 1.0f);
+    // Where a voxel or a tile is active, or the background itself is not finite, the density has no meaning.
+    for (const int wrong : {0, 1, 2}) {
+        const auto bad = wrong == 2 ? FloatGrid::create(NAN) : test::ball("density");
+        bad->setName("density");
+        if (wrong == 0) bad->tree().setValueOn(Coord(1, 2, 3), infinity);
+        if (wrong == 1) bad->tree().addTile(1, Coord(64, 0, 0), NAN, /*active=*/true);
+        auto refused = file_of({bad});
+        EXPECT_THROW(density_of(refused), InputError) << wrong;
     }
 }
 

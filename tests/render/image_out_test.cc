@@ -256,6 +256,60 @@ TEST_F(ImageOut, StoresALayerAsFloatFrom65505OnAndWarnsOnce)
     }
 }
 
+TEST_F(ImageOut, StoresAFaintPictureAsFloat)
+{
+    // Halves keep 11 bits from 2^-14 = 6.1e-5 upwards and lie 2^-24 apart below: at 1e-7 they err by up to 30 %, below
+    // 3e-8 they are 0. Floats are exact. `share`: part of the pixels that is lit at `value`; the others are 0.25.
+    const struct {
+        float value;
+        int share;  // [1/32]
+        bool half;
+    } table[] = {{0.25f, 32, true},   {6.2e-5f, 32, true}, {6.0e-5f, 32, false}, {1e-7f, 32, false}, {1e-9f, 32, false},
+                 {-1e-9f, 32, false}, {1e-7f, 3, true},    {1e-7f, 5, false},    {0.0f, 32, true}};
+    for (const auto& [value, share, half] : table) {
+        Film film(size, {{"", {"R", "G", "B", "A"}}, {"direct_sun", {"R", "G", "B"}}});
+        for (int j = 0; j < 16; ++j)
+            for (int i = 0; i < 32; ++i) {
+                std::fill_n(film.pixel(i, j), 7, 0.25f);
+                film.pixel(i, j)[1] = i < share ? value : 0.25f;
+            }
+        std::vector<std::string> warnings;
+        write_image(path("a.exr"), film, a_view(), metadata(), {},
+                    [&](const std::string& s) { warnings.push_back(s); });
+        const Read image = read(path("a.exr"));
+        const auto type = [&](const char* name) { return image.spec.channelformat(image.spec.channelindex(name)); };
+        for (const char* name : {"R", "G", "B", "A"})
+            EXPECT_EQ(type(name), half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT) << value << " " << share;
+        EXPECT_EQ(type("direct_sun.R"), OIIO::TypeDesc::HALF) << "another layer stays as it is";
+        if (!half) {
+            EXPECT_EQ(image.at(0, 0, "G"), value);
+        }
+        if (half) {
+            EXPECT_NEAR(image.at(0, 0, "G"), value, 0x1p-25f + 0x1p-12f * value) << "half the spacing of halves";
+        }
+        EXPECT_TRUE(warnings.empty()) << "nothing is lost";
+    }
+}
+
+TEST_F(ImageOut, JudgesTheValuesThatAreWritten)
+{
+    // The foreground alone fits; over its background the drawn pixels do not, and the other way round.
+    for (const float behind : {0.5f, 1e5f}) {
+        Film film(size, {{"", {"R", "G", "B", "A"}}, {"background", {"R", "G", "B"}}});
+        for (int j = 0; j < 16; ++j)
+            for (int i = 0; i < 32; ++i) {
+                std::fill_n(film.pixel(i, j), 3, behind > 1 ? 0.25f : 1e-8f);
+                std::fill_n(film.pixel(i, j) + 4, 3, behind);
+            }
+        ImageOptions options;
+        options.draw_background = true;
+        write_image(path("a.exr"), film, a_view(), metadata(), options);
+        const Read image = read(path("a.exr"));
+        EXPECT_EQ(image.spec.channelformat(0), behind > 1 ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::HALF);
+        EXPECT_NEAR(image.at(2, 2, "R"), behind, 1e-3 * behind);
+    }
+}
+
 TEST_F(ImageOut, KeepsPixelAspectAndTheOrthographicWidth)
 {
     Camera camera;

@@ -1,6 +1,7 @@
 #include "vdbcloud/core/archive_layout.h"
 #include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/half_range.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/file/descriptor_stream.h"
 #include "vdbcloud/file/file_digest.h"
@@ -26,8 +27,6 @@
 namespace vdbcloud {
 
 namespace {
-
-constexpr double half_max = 65504;  // the largest finite 16-bit float
 
 /// Calls Archive::write on our own stream, because io::File does not check for errors of its stream or of closing.
 class Archive : public openvdb::io::Archive {
@@ -63,7 +62,7 @@ Archive archive_for(Compression compression)
 void check_half(const GridBase& base)
 {
     const auto check = [&](double value, const auto& where) {
-        if (std::isfinite(value) && std::abs(value) > half_max) refuse_half(base, value, where());
+        if (std::isfinite(value) && std::abs(value) > double(largest_half)) refuse_half(base, value, where());
     };
     const auto at = [](const openvdb::Coord& ijk) {
         std::ostringstream text;
@@ -79,6 +78,26 @@ void check_half(const GridBase& base)
         for (auto it = colours->cbeginValueAll(); it; ++it)
             for (int c = 0; c < 3; ++c) check((*it)[c], [&] { return at(it.getCoord()); });
     }
+}
+
+template<typename GridT, typename Add>
+HalfRange half_range(const GridT& grid, const Add& add)
+{
+    HalfRange range;
+    for (auto it = grid.cbeginValueOn(); it; ++it) add(range, *it);
+    return range;
+}
+
+/// True if halves would round the active values of a grid away.
+bool too_faint_for_half(const GridBase& base)
+{
+    if (const auto* grid = dynamic_cast<const FloatGrid*>(&base))
+        return half_range(*grid, [](HalfRange& range, float x) { range.add(x); }).faint();
+    if (const auto* grid = dynamic_cast<const Vec3SGrid*>(&base))
+        return half_range(*grid, [](HalfRange& range, const Vec3f& x) {
+                   for (int c = 0; c < 3; ++c) range.add(x[c]);
+               }).faint();
+    return false;
 }
 
 float rounded(float x) { return float(openvdb::math::half(x)); }
@@ -138,6 +157,12 @@ std::vector<GridBasePtr> prepared(const GridFile& file, const WriteOptions& opti
             if (options.half && kind->half) grid->setSaveFloatAsHalf(true);
             if (kind->result) grid->setSaveFloatAsHalf(false);
         }
+        if (grid->saveFloatAsHalf() && too_faint_for_half(*grid)) {
+            warn(options.warn, "grid '" + printable(grid->getName()) +
+                                   "': more than an eighth of its values are below 6.1e-5 and would be rounded away as "
+                                   "half: stored as float");
+            grid->setSaveFloatAsHalf(false);
+        }
         if (grid->saveFloatAsHalf()) check_half(*grid);
         grids.push_back(grid);
     }
@@ -195,13 +220,14 @@ void write_grid_file(const std::string& path, const GridFile& file, const WriteO
     openvdb::initialize();
     if (path == "-") {
         std::cout.flush();
-        put(path, STDOUT_FILENO, /*seekable=*/false, file, options);
+        put("standard output", STDOUT_FILENO, /*seekable=*/false, file, options);
         return;
     }
     AtomicFile target(path, options.no_clobber);
     put(path, target.descriptor(), target.seekable(), file, options);
     if (target.seekable()) {
-        const std::string identifier = file_digest(target.descriptor()).uuid();  // so that equal runs write equal bytes
+        const std::string identifier =
+            file_digest(reader_of(target.descriptor())).uuid();  // so that equal runs write equal bytes
         if (::pwrite(target.descriptor(), identifier.data(), identifier.size(), identifier_begin) != identifier_size)
             throw IoError(system_message(path, "cannot write", errno));
     }

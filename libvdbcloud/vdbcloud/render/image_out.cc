@@ -2,6 +2,7 @@
 
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/half_range.h"
 #include "vdbcloud/render/picture_file.h"
 
 #include <algorithm>
@@ -12,13 +13,12 @@ namespace vdbcloud {
 
 namespace {
 
-constexpr float largest_half = 65504.0f;
-
 /// Where each channel of the file comes from.
 struct Channels {
     std::vector<std::string> names;
     std::vector<OIIO::TypeDesc> types;
-    std::vector<int> sources;  // channel of the film
+    std::vector<int> sources;    // channel of the film
+    std::vector<size_t> layers;  // layer of the film
 };
 
 std::string channel_name(const LayerSpec& layer, const std::string& channel)
@@ -26,37 +26,41 @@ std::string channel_name(const LayerSpec& layer, const std::string& channel)
     return layer.name.empty() || layer.name == channel ? channel : layer.name + "." + channel;
 }
 
-bool fits_half(const Film& film, int first, int count)
-{
-    const PixelWindow w = film.window();
-    for (int j = w.y0; j < w.y1; ++j)
-        for (int i = w.x0; i < w.x1; ++i) {
-            const float* values = film.pixel(i, j) + first;
-            if (!std::all_of(values, values + count, [](float x) { return std::abs(x) <= largest_half; })) return false;
-        }
-    return true;
-}
-
-Channels channels_of(const Film& film, const ImageOptions& options, const Warn& listener)
+Channels channels_of(const Film& film, const ImageOptions& options)
 {
     Channels out;
     for (size_t l = 0; l < film.layers().size(); ++l) {
         const LayerSpec& layer = film.layers()[l];
         if (layer.name == "background" && !options.background_layer) continue;
-        const int first = film.offset(int(l)), count = int(layer.channels.size());
-        bool half = layer.half;
-        if (half && !fits_half(film, first, count)) {
-            half = false;
-            warn(listener, "layer '" + (layer.name.empty() ? "beauty" : layer.name) +
-                               "' has values above 65504 and is stored as float, not half");
-        }
-        for (int c = 0; c < count; ++c) {
-            out.names.push_back(channel_name(layer, layer.channels[size_t(c)]));
-            out.types.push_back(half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
-            out.sources.push_back(first + c);
+        for (size_t c = 0; c < layer.channels.size(); ++c) {
+            out.names.push_back(channel_name(layer, layer.channels[c]));
+            out.sources.push_back(film.offset(int(l)) + int(c));
+            out.layers.push_back(l);
         }
     }
     return out;
+}
+
+/// Half where a layer says so and the values that are written fit into halves, else float: all channels of a layer
+/// alike.
+void choose_types(Channels& channels, const Film& film, const std::vector<float>& pixels, const Warn& listener)
+{
+    const size_t count = channels.sources.size();
+    std::vector<HalfRange> ranges(count);
+    for (size_t k = 0; k < pixels.size(); ++k) ranges[k % count].add(pixels[k]);
+    for (size_t first = 0, end = 0; first < count; first = end) {
+        bool above = false, faint = false;
+        for (; end < count && channels.layers[end] == channels.layers[first]; ++end) {
+            above = above || ranges[end].above();
+            faint = faint || ranges[end].faint();
+        }
+        const LayerSpec& layer = film.layers()[channels.layers[first]];
+        if (layer.half && above)
+            warn(listener, "layer '" + (layer.name.empty() ? "beauty" : layer.name) +
+                               "' has values above 65504 and is stored as float, not half");
+        const bool half = layer.half && !above && !faint;
+        channels.types.insert(channels.types.end(), end - first, half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
+    }
 }
 
 void set_matrix(OIIO::ImageSpec& spec, const char* key, const Matrix44& matrix)
@@ -129,8 +133,9 @@ std::vector<float> exr_pixels(const Film& film, const Channels& channels, bool d
 Bytes encoded_exr(const std::string& path, const Film& film, const CameraView& view, const ImageMetadata& metadata,
                   const ImageOptions& options, const Warn& listener)
 {
-    const Channels channels = channels_of(film, options, listener);
+    Channels channels = channels_of(film, options);
     const auto pixels = exr_pixels(film, channels, options.draw_background);
+    choose_types(channels, film, pixels, listener);
     return encoded(path, "exr", exr_spec(film, view, metadata, channels), OIIO::TypeDesc::FLOAT, pixels.data());
 }
 

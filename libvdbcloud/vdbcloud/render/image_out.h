@@ -36,10 +36,11 @@ struct ImageOptions {
 /// Writes a film whose beauty layer is R, G, B, A, premultiplied, whole or not at all (core/atomic_file.h).
 ///
 /// exr: scan lines, zip; the display window is the whole picture, the data window the film's; linear Rec.
-/// 709. Layers are channels LAYER.CHANNEL ("Z" stays "Z"): half where the layer says so and every value fits
-/// into one, else float, with a warning. Attributes worldToCamera, worldToNDC, chromaticities,
-/// Software, creator, history, DateTime. png: beauty over background, exposed and encoded by the view, of the
-/// film's window only, no alpha.
+/// 709. Layers are channels LAYER.CHANNEL ("Z" stays "Z"): half where the layer says so and halves hold
+/// its values, else float: with a value above 65504 (a warning says so), or where more than an eighth of the non-zero
+/// values of a channel are below 6.1e-5, so that halves would round them away. Attributes worldToCamera, worldToNDC,
+/// chromaticities, Software, creator, history, DateTime. png: beauty over background, exposed and encoded by the view,
+/// of the film's window only, no alpha.
 ///
 /// Throws IoError, path first (full disk, missing folder, closed pipe), UsageError for a png to "-",
 /// InputError.

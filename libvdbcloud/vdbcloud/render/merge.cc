@@ -32,8 +32,7 @@ struct Part {
 
 Part read_part(const std::string& path)
 {
-    auto input = OIIO::ImageInput::open(path);
-    if (!input) throw IoError(printable(path) + ": cannot read it as a picture: " + printable(OIIO::geterror()));
+    const auto input = opened_picture(path);
     Part part;
     part.spec = input->spec();
     const std::string ranges = part.spec.get_string_attribute(picture::sample_ranges);
