@@ -114,8 +114,10 @@ TEST(OddFiles, FindDensityUnderOddNamesAndTypes)
 
 TEST(OddFiles, RefuseLevelSetsPointsAndVectorsAsDensity)
 {
-    EXPECT_EQ(objection("level_set.vdb"), "grid 'ls_sphere' is a level set: expected a fog volume");
-    EXPECT_EQ(objection("points.vdb"), "grid 'points' holds points: expected a fog volume");
+    EXPECT_EQ(objection("level_set.vdb"), "grid 'ls_sphere' is a level set: expected a fog volume (vdb_tool -read "
+                                          "in.vdb -ls2fog -write fog.vdb makes one)");
+    EXPECT_EQ(objection("points.vdb"), "grid 'points' holds points: expected a fog volume (vdb_tool -read in.vdb "
+                                       "-points2ls -ls2fog -write fog.vdb makes one)");
     auto file = read_grid_file(odd("all_types.vdb"));
     EXPECT_NE(sentence<InputError>([&] { density_of(file, "position"); }).find("type vec3d: expected float or double"),
               std::string::npos);

@@ -44,9 +44,12 @@ GridBasePtr only_fog(const GridFile& file)
 /// The reason why a grid is not usable as density, as the end of a sentence; empty for a usable grid.
 std::string objection(const GridBase& grid)
 {
-    if (grid.type().find("ptdataidx") != std::string::npos) return "holds points: expected a fog volume";
+    if (grid.type().find("ptdataidx") != std::string::npos)
+        return "holds points: expected a fog volume (vdb_tool -read in.vdb -points2ls -ls2fog -write fog.vdb makes "
+               "one)";
     if (!is_real(grid)) return "holds values of type " + printable(grid.valueType()) + ": expected float or double";
-    if (grid.getGridClass() == openvdb::GRID_LEVEL_SET) return "is a level set: expected a fog volume";
+    if (grid.getGridClass() == openvdb::GRID_LEVEL_SET)
+        return "is a level set: expected a fog volume (vdb_tool -read in.vdb -ls2fog -write fog.vdb makes one)";
     if (!grid.transform().isLinear()) return "has a frustum (non-linear) transform: expected an affine one";
     return {};
 }
@@ -77,9 +80,15 @@ std::string earlier_choice(const GridFile& file, const Warn& to)
     return {};
 }
 
-/// Counts values below 0 of all voxels and tiles (active and inactive) and of the background, because trilinear
-/// interpolation uses all of them. Throws InputError at the first value that is not finite.
-uint64_t negatives(const FloatGrid& grid, const std::string& what)
+/// Values that become others before anyone uses them.
+struct Repairs {
+    uint64_t negative = 0;    ///< become 0
+    uint64_t not_finite = 0;  ///< of inactive voxels and tiles: become the background
+};
+
+/// Counts values to repair of all voxels and tiles (active and inactive) and of the background, because trilinear
+/// interpolation uses all of them. Throws InputError at the first active value that is not finite.
+Repairs repairs_of(const FloatGrid& grid, const std::string& what)
 {
     const auto refuse_value = [&](float value, const auto& where) {
         std::ostringstream text;
@@ -92,35 +101,42 @@ uint64_t negatives(const FloatGrid& grid, const std::string& what)
         return text.str();
     };
     if (!std::isfinite(grid.background())) refuse_value(grid.background(), "as background");
-    uint64_t count = grid.background() < 0;
+    Repairs count;
+    count.negative = grid.background() < 0;
     for_each_tile(grid, [&](const auto& tile) {
-        if (!std::isfinite(*tile)) refuse_value(*tile, at(tile.getCoord()));
-        count += *tile < 0;
+        if (!std::isfinite(*tile) && tile.isValueOn()) refuse_value(*tile, at(tile.getCoord()));
+        count.not_finite += !std::isfinite(*tile);
+        count.negative += std::isfinite(*tile) && *tile < 0;
     });
     constexpr int size = int(FloatGrid::TreeType::LeafNodeType::SIZE);
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
         const float* values = leaf->buffer().data();
+        constexpr float most = std::numeric_limits<float>::max();
         int below = 0, finite = 0;
         for (int k = 0; k < size; ++k) {
-            below += values[k] < 0;
-            finite += std::abs(values[k]) <= std::numeric_limits<float>::max();
+            below += values[k] < 0 && values[k] >= -most;
+            finite += std::abs(values[k]) <= most;
         }
         for (int k = 0; finite != size && k < size; ++k)
-            if (!std::isfinite(values[k])) refuse_value(values[k], at(leaf->offsetToGlobalCoord(k)));
-        count += below;
+            if (!std::isfinite(values[k]) && leaf->isValueOn(openvdb::Index(k)))
+                refuse_value(values[k], at(leaf->offsetToGlobalCoord(openvdb::Index(k))));
+        count.negative += uint64_t(below);
+        count.not_finite += uint64_t(size - finite);
     }
     return count;
 }
 
-void clamp(FloatGrid& grid)
+void repair(FloatGrid& grid)
 {
     if (grid.background() < 0) grid.tree().root().setBackground(0.0f, /*updateChildNodes=*/true);
-    for_each_tile(grid, [](const auto& tile) {
-        if (*tile < 0) tile.setValue(0.0f);
+    const float background = grid.background();
+    const auto repaired = [background](float x) { return std::isfinite(x) ? std::max(x, 0.0f) : background; };
+    for_each_tile(grid, [&](const auto& tile) {
+        if (const float value = repaired(*tile); value != *tile) tile.setValue(value);
     });
     for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) {
         float* values = leaf->buffer().data();
-        for (int k = 0; k < int(FloatGrid::TreeType::LeafNodeType::SIZE); ++k) values[k] = std::max(values[k], 0.0f);
+        for (int k = 0; k < int(FloatGrid::TreeType::LeafNodeType::SIZE); ++k) values[k] = repaired(values[k]);
     }
 }
 
@@ -134,12 +150,18 @@ FloatGridPtr density_of(GridFile& file, const std::string& asked, const Warn& to
     auto grid = openvdb::gridPtrCast<FloatGrid>(base);
     if (!grid) grid = std::make_shared<FloatGrid>(static_cast<const openvdb::DoubleGrid&>(*base));
     const std::string what = called(file, *base);
-    if (const uint64_t count = negatives(*grid, what)) {
+    const Repairs count = repairs_of(*grid, what);
+    if (count.negative + count.not_finite > 0) {
         if (grid == base) grid = grid->deepCopy();
-        clamp(*grid);
-        warn(to, what + ": " + std::to_string(count) + (count == 1 ? " negative value" : " negative values") +
-                     " taken as 0");
+        repair(*grid);
     }
+    const auto counted = [](uint64_t n, const std::string& one) {
+        return std::to_string(n) + " " + one + (n == 1 ? "" : "s");
+    };
+    if (count.negative > 0) warn(to, what + ": " + counted(count.negative, "negative value") + " taken as 0");
+    if (count.not_finite > 0)
+        warn(to, what + ": " + counted(count.not_finite, "value") +
+                     " of inactive voxels not finite: taken as the background");
     if (grid != base) std::replace(file.grids.begin(), file.grids.end(), base, GridBasePtr(grid));
     return grid;
 }

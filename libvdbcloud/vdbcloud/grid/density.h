@@ -14,7 +14,8 @@ namespace vdbcloud {
 /// aliased_grid(). Without an alias, the density is the only fog volume: a float or double grid of class fog, else of
 /// class unknown.
 ///
-/// Double and half grids are converted to float. Negative values become 0, with one warning that counts them. Active
+/// Double and half grids are converted to float. Negative values become 0, with one warning that counts them.
+/// Values of inactive voxels that are not finite become the background, with another warning. Active
 /// tiles stay tiles. The returned grid is a copy only if values or type had to change; the copy then replaces the
 /// file's entry.
 ///
@@ -22,7 +23,7 @@ namespace vdbcloud {
 ///   no grid can be the density, or several can; the message lists the grids, equal names as NAME[0], NAME[1], ...
 ///   the grid is a level set, holds points, or has a value type other than float and double;
 ///   the transform is not affine;
-///   a value is not finite; the message gives the voxel.
+///   the value of an active voxel or the background is not finite; the message gives the voxel.
 FloatGridPtr density_of(GridFile&, const std::string& asked = {}, const Warn& = {});
 
 }  // namespace vdbcloud
