@@ -1,14 +1,12 @@
 // Maps of the floor's fluxes from images and grids.
 #include "options.h"
 
-#include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/density.h"
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
-
-#include <OpenImageIO/imageio.h>
+#include "vdbcloud/render/image_in.h"
 
 #include <algorithm>
 #include <cmath>
@@ -39,24 +37,17 @@ std::vector<double> from_grid(App& app, const std::string& path, const sim::Latt
 
 std::vector<double> from_image(const std::string& path, const sim::Lattice& l)
 {
-    auto image = OIIO::ImageInput::open(path);
-    if (!image) throw IoError(path + ": not an image that can be read: " + printable(OIIO::geterror()));
-    const OIIO::ImageSpec spec = image->spec();
-    if (spec.width < 1 || spec.height < 1 || spec.width > 16384 || spec.height > 16384)
-        throw IoError(path + ": expected an image of 1..16384 pixels a side");
-    std::vector<float> pixels(size_t(spec.width) * size_t(spec.height) * size_t(spec.nchannels));
-    if (!image->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, pixels.data()))
-        throw IoError(path + ": cannot read its pixels: " + printable(image->geterror()));
-    const int colours = std::min(spec.nchannels, 3);
+    const Pixels image = read_pixels(path);
+    const int colours = std::min(image.channels, 3);
     std::vector<double> map;
     for (int j = 0; j < l.n[1]; ++j)
         for (int i = 0; i < l.n[0]; ++i) {
-            const int x = std::min(spec.width - 1, int((i + 0.5) / l.n[0] * spec.width));
-            const int y = std::min(spec.height - 1, int((1 - (j + 0.5) / l.n[1]) * spec.height));
+            const int x = std::min(image.width - 1, int((i + 0.5) / l.n[0] * image.width));
+            const int y = std::min(image.height - 1, int((1 - (j + 0.5) / l.n[1]) * image.height));
             double sum = 0;
             for (int c = 0; c < colours; ++c)
-                sum +=
-                    double(pixels[(size_t(y) * size_t(spec.width) + size_t(x)) * size_t(spec.nchannels) + size_t(c)]);
+                sum += double(
+                    image.values[(size_t(y) * size_t(image.width) + size_t(x)) * size_t(image.channels) + size_t(c)]);
             map.push_back(sum / colours);
         }
     return map;

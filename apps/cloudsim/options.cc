@@ -111,9 +111,11 @@ void declare_output(App& app, Options& o)
     output.keep("first-frame",
                 app.add_option("--first-frame", o.first_frame, "number of the first frame")->check(nonnegative));
     output.keep("log", app.add_option("--log", o.log, "writes a JSON line a frame to FILE, or - for standard output")
-                           ->configurable(false));
-    output.keep("checkpoint",
-                app.add_option("--checkpoint", o.checkpoint, "keeps the whole state in FILE")->configurable(false));
+                           ->configurable(false)
+                           ->writes_file(FileKind::Other));
+    output.keep("checkpoint", app.add_option("--checkpoint", o.checkpoint, "keeps the whole state in FILE")
+                                  ->configurable(false)
+                                  ->rewrites_file(FileKind::Other));
     output.keep("checkpoint-every",
                 app.add_option("--checkpoint-every", o.checkpoint_every, "frames between checkpoints")
                     ->check(positive)
@@ -121,7 +123,8 @@ void declare_output(App& app, Options& o)
                     ->needs(o.option.at("checkpoint")));
     output.keep("resume", app.add_option("--resume", o.resume,
                                          "continues from the checkpoint in FILE; starts anew if there is none")
-                              ->configurable(false));
+                              ->configurable(false)
+                              ->reads_files());
     output.keep("change", app.add_flag("--change", o.change,
                                        "takes forcing, --every and --grids that differ from those of the checkpoint "
                                        "from there on, and notes it in the frames; else such a run is refused")
@@ -151,11 +154,13 @@ void declare_air(App& app, Options& o)
     const Declaration air(app, o, "Air and forcing");
     air.keep("sounding", app.add_option("--sounding", o.sounding,
                                         "the air at the start: a table (see data/soundings), or a preset's name; else "
-                                        "the preset's"));
+                                        "the preset's")
+                             ->reads_files());
     air.keep("wind", app.add_option("--wind", o.wind, "wind U,V added to the sounding's [m/s]"));
     air.keep("shear", app.add_option("--shear", o.shear, "change of that wind with height, U,V [1/s]"));
     air.keep("floor-map", app.add_option("--floor-map", o.floor_map,
-                                         "an image or .vdb that multiplies --heat-flux and --moisture-flux"));
+                                         "an image or .vdb that multiplies --heat-flux and --moisture-flux")
+                              ->reads_files());
     air.keep("patch", app.add_option("--patch", o.patches,
                                      "x,y,radius,heat,moisture[,dye]: a round patch of floor in place of the "
                                      "preset's, positions from the box's corner [m]; repeat for more"));
@@ -167,7 +172,8 @@ void declare_air(App& app, Options& o)
     air.settings(sim::noise_settings());
     air.keep("seed", app.add_option("--seed", o.seed, "seed of the noise, a whole number; else the preset's"));
     air.keep("init", app.add_option("--init", o.init,
-                                    "starts from the grids temperature, qt, vel of this .vdb where they are active"));
+                                    "starts from the grids temperature, qt, vel of this .vdb where they are active")
+                         ->reads_files());
 }
 
 void declare_constants(App& app, Options& o)
@@ -216,7 +222,8 @@ void declare(App& app, Options& o)
     app.writes_grids();
     o.option["output"] = app.add_option("-o,--output", o.output,
                                         "numbered frames, as out/cloud.%04d.vdb; or one file, or -, for the last alone")
-                             ->required();
+                             ->required()
+                             ->writes_frames(FileKind::Grids);
     app.add_option("--preset", o.preset,
                    "cumulus, congestus, stratocumulus, fog, smoke, or paper (10 x 10 x 20 cells, forward "
                    "differences, saturation by height)");

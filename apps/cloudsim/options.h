@@ -51,7 +51,8 @@ Run resolve(App&, const Options&);
 /// "10s", "2.5 min", "1h" or a number of seconds. Throws UsageError naming the option.
 double seconds_of(const std::string& option, const std::string& text);
 
-/// The path of frame `number`: `pattern` with its %04d replaced; one without % is one path for all. Throws UsageError.
+/// The path of frame `number`: `pattern` with the place for a number replaced (FramePattern), else one path for all.
+/// Throws UsageError.
 std::string frame_path(const std::string& pattern, int number);
 
 /// True if `name`, without a folder, is that of a frame of `pattern`, or of the one file without a number.

@@ -1,7 +1,9 @@
 // From options to a run: the preset, what was given, and which of it has no effect.
+#include "frames.h"
 #include "options.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/file/text.h"
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/sim/effect.h"
 #include "vdbcloud/sim/sounding.h"
@@ -19,6 +21,8 @@ namespace vdbcloud::app {
 namespace {
 
 using sim::Parameters;
+
+constexpr uint64_t most_sounding_bytes = uint64_t(1) << 24;
 
 std::vector<double> list_of(const std::string& option, const std::string& text, size_t least, size_t most)
 {
@@ -94,11 +98,11 @@ void set_forcing(const Options& o, Parameters& p)
 void set_sounding(const Options& o, sim::Sounding& sounding)
 {
     if (!o.sounding.empty()) {
-        std::ifstream file(o.sounding);
+        std::error_code none;
         const std::string name = o.sounding.substr(o.sounding.find_last_of('/') + 1);
-        std::ostringstream text;
-        if (file) text << file.rdbuf();
-        sounding = file ? sim::read_sounding(name, text.str()) : sim::sounding_named(o.sounding);
+        sounding = std::filesystem::exists(o.sounding, none)
+                       ? sim::read_sounding(name, read_text(o.sounding, most_sounding_bytes, "sounding"))
+                       : sim::sounding_named(o.sounding);
     }
     const auto pair = [](const char* option, const std::string& text) {
         return text.empty() ? std::vector<double>{0, 0} : list_of(option, text, 2, 2);
@@ -175,7 +179,7 @@ void refuse_idle_options(const Options& o, const Parameters& p)
     for (const sim::Effect& effect : sim::effects())
         for (size_t i = effect.switches; i < effect.settings.size(); ++i)
             o.option.at(effect.settings[i].name).check_effect(effect.on(p), turned_on_by(effect));
-    o.option.at("first-frame").check_effect(o.output.find('%') != std::string::npos, "a numbered --output");
+    o.option.at("first-frame").check_effect(bool(FramePattern::in("--output", o.output)), "a numbered --output");
     for (const std::string& name : grid_names(o.grids))
         if (name == "rain" ? !p.rain : name == "dye" ? !p.dye : name == "qt" && !p.moisture)
             throw UsageError("--grids " + o.grids + ": this run has no " + name);
@@ -198,18 +202,8 @@ double seconds_of(const std::string& option, const std::string& text)
 
 std::string frame_path(const std::string& pattern, int number)
 {
-    const size_t percent = pattern.find('%');
-    if (percent == std::string::npos) return pattern;
-    size_t end = percent + 1;
-    while (end < pattern.size() && std::isdigit(static_cast<unsigned char>(pattern[end]))) ++end;
-    if (end >= pattern.size() || pattern[end] != 'd' || pattern.find('%', end) != std::string::npos)
-        throw UsageError("--output " + pattern + ": expected one number like %04d");
-    const std::string width = pattern.substr(percent + 1, end - percent - 1);
-    if (width.size() > 3) throw UsageError("--output " + pattern + ": expected a number of up to 99 digits");
-    std::string digits = std::to_string(number);
-    const size_t least = width.empty() ? 0 : size_t(std::stoi(width));
-    while (digits.size() < least) digits = (width[0] == '0' ? "0" : " ") + digits;
-    return pattern.substr(0, percent) + digits + pattern.substr(end + 1);
+    const auto numbered = FramePattern::in("--output", pattern);
+    return numbered ? numbered->path(number) : pattern;
 }
 
 bool is_frame(const std::string& pattern, const std::string& name)
@@ -289,8 +283,7 @@ Run resolve(App& app, const Options& o)
     const double frames = run.seconds() / run.preset.every;
     if (frames > 1e6) throw UsageError("--every: expected at most a million frames");
     run.frames = int(std::ceil(frames - 1e-9));
-    run.sequence = o.output.find('%') != std::string::npos;
-    frame_path(o.output, 0);
+    run.sequence = bool(FramePattern::in("--output", o.output));
     if (!o.floor_map.empty()) p.floor.map = read_floor_map(app, o.floor_map, p.lattice, o.up);
     return run;
 }

@@ -1,9 +1,12 @@
 #include "app.h"
 
 #include "config.h"
+#include "frames.h"
 #include "help.h"
+#include "scarcity.h"
 #include "shared.h"
 #include "signals.h"
+#include "standard_streams.h"
 #include "threads.h"
 #include "version.h"
 
@@ -23,17 +26,11 @@ namespace {
 
 constexpr const char *reading = "Reading", *writing = "Writing";
 
-void to_standard_output(const std::string& text)
-{
-    const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
-    if (std::fflush(stdout) != 0 || !written) throw IoError("standard output: cannot write to it");
-}
-
 /// Throws IoError if a file cannot come to be at `path`.
 void check_target(const std::string& path, bool no_clobber)
 {
     namespace fs = std::filesystem;
-    if (path == "-") return;
+    if (path == "-") return require_standard_output();
     if (path.empty()) throw IoError("'': expected a file name to write to");
     std::error_code none;
     if (fs::is_directory(path, none)) throw IoError(one_line(path) + ": expected a file to write to, this is a folder");
@@ -136,6 +133,7 @@ void App::declare_shared()
             if (!input->get_required()) keep.needs(Option(*this, input));
         }
     }
+    declare_frames();
     declare_common();
 }
 
@@ -156,11 +154,14 @@ void App::declare_common()
     machine(CLI::App::add_flag("-v,--verbose", s.verbosity, "print the time of each phase and more on standard error"));
     shared(add_flag("--werror", s.werror, "end with status 1 at the first warning; use it in scripts"));
     shared(add_option("--json", s.json, "write a report of the run as JSON to FILE, or - for standard output"))
-        ->type_name("FILE");
+        ->type_name("FILE")
+        ->writes_file(FileKind::Report);
     shared(add_flag("--dry-run", s.dry_run, "read the input and estimate memory and time, compute and write nothing"));
     shared(add_flag("-f,--force", s.force, "write binary data even to a terminal"));
-    machine(set_config("--config", "", "read options from FILE (TOML, lines key = value); the command line wins"))
-        ->type_name("FILE");
+    const Option config =
+        machine(set_config("--config", "", "read options from FILE (TOML, lines key = value); the command line wins"))
+            ->type_name("FILE");
+    s.files.push_back({config, std::nullopt, false, true});
     shared(add_flag("--print-config", s.print_config, "print all options as a file for --config, and exit"));
     const std::string name = get_name();
     set_version_flag(
@@ -225,9 +226,34 @@ void App::check_output(const std::string& path) const
     check_target(path, shared_->no_clobber);
 }
 
+/// Looks at the place of each output before the work. The folder of numbered frames may be made later.
+void App::check_places() const
+{
+    const Shared& s = *shared_;
+    const auto folder_of = [](const std::string& path) { return std::filesystem::path(path).parent_path(); };
+    const auto makes_folder_of = [&](const std::string& path) {
+        return std::any_of(s.files.begin(), s.files.end(), [&](const NamedFile& file) {
+            return file.kind && file.own_number && file.option.cli()->count() > 0 &&
+                   folder_of(file.option.cli()->results().back()) == folder_of(path);
+        });
+    };
+    for (const NamedFile& file : s.files) {
+        const CLI::Option* option = file.option.cli();
+        const std::string path = file.kind && option->count() ? at_frame(option->results().back()) : "";
+        if (path.empty() || (file.kind == FileKind::Other && makes_folder_of(path))) continue;
+        if (file.kind == FileKind::Report || file.kind == FileKind::Other)
+            check_target(path, false);
+        else if (const bool later = file.own_number || (!s.numbers.empty() && !s.frame);
+                 !dry_run() && !(later && FramePattern::in(file.option.name(), path)))
+            check_output(path);
+    }
+}
+
 void App::begin()
 {
     Shared& s = *shared_;
+    check_frames();
+    check_files();
     for (const auto& rule : s.rules) rule();
     const bool tty = ::isatty(STDERR_FILENO);
     Meter::Mode mode = s.quiet || !tty ? Meter::Off : Meter::Bar;
@@ -236,17 +262,11 @@ void App::begin()
     if (s.progress_choice == 3) mode = Meter::Machine;
     s.meter.set(mode, get_name());
 
-    const CLI::Option* output = get_option_no_throw("--output");
-    const std::string path = output && output->count() ? output->results().back() : "";
-    if (s.json == "-" && path == "-") {
-        s.json.clear();
-        throw UsageError("--json - and --output - cannot both have standard output");
-    }
-    if (!s.json.empty()) check_target(s.json, false);
-    if (!path.empty() && path.find('%') == std::string::npos && !s.dry_run) check_output(path);
+    check_places();
 
     s.parameters = parameters_of(*this);
-    s.limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, size_t(threads()));
+    s.limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                    size_t(startable_threads(threads())));
     if (!s.json.empty() && s.json != "-") {
         const nlohmann::json ended = finished_report("STATUS", "ended by SIGNAL");
         report_if_ended(s.json, ended.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
@@ -297,10 +317,9 @@ App::Outcome App::attempt(const std::function<void()>& work)
         return {failed, explain(error)};
     } catch (const CLI::ParseError& error) {
         return {usage, explain(error)};
-    } catch (const std::bad_alloc&) {
-        return {failed, "not enough memory for this; a smaller grid, or a higher limit, would do"};
     } catch (const std::exception& error) {
-        return {failed, error.what()};
+        const std::string scarce = scarcity();
+        return {failed, scarce.empty() ? error.what() : scarce};
     } catch (...) {
         return {failed, "internal error: an object that is no exception was thrown"};
     }
@@ -309,6 +328,7 @@ App::Outcome App::attempt(const std::function<void()>& work)
 int App::run(int argc, char** argv, const std::function<void()>& body)
 {
     Shared& s = *shared_;
+    occupy_standard_descriptors();
     install_signals(get_name());
     bool ran = false;
     Outcome outcome = attempt([&] {
@@ -318,7 +338,10 @@ int App::run(int argc, char** argv, const std::function<void()>& body)
         body();
     });
     s.meter.clear();
-    if (s.json.empty() && !ran) s.json = json_asked(argc, argv);
+    if (!ran) {
+        if (s.json.empty()) s.json = json_asked(argc, argv);
+        forget_unsafe_report(argc, argv);
+    }
     if (!s.json.empty() && (ran || outcome.status != ok)) {
         const Outcome reported =
             attempt([&] { write_report(s.json, finished_report(outcome.status, outcome.message)); });

@@ -29,9 +29,10 @@ enum Exit { ok = 0, failed = 1, usage = 2, unconverged = 3 };
 /// --help-all, and for tools that write grids: --compression --half --no-clobber; for tools that read grids:
 /// --trust-input --max-input; for those that do both: --keep.
 ///
-/// A tool declares its output as "-o,--output", a required option of one path: run() then looks at the folder, the
-/// terminal and --no-clobber before the work begins. Paths are plain std::string, without CLI::ExistingFile: a file
-/// that is not there is status 1, found by read(), where a wrong option is status 2.
+/// A tool declares its output as "-o,--output", a required option of one path. Every option that names a file says so
+/// (Option::reads_files, writes_file): run() then looks at names, folders, the terminal and --no-clobber before the
+/// work begins. Paths are plain std::string, without CLI::ExistingFile: a file that is not there is status 1, found by
+/// read(), where a wrong option is status 2.
 class App : public CLI::App {
 public:
     App(const std::string& name, const std::string& summary);
@@ -44,6 +45,13 @@ public:
     void writes_grids();
     /// The same for --no-clobber alone, for tools that write no grids.
     void never_clobbers();
+
+    /// Declares --frames for numbered files in and out, and with `several_inputs` --one-medium. Call while declaring.
+    void takes_frames(bool several_inputs);
+    /// Puts the number of a frame into a path that an option gave.
+    using PlaceFrame = std::function<void(std::string& path)>;
+    /// Calls `work` once; with --frames for each frame, in turn. The report then has a list "frames".
+    void each_frame(const std::function<void(const PlaceFrame&)>& work);
 
     /// What --help ends with: commands that run as printed, one after the other, in an empty folder. The first is what
     /// a newcomer needs. Each is a line, {"what it is for", "command"}.
@@ -142,7 +150,8 @@ public:
     int threads() const;
 
     /// Throws UsageError if `path` is "-" and standard output is a terminal without --force; IoError if `path` is a
-    /// folder, its folder is not there, or --no-clobber and it exists. run() does this for --output.
+    /// folder, its folder is not there, or --no-clobber and it exists. run() does this for every option that names an
+    /// output.
     void check_output(const std::string& path) const;
     /// True with --no-clobber, for tools that write by other means than write().
     bool no_clobber() const;
@@ -172,8 +181,16 @@ private:
 
     void declare_shared();
     void declare_common();
-    bool parse_line(int argc, char** argv);                        // false: all that was asked for is printed
-    void begin();                                                  // looks at what was asked, before the work
+    void declare_frames();
+    bool parse_line(int argc, char** argv);  // false: all that was asked for is printed
+    void begin();                            // looks at what was asked, before the work
+    void check_places() const;               // of outputs
+    void check_files();                      // names of outputs, and each a file of its own
+    void check_frames();                     // names and numbers of --frames
+    void refuse_unasked_frames() const;
+    std::string at_frame(const std::string& path) const;  // with the number of the frame that is worked on
+    void join_report(nlohmann::json& whole, int number) const;
+    void forget_unsafe_report(int argc, char** argv);              // no --json over another file of the command
     void note(const std::string& phase, double wall, double cpu);  // into the report
     Outcome attempt(const std::function<void()>& work);
     bool on_command_line(const CLI::Option*) const;

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <cstdint>
 #include <istream>
-#include <iterator>
 #include <string_view>
 
 namespace vdbcloud::app {
@@ -190,8 +189,13 @@ std::string toml(const Setting& setting)
 std::vector<CLI::ConfigItem> Toml::from_config(std::istream& input) const
 {
     const std::string path = printable(app_.get_config_ptr()->results().back(), 4096);
-    const std::string text{std::istreambuf_iterator<char>(input), {}};
+    constexpr size_t most = size_t(1) << 20;
+    std::string text(most + 1, ' ');
+    input.read(text.data(), std::streamsize(text.size()));
+    text.resize(size_t(input.gcount()));
     if (input.bad()) throw IoError(path + ": cannot read it");
+    if (text.size() > most)
+        throw IoError(path + ": has more than " + std::to_string(most) + " bytes: expected a smaller configuration");
     std::vector<CLI::ConfigItem> all;
     try {
         const toml::table table = parsed(text);

@@ -18,13 +18,18 @@ namespace vdbcloud::app {
 
 namespace {
 
-std::set<std::string> listed(const std::string& text)
+/// The names of a list between commas. A name of `known` may hold commas: where several names fit, the longest counts.
+std::set<std::string> listed(const std::string& text, const std::set<std::string>& known)
 {
     std::set<std::string> names;
     for (size_t from = 0; from <= text.size();) {
-        const size_t comma = std::min(text.find(',', from), text.size());
-        if (comma > from) names.insert(text.substr(from, comma - from));
-        from = comma + 1;
+        size_t end = std::min(text.find(',', from), text.size());
+        for (size_t longer = end; longer < text.size();) {
+            longer = std::min(text.find(',', longer + 1), text.size());
+            if (known.count(text.substr(from, longer - from))) end = longer;
+        }
+        if (end > from) names.insert(text.substr(from, end - from));
+        from = end + 1;
     }
     return names;
 }
@@ -98,7 +103,9 @@ void App::write(const std::string& path, GridFile& file)
 
     GridFile kept = file;
     if (s.keep != "all") {
-        const std::set<std::string> names = s.keep == "none" ? std::set<std::string>() : listed(s.keep);
+        std::set<std::string> known;
+        for (const GridBasePtr& grid : file.grids) known.insert(grid->getName());
+        const std::set<std::string> names = s.keep == "none" ? std::set<std::string>() : listed(s.keep, known);
         for (const std::string& name : names)
             if (!find_grid(file, name)) throw UsageError("--keep: there is no grid '" + one_line(name) + "' to keep");
         remove_grids(kept, [&](const std::string& name) {
@@ -109,6 +116,7 @@ void App::write(const std::string& path, GridFile& file)
     options.compression = s.compression;
     options.half = s.half;
     options.no_clobber = s.no_clobber;
+    options.warn = warnings();
     write_grid_file(path, kept, options);
     nlohmann::json output = {{"path", path}};
     if (!s.json.empty()) output["grids"] = described(kept);

@@ -11,8 +11,10 @@ constexpr size_t column = 30, width = 100;
 
 constexpr const char* contract = R"(Files:
   A file named - is standard input or standard output; binary data is not written to a terminal. An output
-  appears whole or not at all: it is written beside its place and then renamed. What a program does not use
-  of a .vdb passes through it, and every output says how it was made in its metadata `history`.
+  appears whole or not at all: it is written beside its place and then renamed. No two options may write one
+  file, and none may write a file that is read, but for --output of fractalgen, illuminate, p1solve and
+  exrmerge: these read their inputs whole, and the output then takes the place of an input. What a program
+  does not use of a .vdb passes through it, and every output says how it was made in its metadata `history`.
 
 Configuration:
   --print-config prints every option as a line `key = value` (a subset of TOML), --config reads such a file
@@ -26,7 +28,8 @@ Exit status:
   130, 143, 129, 141  ended by SIGINT, SIGTERM, SIGHUP, SIGPIPE; nothing half-written stays
 
 Environment:
-  SLURM_CPUS_PER_TASK bounds the threads; NO_COLOR leaves messages plain.
+  SLURM_CPUS_PER_TASK bounds the threads; NO_COLOR leaves messages plain; TMPDIR is the
+  folder for private copies of inputs above 256 MiB.
 )";
 
 /// `text` in lines that end before the last column, those after the first moved in.

@@ -20,27 +20,6 @@ namespace vdbcloud::app {
 
 namespace {
 
-/// One property of the world that all inputs have to state alike, if they state it.
-class Agreement {
-public:
-    Agreement(std::string what, std::string way_out) : what_(std::move(what)), way_out_(std::move(way_out)) {}
-    /// Throws UsageError if an earlier file has another value. An empty value agrees with all.
-    void require(const std::string& file, const std::string& value)
-    {
-        if (value.empty()) return;
-        if (value_.empty()) {
-            file_ = file;
-            value_ = value;
-        } else if (value != value_) {
-            throw UsageError(file_ + " has " + what_ + " " + value_ + " and " + file + " has " + what_ + " " + value +
-                             ": " + way_out_);
-        }
-    }
-
-private:
-    std::string what_, way_out_, file_, value_;
-};
-
 /// The entries on which all maps that have them agree.
 MetaMap agreed(const std::vector<const MetaMap*>& maps)
 {
@@ -142,18 +121,46 @@ GridFile joined_file(App& app, const std::vector<GridFile>& files, const std::ve
 
 }  // namespace
 
+World::World(bool compare_up) : compare_up_(compare_up), said_(std::make_shared<MetaMap>()) {}
+
+void World::Fact::require(const std::string& file, const std::string& value)
+{
+    if (value.empty()) return;
+    if (value_.empty()) {
+        file_ = file;
+        value_ = value;
+    } else if (value != value_) {
+        throw UsageError(printable(file_, 4096) + " has " + what_ + " " + value_ + " and " + printable(file, 4096) +
+                         " has " + what_ + " " + value + ": " + way_out_);
+    }
+}
+
+void World::add(const std::string& file, const MetaMap& metadata)
+{
+    const auto axis = read_up_axis(metadata);
+    if (axis && compare_up_) up_.require(file, up_axis_words.word(*axis));
+    const double metres = get_number(metadata, schema::meters_per_unit, 0);
+    if (metres > 0) unit_.require(file, shortest(metres));
+    const auto take = [&](const char* key, bool says) {
+        if (says && !(*said_)[key]) said_->insertMeta(key, *metadata[key]);
+    };
+    take(schema::up_axis, axis.has_value());
+    take(schema::meters_per_unit, metres > 0);
+}
+
+void World::complete(MetaMap& metadata) const
+{
+    for (auto said = said_->beginMeta(); said != said_->endMeta(); ++said)
+        if (!metadata[said->first]) metadata.insertMeta(said->first, *said->second);
+}
+
 std::vector<GridFile> read_inputs(App& app, const std::vector<std::string>& paths, bool compare_up)
 {
-    if (std::count(paths.begin(), paths.end(), "-") > 1)
-        throw UsageError("standard input is named twice: expected - once at most");
     std::vector<GridFile> files;
-    Agreement up("the up axis", "choose with --up"), unit("meters_per_unit", "expected inputs in one unit of length");
+    World world(compare_up);
     for (const std::string& path : paths) {
         files.push_back(app.read(path));
-        const MetaMap& metadata = *files.back().metadata;
-        if (const auto axis = read_up_axis(metadata); axis && compare_up) up.require(path, up_axis_words.word(*axis));
-        if (const double metres = get_number(metadata, schema::meters_per_unit, 0); metres > 0)
-            unit.require(path, shortest(metres));
+        world.add(path, *files.back().metadata);
     }
     return files;
 }

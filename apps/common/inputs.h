@@ -8,7 +8,9 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/scene/light.h"
 
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace vdbcloud::app {
@@ -25,8 +27,37 @@ auto of_file(const std::string& path, const Work& work)
     }
 }
 
-/// Reads all inputs, in order. Throws UsageError if standard input is named twice, where two files state different
-/// units of length, and, with `compare_up`, where two files state different axes that point up.
+/// What the inputs of one run say of the world that they share, and what later stages rely on: the axis that points up
+/// and the unit of length.
+class World {
+public:
+    /// `compare_up`: false where the user chooses the axis.
+    explicit World(bool compare_up);
+
+    /// Takes note of a file. Throws UsageError, which names both files, if an earlier one says something else.
+    void add(const std::string& file, const MetaMap&);
+    /// Adds to the metadata of an output what the inputs say and the metadata do not.
+    void complete(MetaMap&) const;
+
+private:
+    /// One property that all files have to state alike, if they state it.
+    class Fact {
+    public:
+        Fact(std::string what, std::string way_out) : what_(std::move(what)), way_out_(std::move(way_out)) {}
+        /// An empty value agrees with all.
+        void require(const std::string& file, const std::string& value);
+
+    private:
+        std::string what_, way_out_, file_, value_;
+    };
+
+    bool compare_up_;
+    Fact up_{"the up axis", "choose with --up"}, unit_{"meters_per_unit", "expected inputs in one unit of length"};
+    std::shared_ptr<MetaMap> said_;
+};
+
+/// Reads all inputs, in order. Throws UsageError where two files state different units of length, and, with
+/// `compare_up`, where two files state different axes that point up.
 std::vector<GridFile> read_inputs(App&, const std::vector<std::string>& paths, bool compare_up = true);
 
 /// A light that a file describes.

@@ -30,6 +30,10 @@ size_t edits(const std::string& a, const std::string& b)
 std::string nearest(const std::string& name, const std::vector<std::string>& known)
 {
     std::string best;
+    if (name.size() >= 2)
+        for (const std::string& word : known)
+            if (word.compare(0, name.size(), name) == 0 && (best.empty() || word.size() < best.size())) best = word;
+    if (!best.empty()) return best;  // "--res" for --resolution
     size_t least = std::min<size_t>(3, 1 + name.size() / 3);
     for (const std::string& word : known) {
         const size_t distance = edits(name.substr(0, 64), word);

@@ -24,6 +24,14 @@ Option Option::type_name(const std::string& name) const { return cli()->type_nam
 Option Option::expected(int count) const { return cli()->expected(count), *this; }
 Option Option::allow_extra_args() const { return cli()->allow_extra_args(), *this; }
 
+Option Option::reads_files() const { return app_->shared_->files.push_back({*this, std::nullopt, false}), *this; }
+Option Option::writes_file(FileKind kind) const { return app_->shared_->files.push_back({*this, kind, false}), *this; }
+Option Option::rewrites_file(FileKind kind) const { return app_->shared_->files.push_back({*this, kind, true}), *this; }
+Option Option::writes_frames(FileKind kind) const
+{
+    return app_->shared_->files.push_back({*this, kind, false, true}), *this;
+}
+
 std::string Option::name() const { return cli()->get_name(); }
 
 std::string Option::text() const

@@ -1,5 +1,7 @@
 #pragma once
 // A handle of a declared option: how the option is shown and checked, when it has an effect, whether it was given.
+#include "named_files.h"
+
 #include <CLI/Option.hpp>
 
 #include <functional>
@@ -30,6 +32,17 @@ public:
     Option type_name(const std::string&) const;
     Option expected(int) const;
     Option allow_extra_args() const;
+
+    /// The option names files that the program reads.
+    Option reads_files() const;
+    /// The option names a file that the program writes. run() then refuses, with status 2 and before any work, a name
+    /// that does not fit the kind, a file that another option writes, and a file that the program reads.
+    Option writes_file(FileKind) const;
+    /// The same, and the file may be one that the program reads: for programs that read their input whole and pass on
+    /// what it holds.
+    Option rewrites_file(FileKind) const;
+    /// The same as writes_file(); the program itself puts numbers of frames into the name.
+    Option writes_frames(FileKind) const;
 
     /// No effect unless `other` was given.
     Option needs(const Option& other) const;

@@ -191,21 +191,31 @@ Option App::add_flag(const std::string& names, bool& value, const std::string& d
     return Option(*this, option).default_str(present ? "true" : "");
 }
 
+namespace {
+
+std::string lower(std::string text)
+{
+    for (char& c : text) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
+    return text;
+}
+
+}  // namespace
+
 Option App::word_option(const std::string& names, const std::vector<std::string>& words, const std::string& present,
                         const std::function<void(const std::string&)>& chosen, const std::string& description)
 {
     std::string shown;
     for (const std::string& word : words) shown += (shown.empty() ? "" : "|") + word;
-    const auto check = [=](const std::string& text) -> std::string {
+    // Upper case is accepted and becomes the word, so that history and report have one spelling.
+    const auto check = [=](std::string& text) -> std::string {
         for (const std::string& word : words)
-            if (word == text) return {};
+            if (lower(word) == lower(text)) return text = word, std::string();
         return "'" + text + "': expected " + shown;
     };
     const auto read = [=](const CLI::results_t& given) { return chosen(given.front()), true; };
-    return Option(*this, CLI::App::add_option(names, CLI::callback_t(read), description))
-        ->default_str(present)
-        ->type_name(shown)
-        ->check(CLI::Validator(check, ""));
+    const Option option(*this, CLI::App::add_option(names, CLI::callback_t(read), description));
+    option.cli()->transform(CLI::Validator(check, ""));
+    return option->default_str(present)->type_name(shown);
 }
 
 std::vector<std::string> default_words(const Setting& setting)

@@ -145,7 +145,8 @@ std::string App::history(const std::string& inherited) const
         if (setting.name == "output") continue;
         std::vector<std::string> words;
         for (const std::string& word : setting.words)
-            if (!shared_->traced_inputs.count(word)) words.push_back(setting.numeric ? word : last_part(word));
+            if (const std::string path = setting.numeric ? word : at_frame(word); !shared_->traced_inputs.count(path))
+                words.push_back(setting.numeric ? word : last_part(path));
         if (words.empty()) continue;
         setting.words = words;
         own += " " + setting.name + "=" + toml(setting);

@@ -2,6 +2,7 @@
 // The inside of App.
 #include "app.h"
 #include "config.h"
+#include "named_files.h"
 #include "progress.h"
 
 #include "vdbcloud/file/io.h"
@@ -12,6 +13,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -21,18 +23,27 @@ namespace vdbcloud::app {
 double wall_seconds();  ///< of a clock that only goes forward
 double cpu_seconds();   ///< of all threads of this process
 
+/// A file that an option names.
+struct NamedFile {
+    Option option;
+    std::optional<FileKind> kind;    // none: the program reads it
+    bool may_replace_input = false;  // the output may be a file that the program reads
+    bool own_number = false;         // a number in the name is not that of --frames
+};
+
 struct App::Shared {
     // What the tool does.
-    bool reads = false, writes = false, may_clobber = false;
+    bool reads = false, writes = false, may_clobber = false, sequences = false, several_inputs = false;
+    std::vector<NamedFile> files;
     std::vector<Option> inputs;                // of a tool that can run without one, else empty
     std::vector<std::function<void()>> rules;  // each throws if an option has no effect
 
     // Options.
     int threads = 0, verbosity = 0;
     bool quiet = false, dry_run = false, werror = false, force = false, print_config = false;
-    bool half = false, no_clobber = false, trust_input = false;
+    bool one_medium = false, half = false, no_clobber = false, trust_input = false;
     double max_input = 16;  // [GiB]
-    std::string json, keep = "all", completion;
+    std::string frames, json, keep = "all", completion;
     int progress_choice = 0;  // auto, always, never, machine
     Compression compression = Compression::Blosc;
 
@@ -45,6 +56,8 @@ struct App::Shared {
     Meter meter;
     std::unique_ptr<tbb::global_control> limit;
     double wall_start = wall_seconds();
+    std::vector<int> numbers;               // of --frames
+    std::optional<int> frame;               // the one that is worked on
     std::set<std::string> used;             // grids --keep never drops
     std::set<std::string> inherited_grids;  // names in what was read
     std::set<std::string> traced_inputs;    // paths of inputs that bring a history

@@ -1,5 +1,7 @@
 #include "signals.h"
 
+#include "scarcity.h"
+
 #include "vdbcloud/core/atomic_file.h"
 
 #include <fcntl.h>
@@ -8,6 +10,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -44,7 +47,7 @@ void put(int file, const std::string& text) { put(file, text.data(), text.size()
 /// Only calls that are safe in a handler.
 void leave_report(const LastWords& words, int signal)
 {
-    const int file = ::open(words.temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    const int file = ::open(words.temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (file < 0) return;
     put(file, words.before);
     for (const Ending& ending : endings)
@@ -55,7 +58,7 @@ void leave_report(const LastWords& words, int signal)
     put(file, digits, 3);
     put(file, words.after);
     ::close(file);
-    ::rename(words.temporary.c_str(), words.path.c_str());
+    if (::rename(words.temporary.c_str(), words.path.c_str()) != 0) ::unlink(words.temporary.c_str());
 }
 
 void handle(int signal)
@@ -81,9 +84,29 @@ void handle(int signal)
 [[noreturn]] void terminated()
 {
     remove_temporaries();
-    put(STDERR_FILENO, tool_name + ": internal error: an exception left its thread; please report it\n");
+    const std::string scarce = scarcity();
+    put(STDERR_FILENO,
+        tool_name + ": " +
+            (scarce.empty() ? "internal error: an exception left its thread; please report it" : scarce) + "\n");
     std::_Exit(1);
 }
+
+/// Ends a program whose libraries cannot start: log4cplus, which OpenVDB brings, starts threads before main().
+[[noreturn]] void not_started()
+{
+    const std::string scarce = scarcity();
+    const bool other = scarce.empty() && std::current_exception();
+    put(STDERR_FILENO, std::string(program_invocation_short_name) +
+                           (other ? ": internal error: an exception before the start; please report it\n"
+                                  : ": not enough memory to start; a higher limit would do\n"));
+    std::_Exit(1);
+}
+
+void before_libraries(int /*argc*/, char** /*argv*/, char** /*environment*/) { std::set_terminate(not_started); }
+
+// The system calls these functions before the constructors of shared libraries.
+using Early = void (*)(int, char**, char**);
+[[gnu::section(".preinit_array"), gnu::used]] const Early early = before_libraries;
 
 }  // namespace
 
@@ -113,12 +136,10 @@ void report_if_ended(const std::string& path, const std::string& text)
     const size_t name = text.find("SIGNAL"), status = text.find("\"STATUS\"");
     if (path.empty() || name == std::string::npos || status == std::string::npos || status < name) return;
     struct stat target = {};
-    if (::lstat(path.c_str(), &target) == 0 && !S_ISREG(target.st_mode))
-        return;  // never renamed over a device or a link
-    const size_t slash = path.rfind('/');
-    const size_t base = slash == std::string::npos ? 0 : slash + 1;
-    words.path = path;
-    words.temporary = path.substr(0, base) + "." + path.substr(base) + "." + std::to_string(::getpid());
+    words.path = link_target(path);
+    if (::lstat(words.path.c_str(), &target) == 0 && !S_ISREG(target.st_mode))
+        return;                                    // never renamed over a device or a link
+    words.temporary = temporary_name(words.path);  // now, because a handler cannot draw random numbers
     words.before = text.substr(0, name);
     words.between = text.substr(name + 6, status - name - 6);
     words.after = text.substr(status + 8);

@@ -35,18 +35,30 @@ UpAxis settled_up(App& app, const std::optional<UpAxis>& asked, GridFile& file, 
 
 void declare_inputs(App& app, std::vector<std::string>& paths, const std::string& help)
 {
-    app.add_option("input", paths, help)->required()->type_name("FILE")->allow_extra_args()->expected(-1);
+    app.add_option("input", paths, help)
+        ->required()
+        ->type_name("FILE")
+        ->allow_extra_args()
+        ->expected(-1)
+        ->reads_files();
 }
 
 void declare_stage(App& app, StageOptions& o, const std::string& input, const std::string& output)
 {
     declare_inputs(app, o.inputs, input);
-    app.add_option("-o,--output", o.output, output)->required();
+    app.add_option("-o,--output", o.output, output)->required()->rewrites_file(FileKind::Grids);
     declare_density(app, o.density);
     declare_up(app, o.up, "Lights");
     declare_periodic(app, o.periodic, "Medium");
     app.reads_grids();
     app.writes_grids();
+    app.takes_frames(/*several_inputs=*/true);
+}
+
+void place_stage(StageOptions& o, const App::PlaceFrame& place)
+{
+    for (std::string& input : o.inputs) place(input);
+    place(o.output);
 }
 
 }  // namespace vdbcloud::app

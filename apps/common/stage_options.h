@@ -27,6 +27,9 @@ void declare_inputs(App&, std::vector<std::string>& paths, const std::string& he
 /// help. Keeps references to `o`.
 void declare_stage(App&, StageOptions& o, const std::string& input, const std::string& output);
 
+/// Puts the number of a frame into the paths of a stage.
+void place_stage(StageOptions&, const App::PlaceFrame&);
+
 /// --density alone, bound to `name`.
 Option declare_density(App&, std::string& name);
 

@@ -1,14 +1,19 @@
 #include "threads.h"
 
 #include <sched.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <exception>
 #include <fstream>
+#include <mutex>
 #include <sstream>
 #include <string>
+#include <thread>
+#include <vector>
 
 namespace vdbcloud::app {
 
@@ -71,6 +76,25 @@ int allowed_threads()
         if (given > 0) count = int(std::min<long>(count, given));
     }
     return std::max(1, count);
+}
+
+int startable_threads(int wanted)
+{
+    rlimit memory = {};
+    if (wanted < 2 || (::getrlimit(RLIMIT_AS, &memory) == 0 && memory.rlim_cur == RLIM_INFINITY)) return wanted;
+    // Each thread waits, so that all of them exist at once, as those of the work will.
+    std::mutex wait;
+    std::vector<std::thread> started;
+    {
+        const std::lock_guard<std::mutex> held(wait);
+        try {
+            while (int(started.size()) + 1 < wanted)
+                started.emplace_back([&wait] { const std::lock_guard<std::mutex> turn(wait); });
+        } catch (const std::exception&) {  // no room for another thread
+        }
+    }
+    for (std::thread& thread : started) thread.join();
+    return int(started.size()) + 1;
 }
 
 }  // namespace vdbcloud::app

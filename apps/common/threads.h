@@ -7,4 +7,8 @@ namespace vdbcloud::app {
 /// SLURM_CPUS_PER_TASK; at least 1.
 int allowed_threads();
 
+/// How many of `wanted` threads the system lets this process have. Fewer where the address space or the number of
+/// processes is limited (ulimit -v, ulimit -u).
+int startable_threads(int wanted);
+
 }  // namespace vdbcloud::app

@@ -62,7 +62,8 @@ std::string App::reworded(const CLI::ParseError& error) const
     if (dynamic_cast<const CLI::ExtrasError*>(&error)) return unexpected(*this);
     if (error.get_name() == "RequiredError") {
         const std::string name = what.substr(0, what.find(' '));
-        return name[0] == '-' ? "the option " + name + " is required" : what;
+        return name[0] == '-' ? "the option " + name + " is required"
+                              : what + ": name a file, or - to read from a pipe";
     }
     const std::string unread = "Could not convert: ";
     if (what.rfind(unread, 0) == 0) {

@@ -4,8 +4,6 @@
 //   exrmerge a.exr b.exr -o both.exr
 #include "app.h"
 
-#include "vdbcloud/core/error.h"
-#include "vdbcloud/render/image_out.h"
 #include "vdbcloud/render/merge.h"
 
 using namespace vdbcloud;
@@ -27,10 +25,12 @@ void declare(app::App& app, Options& o)
         ->type_name("FILE")
         ->configurable(false)  // sample ranges and history say what the inputs were
         ->allow_extra_args()
-        ->expected(-1);
+        ->expected(-1)
+        ->reads_files();
     app.add_option("-o,--output", o.output, "picture of all samples to write: .exr, or - for standard output")
         ->required()
-        ->type_name("FILE");
+        ->type_name("FILE")
+        ->rewrites_file(app::FileKind::Map);
     app.examples(
         {{"two halves of one run",
           "fractalgen --size 32 -o cloud.vdb && render cloud.vdb --integrator path --spp 8 --resolution 64 -o a.exr && "
@@ -42,8 +42,6 @@ void declare(app::App& app, Options& o)
 
 void merge(app::App& app, const Options& o)
 {
-    if (image_format(o.output) != ImageFormat::Exr)
-        throw UsageError("--output " + printable(o.output) + ": expected a name that ends in .exr");
     PictureMerge pictures;
     {
         const auto reading = app.phase("merge");

@@ -4,7 +4,6 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/fractal/mask_envelope.h"
 #include "vdbcloud/grid/density.h"
-#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/grid/select.h"
 
@@ -38,12 +37,11 @@ EnvelopePtr envelope_of(const Options& o, const Domain& domain, const FloatGrid*
     return cumulus_envelope(box, o.cumulus);
 }
 
-FloatGridPtr mask_of(App& app, const Options& o, MetaMap& metadata)
+FloatGridPtr mask_of(App& app, const Options& o, World& world)
 {
     if (o.envelope_from.empty()) return nullptr;
     GridFile file = app.read(o.envelope_from);
-    for (const char* key : {schema::up_axis, schema::meters_per_unit})
-        if (const auto said = (*file.metadata)[key]; said && !has_meta(metadata, key)) metadata.insertMeta(key, *said);
+    world.add(file.path, *file.metadata);
     GridBasePtr surface;
     for (const auto& grid : file.grids)
         if (!surface && grid->getGridClass() == openvdb::GRID_LEVEL_SET) surface = grid;

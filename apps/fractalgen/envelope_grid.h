@@ -1,15 +1,16 @@
 #pragma once
 // The envelope of the cloud: a body, or a grid of another file.
+#include "inputs.h"
 #include "options.h"
 
 #include "vdbcloud/fractal/envelope.h"
 
 namespace vdbcloud::app {
 
-/// The grid of --envelope-from: the named one, else a density, else a level set. Null without a file. What the file
-/// says of its space, up axis and metres, goes into `metadata` where that says nothing. Throws InputError for a level
-/// set that is not of floats.
-FloatGridPtr mask_of(App&, const Options&, MetaMap& metadata);
+/// The grid of --envelope-from: the named one, else a density, else a level set. Null without a file. `world`
+/// takes note of the file. Throws InputError for a level set that is not of floats, UsageError for a file that
+/// contradicts the world.
+FloatGridPtr mask_of(App&, const Options&, World& world);
 
 /// Bounds of the mask, enlarged by the distance that noise can add.
 Box bounds_around(const FloatGrid& mask, const Options&);

@@ -60,15 +60,15 @@ void run(app::App& app, app::Options& o)
     o.spectrum.seed = o.cumulus.seed = o.seed;
     o.spectrum.beta = o.beta.value_or(o.mountain ? app::mountain_beta : app::cloud_beta);
     o.spectrum.outer = o.outer.value_or(o.mountain ? app::mountain_outer : app::cloud_outer);
-    if (o.input == "-" && o.envelope_from == "-")
-        throw UsageError("the input and --envelope-from are both standard input: name one of them as a file");
-
     MetaMap medium;
     app::write_given_medium(o.medium, medium);
     GridFile file;
     file.metadata = std::make_shared<MetaMap>();
     if (!o.input.empty()) file = app.read(o.input);
-    const auto mask = mask_of(app, o, *file.metadata);
+    app::World world(!o.up_asked);
+    world.add(o.input, *file.metadata);
+    const auto mask = mask_of(app, o, world);
+    world.complete(*file.metadata);
     o.up = app::settled_up(app, o.up_asked, file, false);
     o.cumulus.up = o.shape.up = o.relief.up = index_of(o.up);
     const auto domain = domain_of(o, mask ? bounds_around(*mask, o) : default_bounds(o));
@@ -88,5 +88,11 @@ int main(int argc, char** argv)
     app::App app("fractalgen", "A fractal cloud: noise with a power-law spectrum on an envelope, as a density grid.");
     app::Options o;
     app::declare(app, o);
-    return app.run(argc, argv, [&] { run(app, o); });
+    return app.run(argc, argv, [&] {
+        app.each_frame([&](const auto& place) {
+            app::Options frame = o;
+            for (std::string* path : {&frame.input, &frame.envelope_from, &frame.output}) place(*path);
+            run(app, frame);
+        });
+    });
 }

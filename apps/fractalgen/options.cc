@@ -57,6 +57,7 @@ Option declare_envelope(App& app, Options& o, const char* group, const std::func
         ->group(group);
     const Option from = app.add_option("--envelope-from", o.envelope_from,
                                        "fill the fog or level set of this .vdb instead of a body; - for standard input")
+                            ->reads_files()
                             ->not_with(mountain, "--mountain")
                             ->type_name("FILE")
                             ->group(group);
@@ -130,9 +131,13 @@ void declare_mountain(App& app, Options& o)
 void declare(App& app, Options& o)
 {
     app.writes_grids();
+    app.takes_frames(/*several_inputs=*/false);
     const Option input =
-        app.add_option("input", o.input, ".vdb to add the grid to, or - for standard input; without it a new file");
-    app.add_option("-o,--output", o.output, ".vdb to write, or - for standard output")->required();
+        app.add_option("input", o.input, ".vdb to add the grid to, or - for standard input; without it a new file")
+            .reads_files();
+    app.add_option("-o,--output", o.output, ".vdb to write, or - for standard output")
+        ->required()
+        ->rewrites_file(FileKind::Grids);
     declare_noise(app, o);
     const Option from = declare_shape(app, o);
     app.reads_grids({input, from});

@@ -121,5 +121,11 @@ int main(int argc, char** argv)
     app::App app("illuminate", "The light that reaches each voxel of a density: a transmittance grid for each light.");
     IlluminateOptions o;
     declare(app, o);
-    return app.run(argc, argv, [&] { illuminate(app, o); });
+    return app.run(argc, argv, [&] {
+        app.each_frame([&](const auto& place) {
+            IlluminateOptions frame = o;
+            app::place_stage(frame, place);
+            illuminate(app, frame);
+        });
+    });
 }

@@ -88,5 +88,12 @@ int main(int argc, char** argv)
                  "Multiple scattering in a density by the P1 equations: fluence and flux beside what the file holds.");
     P1solveOptions o;
     declare(app, o);
-    return app.run(argc, argv, [&] { solve(app, o); });
+    return app.run(argc, argv, [&] {
+        app.each_frame([&](const auto& place) {
+            P1solveOptions frame = o;
+            app::place_stage(frame, place);
+            place(frame.flux_map);
+            solve(app, frame);
+        });
+    });
 }

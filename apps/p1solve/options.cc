@@ -2,7 +2,6 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/grid/sources.h"
-#include "vdbcloud/render/image_out.h"
 
 namespace vdbcloud {
 
@@ -127,22 +126,12 @@ void declare_power(app::App& app, P1solveOptions& o)
            "picture of power by column of the grid to write, an .exr: diffuse light up at the top and down at the "
            "base, direct light at both, absorbed power. P1 alone takes one sweep of --directions for it")
         ->type_name("FILE")
+        ->writes_file(app::FileKind::Map)
         ->group(group);
     o.heating =
         app.add_flag("--heating", o.scatter.heating,
                      "write a grid heating: absorbed power per volume, whose sum is the absorbed power of --json")
             ->group(group);
-}
-
-void read_flux_map(const app::App& app, P1solveOptions& o)
-{
-    if (o.flux_map.empty()) return;
-    if (image_format(o.flux_map) != ImageFormat::Exr)
-        throw UsageError("--flux-map " + printable(o.flux_map) + ": expected a name that ends in .exr");
-    if (o.flux_map == "-" && o.output == "-")
-        throw UsageError("--flux-map - with --output -: expected one of them on standard output");
-    app.check_output(o.flux_map);
-    o.scatter.flux_map = true;
 }
 
 void read_closure(app::App& app, P1solveOptions& o)
@@ -266,7 +255,7 @@ void choose_ground(P1solveOptions& o, const app::Axes& periodic)
 
 void finish(app::App& app, P1solveOptions& o)
 {
-    read_flux_map(app, o);
+    o.scatter.flux_map = !o.flux_map.empty();
     read_closure(app, o);
 }
 

@@ -15,16 +15,6 @@ using namespace vdbcloud;
 
 namespace {
 
-/// The pictures' formats, before any work: a wrong extension costs nothing then.
-void check_outputs(const app::App& app, const RenderOptions& o)
-{
-    image_format(o.output);
-    if (o.png.empty()) return;
-    if (image_format(o.png) != ImageFormat::Png)
-        throw UsageError("--png " + printable(o.png) + ": expected a name that ends in .png");
-    app.check_output(o.png);
-}
-
 void write_pictures(app::App& app, const RenderOptions& o, const LoadedScene& loaded, const Film& film,
                     const CameraView& view, bool background_in_exr, const PassReport& passes)
 {
@@ -46,7 +36,6 @@ void write_pictures(app::App& app, const RenderOptions& o, const LoadedScene& lo
 
 void render(app::App& app, RenderOptions& o)
 {
-    check_outputs(app, o);
     choose_samples(o);
     const ImageSize size = image_size(o);
     LoadedScene loaded = load_scene(app, o);
@@ -84,7 +73,16 @@ int main(int argc, char** argv)
     app::App app("render", "A picture of clouds, fog, smoke or fire in .vdb files.");
     app.reads_grids();
     app.never_clobbers();
+    app.takes_frames(/*several_inputs=*/true);
     RenderOptions options;
     declare(app, options);
-    return app.run(argc, argv, [&] { render(app, options); });
+    return app.run(argc, argv, [&] {
+        app.each_frame([&](const auto& place) {
+            RenderOptions frame = options;
+            for (std::string& input : frame.inputs) place(input);
+            place(frame.output);
+            place(frame.png);
+            render(app, frame);
+        });
+    });
 }

@@ -238,9 +238,11 @@ void declare(app::App& app, RenderOptions& o)
                         "scattering of several files: p1solve all of them into one file first");
     app.add_option("-o,--output", o.output, "picture to write: .exr, .png, or - for an .exr on standard output")
         ->required()
-        ->type_name("FILE");
+        ->type_name("FILE")
+        ->writes_file(app::FileKind::Picture);
     app.add_option("--png", o.png, "second picture to write, a .png to look at")
         ->type_name("FILE")
+        ->writes_file(app::FileKind::Png)
         ->configurable(false);
     app::declare_density(app, o.density)->group("Medium");
     app::declare_periodic(app, o.periodic, "Medium");

@@ -24,8 +24,8 @@ struct Options {
 void declare(app::App& app, Options& o)
 {
     app.reads_grids();
-    app.add_option("a", o.a, ".vdb, or - for standard input")->required();
-    app.add_option("b", o.b, ".vdb to compare with the first, or - for standard input")->required();
+    app.add_option("a", o.a, ".vdb, or - for standard input")->required()->reads_files();
+    app.add_option("b", o.b, ".vdb to compare with the first, or - for standard input")->required()->reads_files();
     app.add_option(
         "--grid", o.grids,
         "compare this grid alone, NAME or NAME[k]; again for another; without it all grids, which have to be "
@@ -80,7 +80,6 @@ Tolerances criteria(const Options& o)
 
 void compare(app::App& app, const Options& o)
 {
-    if (o.a == "-" && o.b == "-") throw UsageError("both files are standard input: name one of them as a file");
     const GridFile a = app.read(o.a), b = app.read(o.b);
     if (app.dry_run()) return;
     const auto comparing = app.phase("compare");

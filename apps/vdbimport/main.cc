@@ -44,10 +44,12 @@ void declare(app::App& app, Options& o)
            "a table of numbers, a row a line, or - for standard input: a vertical section whose rows are layers, "
            "the top one first; with --thickness a map of columns; with --boxes a list of boxes")
         ->required()
-        ->type_name("FILE");
+        ->type_name("FILE")
+        ->reads_files();
     app.add_option("-o,--output", o.output, "the cloud to write: a .vdb, or - for standard output")
         ->required()
-        ->type_name("FILE");
+        ->type_name("FILE")
+        ->writes_file(app::FileKind::Grids);
     app.add_option(
            "--cell", o.cell,
            "DX,DY,DZ: size of a cell along a row (x), across, and vertically [world unit]; tables of the I3RC are in "
@@ -67,7 +69,7 @@ void declare(app::App& app, Options& o)
     const app::Option thickness =
         app.add_option("--thickness", o.thickness, "a table of the same shape: geometric thickness of each column")
             .not_with(boxes, "--boxes");
-    thickness->type_name("FILE");
+    thickness->type_name("FILE")->reads_files();
     app.add_option("--thickness-unit", o.thickness_unit, "world units in a unit of --thickness: 1000 for km and m")
         ->check(app::positive)
         ->needs(thickness);

@@ -27,12 +27,13 @@ struct Options {
 void declare(app::App& app, Options& o)
 {
     app.reads_grids();
-    app.add_option("input", o.input, ".vdb, or - for standard input")->required();
+    app.add_option("input", o.input, ".vdb, or - for standard input")->required()->reads_files();
     app.add_option("--grid", o.grids, "grid to read, NAME or NAME[k]; again for a further column")->required();
     app.add_vec3s("--at", o.at, "point x,y,z [world unit]; again for a further line");
     app.add_option("--points", o.points,
                    "a table of points, three numbers a line, which follow those of --at; - for standard input")
-        ->type_name("FILE");
+        ->type_name("FILE")
+        ->reads_files();
     app.examples({{"the density in the middle of a cloud",
                    "fractalgen --size 48 -o cloud.vdb && vdbprobe cloud.vdb --grid density --at 0,0.5,0"},
                   {"fluence and flux along a line, as a table",
@@ -78,8 +79,6 @@ std::string heading(const std::vector<GridBasePtr>& grids, const std::vector<std
 
 void probe(app::App& app, const Options& o)
 {
-    if (o.input == "-" && o.points == "-")
-        throw UsageError("input and --points are both standard input: name one of them as a file");
     const std::vector<Vec3d> points = wanted_points(o);
     const GridFile file = app.read(o.input);
     std::vector<GridBasePtr> grids;

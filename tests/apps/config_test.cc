@@ -93,6 +93,18 @@ TEST(Config, ReadsAllFormsOfTomlAndAByteOrderMark)
     EXPECT_EQ(all["density"], 1000.5);
 }
 
+TEST(Config, AFileWithoutAnEndIsRefused)
+{
+    RunOptions limits;
+    limits.memory = uint64_t(3) << 30;
+    limits.seconds = 20;
+    for (const char* endless : {"/dev/zero", "/dev/urandom"}) {
+        const RunResult r = run({program("echo_tool"), "-o", "/dev/null", "--config", endless}, limits);
+        EXPECT_EQ(r.status, 1) << r.err;
+        EXPECT_NE(r.err.find(endless + std::string(": has more than 1048576 bytes")), std::string::npos) << r.err;
+    }
+}
+
 TEST(Config, OneOfSeveralRoundTrips) { expect_round_trip({"--lamp", "1,2,3", "--name", "alone", "--width", "7"}); }
 
 TEST(Config, OddTextRoundTrips)

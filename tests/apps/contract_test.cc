@@ -85,6 +85,7 @@ TEST(Contract, AWrongCommandLineIsStatusTwoAndNamesTheExpectation)
         {{"-o", "x", "--qqqqqqqqq=3"}, "unknown option '--qqqqqqqqq'\n"},
         {{"-o", "x", "--sn", "1,2,3"}, "unknown option '--sn'\n"},
         {{"-o", "x", "--usn", "1,2,3"}, "unknown option '--usn'; did you mean '--sun'?"},
+        {{"-o", "x", "--meth", "steps"}, "unknown option '--meth'; did you mean '--method'?"},
         {{"--outptu", "x"}, "unknown option '--outptu'; did you mean '--output'?"},
         {{"-o", "x", "--densty=3"}, "unknown option '--densty'; did you mean '--density'?"},
         {{"-o", "x", "in", "--densty", "3"}, "unknown option '--densty'; did you mean '--density'?"},
@@ -120,7 +121,7 @@ TEST(Contract, AWrongCommandLineIsStatusTwoAndNamesTheExpectation)
         {{"-o", "x", "--method", "foo"}, "--method: 'foo': expected cells|steps"},
         {{"-o", "x", "--fast=maybe"}, "--fast: 'maybe': expected true or false"},
         {{"-o", "x", "--threads", "-1"}, "--threads: '-1': expected a number in [0, 4096]"},
-        {{"-o", "-", "--json", "-"}, "cannot both have standard output"},
+        {{"-o", "-", "--json", "-"}, "--output - and --json - are the same file: expected a file for each"},
     };
     for (const Wrong& wrong : table) {
         const RunResult r = echo(wrong.words);
@@ -128,6 +129,15 @@ TEST(Contract, AWrongCommandLineIsStatusTwoAndNamesTheExpectation)
         EXPECT_EQ(r.out, "");
         EXPECT_NE(r.err.find(wrong.said), std::string::npos) << r.err << "\nexpected: " << wrong.said;
         expect_one_line(r.err);
+    }
+}
+
+TEST(Contract, WordsAreTakenInAnyCaseAndKeptInOne)
+{
+    for (const char* word : {"steps", "STEPS", "Steps"}) {
+        const RunResult r = echo({"-o", "x", "--method", word, "--print-config"});
+        EXPECT_EQ(r.status, 0) << r.err;
+        EXPECT_NE(r.out.find("\nmethod = \"steps\"\n"), std::string::npos) << r.out;
     }
 }
 

@@ -38,8 +38,8 @@ struct Options {
 
 void declare(app::App& app, Options& o)
 {
-    app.add_option("input", o.input, "a file, or -");
-    app.add_option("-o,--output", o.output, "what to write")->required();
+    app.add_option("input", o.input, "a file, or -")->reads_files();
+    app.add_option("-o,--output", o.output, "what to write")->required()->rewrites_file(app::FileKind::Any);
     app.add_option("--act", o.act, "what to do");
     app.add_option("--note", o.note, "any text");
     o.density_option = app.add_option("--density", o.density, "a number above 0")->check(app::positive);

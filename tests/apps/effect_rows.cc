@@ -9,6 +9,7 @@ const std::vector<ToolEffects>& tool_effects()
         {"fractalgen",
          "--size 16 -o out.vdb",
          {
+             {"--frames 1,3", S::Elsewhere, "Frames.*", "", true},
              {"--seed 2", S::Values, "", "", true},
              {"--beta 3", S::Values, "", "", true},
              {"--outer 8", S::Values, "", "", true},
@@ -175,6 +176,8 @@ const std::vector<ToolEffects>& tool_effects()
         {"illuminate",
          "in.vdb --extinction 20 -o out.vdb",
          {
+             {"--frames 1,3", S::Elsewhere, "Frames.*", "", true},
+             {"--one-medium", S::Elsewhere, "Frames.SeparateFramesAreNoMediumUnlessAskedFor", "in.vdb"},
              {"--density nothing", S::Status, "", "", true},
              {"--up z", S::Metadata, "--up y", "", true},
              {"--extinction 5", S::Values, "", "", true},
@@ -208,6 +211,8 @@ const std::vector<ToolEffects>& tool_effects()
         {"p1solve",
          "in.vdb --extinction 20 --albedo 0.9 --reentry-rays 100 -o out.vdb",
          {
+             {"--frames 1,3", S::Elsewhere, "Frames.*", "", true},
+             {"--one-medium", S::Elsewhere, "Frames.SeparateFramesAreNoMediumUnlessAskedFor", "in.vdb"},
              {"--density nothing", S::Status, "", "", true},
              {"--up z", S::Metadata, "--up y", "", true},
              {"--extinction 5", S::Values, "", "", true},
@@ -269,6 +274,8 @@ const std::vector<ToolEffects>& tool_effects()
         {"render",
          "in.vdb --extinction 20 --resolution 12 -o out.exr",
          {
+             {"--frames 1,3", S::Elsewhere, "Frames.*", "", true},
+             {"--one-medium", S::Elsewhere, "Frames.SeparateFramesAreNoMediumUnlessAskedFor", "in.vdb"},
              {"--png two.png", S::Files, "", "", true},
              {"--density nothing", S::Status, "", "", true},
              {"--extinction 5", S::Values, "", "", true},

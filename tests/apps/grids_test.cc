@@ -67,6 +67,30 @@ TEST_F(Grids, KeepSelectsTheUnusedGridsOfTheInput)
     EXPECT_NE(r.err.find("no grid 'flames'"), std::string::npos) << r.err;
 }
 
+TEST_F(Grids, NamesInKeepMayHoldCommas)
+{
+    GridFile file = read_grid_file(scratch / "a.vdb");
+    for (const char* name : {"a,b", "a", "b,c", "x"}) {
+        file.grids.push_back(FloatGrid::create(1.0f));
+        file.grids.back()->setName(name);
+    }
+    write_grid_file(scratch / "c.vdb", file);
+    const std::vector<std::pair<std::string, Words>> table = {
+        {"a,b", {"density", "a,b"}},   {"a,b,x", {"density", "a,b", "x"}}, {"x,b,c", {"density", "b,c", "x"}},
+        {"a", {"density", "a"}},       {"a,x", {"density", "a", "x"}},     {"flame,a,b", {"density", "flame", "a,b"}},
+        {"a,b,c", {"density", "a,b"}},
+    };
+    for (const auto& [keep, expected] : table) {
+        const RunResult r = copy({scratch / "c.vdb", "-o", scratch / "d.vdb", "--keep", keep});
+        if (keep == "a,b,c") {  // the longest name from the left is a,b: nothing is called c
+            EXPECT_NE(r.err.find("no grid 'c'"), std::string::npos) << r.err;
+            continue;
+        }
+        ASSERT_EQ(r.status, 0) << keep << r.err;
+        EXPECT_EQ(names(scratch / "d.vdb"), expected) << keep;
+    }
+}
+
 TEST_F(Grids, HistoryGrowsByOneLineAStageAndIsTheSameThroughPipes)
 {
     const std::string a = scratch / "a.vdb", b = scratch / "b.vdb", c = scratch / "c.vdb", d = scratch / "d.vdb";

@@ -5,6 +5,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -46,35 +47,41 @@ int remember(const std::string& path)
     return -1;
 }
 
-std::string temporary_name(const fs::path& target)
-{
-    static std::atomic<uint64_t> count{0};
-    const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
-    const uint64_t bits = hash_bits(uint64_t(now), uint64_t(getpid()), ++count);
-    char random[16];
-    std::snprintf(random, sizeof random, "%010llx", static_cast<unsigned long long>(bits >> 24));
-    // Shorten the stem, so that the temporary's name stays within the system's limit for every valid target name.
-    const std::string stem = target.stem().string().substr(0, 160), extension = target.extension().string();
-    return (target.parent_path() / ("." + stem + "." + random + extension)).string();
-}
+}  // namespace
 
-/// The target of a chain of symbolic links, whether the target exists or not.
-fs::path followed(fs::path path)
+std::string link_target(const std::string& name)
 {
+    fs::path path = name;
     std::error_code failed;
     for (int depth = 0; depth < 40 && fs::is_symlink(path, failed); ++depth) {
         const fs::path next = fs::read_symlink(path, failed);
         if (failed) break;
         path = next.is_absolute() ? next : path.parent_path() / next;
     }
-    return path;
+    return path.string();
 }
 
-}  // namespace
+std::string temporary_name(const std::string& path)
+{
+    const fs::path target = path;
+    uint64_t bits = 0;
+    // Without random numbers of the system the name can be guessed; O_EXCL still keeps it from being anyone's.
+    if (::getrandom(&bits, sizeof bits, 0) != sizeof bits) {
+        static std::atomic<uint64_t> count{0};
+        bits = hash_bits(uint64_t(std::chrono::steady_clock::now().time_since_epoch().count()), uint64_t(getpid()),
+                         ++count);
+    }
+    char random[20];
+    std::snprintf(random, sizeof random, "%016llx", static_cast<unsigned long long>(bits));
+    // Shorten the stem, so that the temporary's name stays within the system's limit for every valid target name.
+    const std::string stem = target.stem().string().substr(0, 160), extension = target.extension().string();
+    return (target.parent_path() / ("." + stem + "." + random + extension)).string();
+}
 
 std::string system_message(const std::string& path, const std::string& what, int code)
 {
-    return printable(path, 4096) + ": " + what + ": " + std::generic_category().message(code);
+    const std::string reason = code == EBADF ? "it is closed" : std::generic_category().message(code);
+    return printable(path, 4096) + ": " + what + ": " + reason;
 }
 
 AtomicFile::AtomicFile(const std::string& path, bool no_clobber) : path_(path), no_clobber_(no_clobber)
@@ -91,18 +98,18 @@ AtomicFile::AtomicFile(const std::string& path, bool no_clobber) : path_(path), 
     }
     if (exists && no_clobber) throw IoError(printable(path, 4096) + ": file exists and --no-clobber was given");
 
-    const fs::path target = followed(path), folder = target.has_parent_path() ? target.parent_path() : ".";
+    const fs::path target = link_target(path), folder = target.has_parent_path() ? target.parent_path() : ".";
     std::error_code failed;
     if (!fs::is_directory(folder, failed))
         throw IoError(printable(path, 4096) + ": cannot write: there is no folder " + printable(folder.string(), 4096));
     if (!target.has_filename()) throw IoError(printable(path, 4096) + ": expected a file name, not a folder");
     target_ = target.string();
     for (int attempt = 0; attempt < 100 && descriptor_ < 0; ++attempt) {
-        name_ = temporary_name(target);
+        name_ = temporary_name(target_);
         // Register before the file exists, so that a signal handler never misses the file.
         if (slot_ = remember(name_); slot_ < 0)
             throw IoError(printable(path, 4096) + ": name too long, or too many files being written at once");
-        descriptor_ = ::open(name_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        descriptor_ = ::open(name_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
         if (descriptor_ >= 0) break;
         const int code = errno;
         forget_temporary(/*remove=*/false);

@@ -70,6 +70,12 @@ private:
     int slot_ = -1;  // index in the table of temporaries
 };
 
+/// The file at the end of a chain of symbolic links, whether the file exists or not; `path` itself if it is no link.
+std::string link_target(const std::string& path);
+
+/// A hidden name beside `target` that cannot be guessed: ".STEM.RANDOM.EXTENSION". Open it with O_EXCL | O_NOFOLLOW.
+std::string temporary_name(const std::string& target);
+
 /// "PATH: WHAT: REASON" for the system's error number `code`, as the message of an IoError.
 std::string system_message(const std::string& path, const std::string& what, int code);
 
