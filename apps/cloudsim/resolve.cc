@@ -232,6 +232,9 @@ sim::FramePlan plan_of(const Options& o, const Run& run)
     if (o.init.empty()) return plan;
     plan.init = "standard input";
     if (o.init == "-") return plan;
+    std::error_code none;
+    if (std::filesystem::exists(o.init, none) && !std::filesystem::is_regular_file(o.init, none))
+        throw IoError(o.init + ": expected a file of the first air, this is none; - for a pipe");
     std::ifstream file(o.init, std::ios::binary);
     Digest digest;
     std::vector<char> bytes(size_t(1) << 20);

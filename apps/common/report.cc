@@ -10,6 +10,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <sstream>
@@ -143,10 +144,13 @@ std::string App::history(const std::string& inherited) const
     std::string own = get_name() + " " + project_version();
     for (Setting setting : settings(*this)) {
         if (setting.name == "output") continue;
+        const bool names_file = std::any_of(shared_->files.begin(), shared_->files.end(),
+                                            [&](const NamedFile& file) { return file.option.cli() == setting.option; });
         std::vector<std::string> words;
-        for (const std::string& word : setting.words)
-            if (const std::string path = setting.numeric ? word : at_frame(word); !shared_->traced_inputs.count(path))
-                words.push_back(setting.numeric ? word : last_part(path));
+        for (const std::string& word : setting.words) {
+            const std::string path = names_file ? at_frame(word) : word;
+            if (!shared_->traced_inputs.count(path)) words.push_back(setting.numeric ? word : last_part(path));
+        }
         if (words.empty()) continue;
         setting.words = words;
         own += " " + setting.name + "=" + toml(setting);

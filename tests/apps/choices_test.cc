@@ -140,5 +140,27 @@ TEST_F(Choices, AnEnvelopeKeepsItsSpace)
     EXPECT_EQ(read_up_axis(*asked.metadata), UpAxis::Y);
 }
 
+TEST_F(Choices, AnInputAndAnEnvelopeThatContradictEachOtherAreRefused)
+{
+    const std::string y = ball_with("y.vdb", "Y"), z = ball_with("z.vdb", "Z"), none = ball_with("none.vdb", "");
+    GridFile feet = read_grid_file(y);
+    set_number(*feet.metadata, schema::meters_per_unit, 0.3048);
+    write_grid_file(scratch / "feet.vdb", feet);
+    set_number(*feet.metadata, schema::meters_per_unit, 1);
+    write_grid_file(scratch / "metres.vdb", feet);
+    const auto filled = [&](const std::string& input, const std::string& envelope, const Words& more = {}) {
+        return tool({"fractalgen", input, "--envelope-from", envelope, "--size", "12", "-o", scratch / "f.vdb"}, more);
+    };
+    EXPECT_NE(filled(y, z).err.find("choose with --up"), std::string::npos);
+    EXPECT_EQ(filled(y, z).status, 2);
+    EXPECT_EQ(filled(y, z, {"--up", "Z"}).status, 0);
+    EXPECT_EQ(read_up_axis(*read_grid_file(scratch / "f.vdb").metadata), UpAxis::Z);
+    const std::string feet_path = scratch / "feet.vdb", metres = scratch / "metres.vdb";
+    EXPECT_NE(filled(feet_path, metres).err.find("meters_per_unit 0.3048"), std::string::npos);
+    EXPECT_EQ(filled(feet_path, metres).status, 2);
+    EXPECT_EQ(filled(none, feet_path).status, 0);
+    EXPECT_EQ(get_number(*read_grid_file(scratch / "f.vdb").metadata, schema::meters_per_unit, 0), 0.3048);
+}
+
 }  // namespace
 }  // namespace vdbcloud::test

@@ -14,9 +14,9 @@ public:
     void add(float);
     /// A value is above 65504 in magnitude, or is not a number.
     bool above() const { return above_; }
-    /// Halves would round faint values away: more than an eighth of the values other than 0 are below 6.1e-5 and are not
-    /// halves already. Soft edges of any cloud fall to 0: 2 to 5 % of the lit pixels of a picture are below that, next to
-    /// bright ones, and lose nothing that can be seen.
+    /// Halves would round faint values away: more than an eighth of the values other than 0 are below 6.1e-5 and are
+    /// not halves already. Soft edges of any cloud fall to 0: 2 to 5 % of the lit pixels of a picture are below that,
+    /// next to bright ones, and lose nothing that can be seen.
     bool faint() const { return 8 * faint_ > lit_; }
 
 private:

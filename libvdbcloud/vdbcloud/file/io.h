@@ -44,8 +44,8 @@ enum class Compression { Blosc, Zip, None };
 struct WriteOptions {
     Compression compression = Compression::Blosc;
     /// Stores the kinds that grid/registry.h allows (density, Cd, moments) as 16-bit floats. write_grid_file() then
-    /// throws InputError if the magnitude of a finite value is above 65504. A grid of which halves would round more than
-    /// an eighth of the values away (HalfRange::faint) is stored as floats.
+    /// throws InputError if the magnitude of a finite value is above 65504. A grid of which halves would round more
+    /// than an eighth of the values away (HalfRange::faint) is stored as floats.
     bool half = false;
     bool no_clobber = false;  ///< true: refuse to replace an existing file
     Warn warn;                ///< receives a warning for each grid that is not stored as half

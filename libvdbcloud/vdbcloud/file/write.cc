@@ -94,9 +94,11 @@ bool too_faint_for_half(const GridBase& base)
     if (const auto* grid = dynamic_cast<const FloatGrid*>(&base))
         return half_range(*grid, [](HalfRange& range, float x) { range.add(x); }).faint();
     if (const auto* grid = dynamic_cast<const Vec3SGrid*>(&base))
-        return half_range(*grid, [](HalfRange& range, const Vec3f& x) {
-                   for (int c = 0; c < 3; ++c) range.add(x[c]);
-               }).faint();
+        return half_range(*grid,
+                          [](HalfRange& range, const Vec3f& x) {
+                              for (int c = 0; c < 3; ++c) range.add(x[c]);
+                          })
+            .faint();
     return false;
 }
 
