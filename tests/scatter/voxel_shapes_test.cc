@@ -239,5 +239,23 @@ TEST(VoxelShapes, LinesCostTheBlocksThatTheyMeet)
     }
 }
 
+TEST(VoxelShapes, RaysThatLeaveCrossEmptinessInFewSteps)
+{
+    // A ball and a voxel 1000 and 1000000 away along each axis: the cells that rays cross grow with the logarithm.
+    const auto steps = [](int away) {
+        const P1Case c(test::voxel_clouds({{Vec3i(0), Vec3i(15)}, {Vec3i(away), Vec3i(away)}}, Vec3d(1), 1.0));
+        const P1Operator p1(c.index, c.density, c.exposed, {1, 1, nullptr, test::hg(0), true});
+        P1Source source(p1);
+        const std::vector<double> phi(c.index.blocks().slots(), 1.0);
+        const OutflowRays rays = trace_outflow(p1, source, phi, nullptr, nullptr, 0, 2000);
+        EXPECT_LT(rays.reentry, 1e-3);
+        EXPECT_GT(rays.steps, 2000u);
+        return double(rays.steps);
+    };
+    const double near = steps(1000), far = steps(100000);
+    EXPECT_LT(near / 2000, 40);
+    EXPECT_LT(far / 2000, 90) << "12500 blocks away";
+}
+
 }  // namespace
 }  // namespace vdbcloud

@@ -42,6 +42,7 @@ struct OutflowRays {
     std::array<double, 6> moved{};
     /// The same for the sky's light on its straight way on from the exposed faces that it enters.
     std::array<double, 6> sky_moved{};
+    size_t steps = 0;  ///< cells that the rays crossed: voxels, and empty cells of 8, 128 and 2048
 };
 
 /// Traces `rays` rays from exposed faces, cosine-distributed about the surface normal; of all exposed voxels evenly

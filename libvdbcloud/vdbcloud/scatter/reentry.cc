@@ -9,28 +9,62 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <unordered_set>
 #include <utility>
 
 namespace vdbcloud {
 
 namespace {
 
-/// True if a ray (voxel coordinates) meets an active voxel before it leaves the blocks' bounds.
-bool hits(const Blocks& blocks, Vec3d p, const Vec3d& d, const Vec3i& lo, const Vec3i& hi)
+/// Where blocks are, so that a ray crosses emptiness in cells as large as it: of 8, 128 or 2048 voxels.
+class Emptiness {
+public:
+    explicit Emptiness(const Blocks& blocks) : blocks_(blocks), periodic_(blocks.period() != Vec3i(0, 0, 0))
+    {
+        for (size_t b = 0; b < blocks.count(); ++b) {
+            const Vec3i voxel = blocks.at(b) * Blocks::edge;
+            tiles_.insert(key(voxel, tile));
+            supers_.insert(key(voxel, super));
+        }
+    }
+    /// log2 of the edge of the empty cell about a voxel, 0 if the voxel's block exists.
+    int bits(const Vec3i& voxel, size_t slot) const
+    {
+        if (slot / Blocks::size < blocks_.count()) return 0;
+        if (periodic_ || tiles_.count(key(voxel, tile))) return block;
+        return supers_.count(key(voxel, super)) ? tile : super;
+    }
+
+private:
+    static constexpr int block = 3, tile = 7, super = 11;
+    /// Equal for voxels 2^28 apart, which makes some steps shorter.
+    static uint64_t key(const Vec3i& voxel, int bits)
+    {
+        const auto part = [&](int a) { return uint64_t(uint32_t(voxel[a] >> bits)) & 0x1fffff; };
+        return part(0) << 42 | part(1) << 21 | part(2);
+    }
+    const Blocks& blocks_;
+    bool periodic_;
+    std::unordered_set<uint64_t> tiles_, supers_;
+};
+
+/// True if a ray (voxel coordinates) meets an active voxel before it leaves the blocks' bounds. Counts its steps.
+bool hits(const Blocks& blocks, const Emptiness& emptiness, Vec3d p, const Vec3d& d, const Vec3i& lo, const Vec3i& hi,
+          size_t& steps)
 {
-    for (int step = 0; step < 100000; ++step) {
+    for (int step = 0; step < 100000; ++step, ++steps) {
         const Vec3i voxel(int(std::floor(p[0] + 0.5)), int(std::floor(p[1] + 0.5)), int(std::floor(p[2] + 0.5)));
         for (int a = 0; a < 3; ++a)
             if (blocks.period()[a] == 0 && ((voxel[a] < lo[a] && d[a] <= 0) || (voxel[a] > hi[a] && d[a] >= 0)))
                 return false;
         const size_t slot = blocks.slot(voxel);
         if (blocks.active(slot)) return true;
-        const int edge = slot / 512 < blocks.count() ? 1 : 8;  // a missing block is crossed in one step
+        const int bits = emptiness.bits(voxel, slot);
         double t = std::numeric_limits<double>::infinity();
         for (int a = 0; a < 3; ++a) {
             if (d[a] == 0) continue;
-            const double low = (edge == 1 ? voxel[a] : (voxel[a] >> 3) * 8) - 0.5;
-            t = std::min(t, ((d[a] > 0 ? low + edge : low) - p[a]) / d[a]);
+            const double low = double(int64_t(voxel[a] >> bits) << bits) - 0.5;
+            t = std::min(t, ((d[a] > 0 ? low + double(int64_t(1) << bits) : low) - p[a]) / d[a]);
         }
         p += d * (std::max(t, 0.0) + 1e-6);
     }
@@ -60,6 +94,7 @@ Vec3d in_world(const VoxelIndex& index, const Vec3d& v)
 
 /// Power that rays carry away from exposed voxels.
 struct Bundle {
+    size_t steps = 0;                  // of rays through the blocks' bounds
     double back = 0;                   // of rays that meet the medium again
     std::array<double, 6> by_plane{};  // of the others
     std::array<double, 6> by_face{};   // the same power by the face that it passes
@@ -76,6 +111,7 @@ struct Bundle {
     }
     void operator+=(const Bundle& other)
     {
+        steps += other.steps;
         back += other.back;
         for (size_t f = 0; f < 6; ++f) {
             by_plane[f] += other.by_plane[f];
@@ -116,6 +152,7 @@ struct Outflow {
     const Sky* sky;
     int channel;
     ActiveBox box{p1.blocks()};
+    Emptiness emptiness{p1.blocks()};
     Vec3i lo{0, 0, 0}, hi{0, 0, 0};  // of the blocks
 
     /// `each` rays from the k-th exposed voxel: of its light, and of the sky's that enters there and goes straight on.
@@ -157,7 +194,8 @@ std::pair<Bundle, Bundle> Outflow::rays_from(size_t k, size_t each) const
         Vec3d d = direction;
         for (int a = 0; a < 3; ++a) d[a] /= index.spacing()[a] / p1.hbar();
         // Start two voxels out along the normal, so that the staircase of the surface does not count as a hit.
-        const int plane = hits(p1.blocks(), centre + normal * 2.0, d, lo, hi) ? -1 : plane_of(box, centre, d);
+        const int plane =
+            hits(p1.blocks(), emptiness, centre + normal * 2.0, d, lo, hi, light.steps) ? -1 : plane_of(box, centre, d);
         (plane < 0 ? light.back : light.by_plane[size_t(plane)]) += share * weight(direction);
         const int through = of_sky > 0 ? plane_of(box, centre, -d) : -1;
         if (through >= 0)
@@ -193,6 +231,7 @@ OutflowRays trace_outflow(const P1Operator& p1, const P1Source& source, const st
         light += of_light;
         straight += of_sky;
     }
+    result.steps = light.steps;
     result.moved = light.moved();
     result.sky_moved = straight.moved();
     if (light.carried() > 0) result.reentry = light.back / light.carried();

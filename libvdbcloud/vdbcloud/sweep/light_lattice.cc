@@ -101,8 +101,18 @@ std::vector<Tap> step_taps(const Frame& f, double u0, double v0, double w0)
 /// The voxels of one plane w about a tile: value (v, u) at value[v * span + u], the first voxel being (v0, u0).
 struct Plane {
     int w = 0, u0 = 0, v0 = 0;
-    bool valid = false, any = false;
+    bool valid = false;
+    int u_low = span, u_high = -1, v_low = span, v_high = -1;  // of the values that are not 0
     std::array<float, span * span> value;
+
+    bool any() const { return u_high >= u_low; }
+    void note(int v, int u)
+    {
+        u_low = std::min(u_low, u);
+        u_high = std::max(u_high, u);
+        v_low = std::min(v_low, v);
+        v_high = std::max(v_high, v);
+    }
 };
 
 VDBCLOUD_CLONES void add_scaled(double* sum, const float* x, double weight, int n)
@@ -124,19 +134,26 @@ public:
         const double w0 = n - 1 + f_.ow;
         const int first = ifloor(w0), last = ifloor(w0 + 1) + 1;
         bool any = false;
-        for (int w = first; w <= last; ++w) any = plane(w).any || any;
+        for (int w = first; w <= last; ++w) any = plane(w).any() || any;
         if (!any) return;
         for (int q = 0; q < r_; ++q)
             for (int p = 0; p < r_; ++p)
                 for (const auto& tap : step_taps(f_, double(p) / r_ + f_.mu * w0, double(q) / r_ + f_.mv * w0, w0)) {
                     const Plane& from = plane(tap.dw);
-                    if (!from.any) continue;
+                    // Only rays that meet values other than 0: of a brick with one voxel there are few.
                     const int u = a0_ + tap.du - from.u0, v = b0_ + tap.dv - from.v0;
-                    for (int j = 0; j < rays; ++j)
-                        add_scaled(phase(p, q) + j * row, from.value.data() + size_t(v + j) * span + u, tap.weight,
-                                   rays);
+                    const int i = std::max(0, from.u_low - u), count = std::min(rays - 1, from.u_high - u) - i + 1;
+                    const int end = std::min(rays - 1, from.v_high - v);
+                    for (int j = std::max(0, from.v_low - v); j <= end && count > 0; ++j) {
+                        add_scaled(phase(p, q) + j * row + i, from.value.data() + size_t(v + j) * span + u + i,
+                                   tap.weight, count);
+                        products_ += size_t(count);
+                    }
                 }
     }
+
+    /// Values of voxels that were added to rays.
+    size_t products() const { return products_; }
 
     /// Density depth at the targets of one block that lie on plane n and belong to this tile.
     void write(int n, const Vec3i& block, float* value) const
@@ -182,7 +199,8 @@ private:
         p.w = w;
         p.u0 = a0_ + ifloor(f_.mu * w) - margin;
         p.v0 = b0_ + ifloor(f_.mv * w) - margin;
-        p.any = false;
+        p.u_low = p.v_low = span;
+        p.u_high = p.v_high = -1;
         p.value.fill(0);
         const int k = f_.sign * w;
         constexpr int stride[3] = {BrickMap::sx, BrickMap::sy, 1};
@@ -195,14 +213,16 @@ private:
                 b[f_.w] = k >> 3;
                 const float* brick = density_.find(b);
                 if (!brick) continue;
-                p.any = true;
                 brick += (k & 7) * stride[f_.w];
                 const int u_first = std::max(p.u0, bu * 8), u_last = std::min(p.u0 + span - 1, bu * 8 + 7);
                 const int v_first = std::max(p.v0, bv * 8), v_last = std::min(p.v0 + span - 1, bv * 8 + 7);
                 for (int v = v_first; v <= v_last; ++v) {
                     const float* from = brick + (v & 7) * stride[f_.v] + (u_first & 7) * su;
                     float* to = p.value.data() + size_t(v - p.v0) * span + (u_first - p.u0);
-                    for (int u = u_first; u <= u_last; ++u, from += su) *to++ = *from;
+                    for (int u = u_first; u <= u_last; ++u, from += su) {
+                        *to++ = *from;
+                        if (*from != 0) p.note(v - p.v0, u - p.u0);
+                    }
                 }
             }
         return p;
@@ -211,6 +231,7 @@ private:
     const BrickMap& density_;
     const Frame& f_;
     int r_, a0_, b0_;
+    size_t products_ = 0;
     std::vector<double> depth_;  // [phase q, p][b][a], density x world unit
     std::array<Plane, 4> planes_;
 };
@@ -250,9 +271,9 @@ struct VoxelBlocks {
     std::vector<float> value;  // 512 for each block
 };
 
-/// Advances one tile through all blocks on its way; its visits are sorted by layer.
-void run_tile(const BrickMap& density, const Frame& frame, int rays_per_voxel, const Visit* visit, const Visit* end,
-              VoxelBlocks& targets)
+/// Advances one tile through all blocks on its way; its visits are sorted by layer. Returns Tile::products().
+size_t run_tile(const BrickMap& density, const Frame& frame, int rays_per_voxel, const Visit* visit, const Visit* end,
+                VoxelBlocks& targets)
 {
     Tile rays_of_tile(density, frame, rays_per_voxel, visit->tu * tile, visit->tv * tile);
     int done = 8 * visit->layer - 4;  // the last plane reached; nothing lies before it
@@ -270,11 +291,12 @@ void run_tile(const BrickMap& density, const Frame& frame, int rays_per_voxel, c
         }
         done = last;
     }
+    return rays_of_tile.products();
 }
 
-/// Depths at voxel centre + offset.
+/// Depths at voxel centre + offset. Counts products where `products` is not null.
 void fill(const BrickMap& density, const Vec3d& to_light, int rays_per_voxel, const Vec3d& offset, VoxelBlocks& targets,
-          const Progress& progress)
+          const Progress& progress, std::atomic<size_t>* products)
 {
     targets.value.assign(targets.block.size() * 512, 0.0f);
     if (density.empty() || targets.block.empty()) return;
@@ -293,14 +315,16 @@ void fill(const BrickMap& density, const Vec3d& to_light, int rays_per_voxel, co
     begin.push_back(visits.size());
     std::atomic<size_t> done{0};
     tbb::parallel_for(size_t(0), begin.size() - 1, [&](size_t n) {
-        run_tile(density, frame, rays_per_voxel, &visits[begin[n]], visits.data() + begin[n + 1], targets);
+        const size_t added =
+            run_tile(density, frame, rays_per_voxel, &visits[begin[n]], visits.data() + begin[n + 1], targets);
+        if (products) *products += added;
         report(progress, double(++done) / double(begin.size() - 1));
     });
 }
 
 /// Refined targets are found for one offset within a voxel at a time: each such set is a lattice of whole voxels.
 std::vector<float> refined_depths(const BrickMap& density, const Vec3d& to_light, const std::vector<Vec3i>& blocks,
-                                  int rays_per_voxel, int m, const Progress& progress)
+                                  int rays_per_voxel, int m, const Progress& progress, std::atomic<size_t>* products)
 {
     VoxelBlocks voxels;                          // those that the targets lie in
     std::map<std::array<int, 3>, size_t> place;  // of a block among them
@@ -315,7 +339,7 @@ std::vector<float> refined_depths(const BrickMap& density, const Vec3d& to_light
     for (int n = 0; n < offsets; ++n) {
         const int offset[3] = {n / (m * m), n / m % m, n % m};
         const Progress part = progress ? Progress([&](double f) { return progress((n + f) / offsets); }) : Progress();
-        fill(density, to_light, rays_per_voxel, Vec3d(offset[0], offset[1], offset[2]) / m, voxels, part);
+        fill(density, to_light, rays_per_voxel, Vec3d(offset[0], offset[1], offset[2]) / m, voxels, part, products);
         tbb::parallel_for(size_t(0), blocks.size(), [&](size_t b) {
             for (int k = 0; k < 512; ++k) {
                 const int within[3] = {k >> 6, (k >> 3) & 7, k & 7};
@@ -342,9 +366,10 @@ std::vector<float> lattice_depths(const BrickMap& density, const Vec3d& to_light
                                   const LatticeOptions& options, const Progress& progress)
 {
     if (options.refine > 1)
-        return refined_depths(density, to_light, blocks, options.rays_per_voxel, options.refine, progress);
+        return refined_depths(density, to_light, blocks, options.rays_per_voxel, options.refine, progress,
+                              options.products);
     VoxelBlocks targets{blocks, {}};
-    fill(density, to_light, options.rays_per_voxel, options.offset, targets, progress);
+    fill(density, to_light, options.rays_per_voxel, options.offset, targets, progress, options.products);
     return std::move(targets.value);
 }
 

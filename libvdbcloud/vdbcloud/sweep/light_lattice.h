@@ -3,6 +3,7 @@
 #include "vdbcloud/core/progress.h"
 #include "vdbcloud/voxels/brick_map.h"
 
+#include <atomic>
 #include <vector>
 
 namespace vdbcloud {
@@ -11,6 +12,7 @@ struct LatticeOptions {
     int rays_per_voxel = 2;  ///< along each axis across the light, >= 1
     Vec3d offset{0, 0, 0};   ///< targets lie at voxel centre + offset [voxels]: (.5,0,0) for faces
     int refine = 1;          ///< targets a voxel along each axis: target n lies at voxel n / refine, >= 1
+    std::atomic<size_t>* products = nullptr;  ///< counts values of voxels added to rays; null: not
 };
 
 /// The density depth from each target point towards a light at infinity:
@@ -25,7 +27,7 @@ struct LatticeOptions {
 ///
 /// `to_light`: unit, world space. `blocks`: of 8^3 targets, block b holding the targets 8b..8b+7. Returned are 512
 /// depths for each block, target (x,y,z) of it at (x*8 + y)*8 + z, the layout of an OpenVDB leaf. Offsets apply without
-/// refinement only. Cost: targets + bricks, wherever they lie; empty space is not visited.
+/// refinement only. Cost: targets + voxels other than 0, wherever they lie; empty space is not visited.
 /// Threads: tiles of rays in parallel; the value of a target does not depend on how many.
 /// Source: Kajiya & Von Herzen 1984, section 3.1, pass one.
 std::vector<float> lattice_depths(const BrickMap& density, const Vec3d& to_light, const std::vector<Vec3i>& blocks,
