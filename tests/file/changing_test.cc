@@ -143,6 +143,14 @@ TEST(Changing, ACopyAboveTheLimitIsInAnUnlinkedTemporaryFile)
     }
     EXPECT_EQ(in_file.digest, in_memory.digest);
     EXPECT_EQ(in_file.bytes, in_memory.bytes);
+    // The copy goes on in a file where memory is full: bytes before and after that point are there.
+    WriteOptions plain;
+    plain.compression = Compression::None;
+    write_grid_file(folder / "large.vdb", file_of({ball("density", 60)}), plain);
+    ReadOptions middle;
+    middle.memory_bytes = 3 << 19;  // a part of 1 MiB fits, two do not
+    EXPECT_GT(read_text(folder / "large.vdb").size(), 2 * middle.memory_bytes);
+    EXPECT_EQ(digest_of(read_grid_file(folder / "large.vdb", middle)), digest_of(read_grid_file(folder / "large.vdb")));
     EXPECT_EQ(temporary.list(), std::vector<std::string>());
     const Variable nowhere("TMPDIR", temporary / "none");
     EXPECT_EQ(digest_of(read_grid_file(path)), digest) << "needs no temporary file";
