@@ -98,6 +98,19 @@ TEST_P(Surroundings, WithoutEnoughMemoryTheSentenceBlamesTheMemory)
     EXPECT_GE(failed, 1);
 }
 
+TEST(ClosedDescriptors, NoMessageGoesIntoAFileThatIsOpen)
+{
+    // Without a standard error the log of frames would get its number, and the lines for people with it.
+    const Scratch scratch;
+    const RunResult r = shell("'" + program("cloudsim") + "' --preset smoke --cells 4 --minutes 0.2 --every 6s -o '" +
+                              scratch / "a.vdb' --log '" + scratch / "log' 2>&-");
+    ASSERT_EQ(r.status, 0);
+    const std::string log = read_text(scratch / "log");
+    EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), std::count(log.begin(), log.end(), '{'));
+    EXPECT_GE(std::count(log.begin(), log.end(), '{'), 3);
+    EXPECT_EQ(log.find("cloudsim: "), std::string::npos) << log;
+}
+
 /// A program with an input that ends nowhere or claims to be larger than it is: status 1 in little time and memory.
 TEST(Bounds, NoInputIsReadWithoutABound)
 {
