@@ -25,6 +25,7 @@ struct Picture {
 };
 
 /// What a world gives.
+// NOLINTNEXTLINE(bugprone-exception-escape): moving the report allocates nothing
 struct Seen {
     std::string failure;      ///< the program that did not end with status 0, and its words; empty: all did
     bool over_limit = false;  ///< of time or memory

@@ -75,7 +75,7 @@ Verdict relabelled(Chain& chain, const World& world, const Seen& seen)
 Verdict rescaled(Chain& chain, const World& world, const Seen& seen)
 {
     Change change;
-    change.size = 1.0 / 768;
+    change.size = world.axes[0].length() > 0.1 ? 1.0 / 768 : 768;  // OpenVDB calls a matrix of tiny voxels singular
     for (size_t c = 0; c < 3; ++c) change.world[c] *= change.size;
     change.density = 1 / change.size;
     return twin(chain, world, seen, change);
