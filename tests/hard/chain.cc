@@ -100,7 +100,7 @@ Words Chain::write_inputs(const World& world, const Change& change)
     Words inputs;
     box_ = {};
     for (size_t k = 0; k < world.bodies.size(); ++k) {
-        inputs.push_back("in-" + std::to_string(k) + ".vdb");
+        inputs.push_back((k == 0 ? "in-" : "also-") + std::to_string(k) + ".vdb");  // not the frames of a sequence
         const GridFile file = make_body(programs_, world.bodies[k], world.axes, world.origin, change, folder_);
         write_own(folder_ + "/" + inputs.back(), file);
         const auto bounds = density_of_body(file)->evalActiveVoxelBoundingBox();
