@@ -14,23 +14,24 @@ bin=$(cd "$1/bin" && pwd)
 seeds=${SEEDS:-1-$([ "${SIZE:-}" = full ] && echo 10000 || echo 300)}
 [[ $seeds =~ ^([0-9]+)-([0-9]+)$ ]] || { echo "run.sh: SEEDS=$seeds: expected first-last" >&2; exit 2; }
 first=${BASH_REMATCH[1]} last=${BASH_REMATCH[2]}
-key=$(cat "$bin"/{fractalgen,cloudsim,vdbimport,illuminate,p1solve,render,exrmerge,vdbdiff,vdbprobe,hard} "$here/cases.txt" | sha1sum | cut -c 1-12)
+key=$(cat "$bin"/{fractalgen,cloudsim,vdbimport,illuminate,p1solve,render,exrmerge,vdbdiff,vdbprobe,hard} "$here/cases.txt" "$here/faults.sh" | sha1sum | cut -c 1-12)
 work=$1/hard/$key
 mkdir -p "$work"
 failed=0
 
-# part NAME WORDS...: rows of one part, unless they are there.
+# part NAME COMMAND...: rows of one part, unless they are there.
 part() {
     local name=$1; shift
     [ ! -e "$work/$name.csv" ] || return 0
-    "$bin/hard" "$@" > "$work/$name.new" 2> "$work/$name.log" || { failed=1; cat "$work/$name.log" >&2; }
+    "$@" > "$work/$name.new" 2> "$work/$name.log" || { failed=1; cat "$work/$name.log" >&2; }
     mv "$work/$name.new" "$work/$name.csv"
 }
 
-part cases cases "$here/cases.txt"
+part cases "$bin/hard" cases "$here/cases.txt"
+part "faults-${SIZE:-small}" "$here/faults.sh" "$bin"
 for ((a = first; a <= last; a += 100)); do
     b=$((a + 99 < last ? a + 99 : last))
-    part "worlds-$(printf %06d "$a")-$(printf %06d "$b")" worlds "$a" "$b"
+    part "worlds-$(printf %06d "$a")-$(printf %06d "$b")" "$bin/hard" worlds "$a" "$b"
 done
 seconds=$(sed -n 's/.* programs, \(.*\) processor seconds/\1/p' "$work"/*.log | awk '{s += $1} END {printf "%.0f", s}')
 runs=$(sed -n 's/\(.*\) runs of programs.*/\1/p' "$work"/*.log | awk '{s += $1} END {print s}')
@@ -40,7 +41,7 @@ parts=$(cd "$work" && ls worlds-*.csv | sed 's/worlds-0*\([0-9]*\)-0*\([0-9]*\).
     cat "$here/page.md"
     echo "Seeds $parts; $runs runs of programs in $seconds processor seconds."
     echo
-    "$bin/hard" table "$work"/cases.csv "$work"/worlds-*.csv
+    "$bin/hard" table "$work"/cases.csv "$work/faults-${SIZE:-small}.csv" "$work"/worlds-*.csv
 } > "$work/page" || failed=1
 cp "$work/page" "$here/../../docs/hard-cases.md"
 sed -n '/^| case/,$p' "$work/page"
