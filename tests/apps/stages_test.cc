@@ -135,6 +135,7 @@ TEST_F(Stages, EverythingTheProgramsWriteIsInTheFormatsPage)
         return Words{"--json", json.back()};
     };
     const std::string cloud = stage("fractalgen", "", "cloud.vdb", with({"--size", "24"}, report()));
+    stage("fractalgen", "", "frame.%d.vdb", with({"--size", "8", "--frames", "1-2"}, report()));
     const std::string light = stage("illuminate", cloud, "light.vdb",
                                     with({"--sun", "1,2,3", "--lamp", "0,2,0", "--error-samples", "20"}, report()));
     const std::string lit =
