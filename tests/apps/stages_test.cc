@@ -135,7 +135,8 @@ TEST_F(Stages, EverythingTheProgramsWriteIsInTheFormatsPage)
         return Words{"--json", json.back()};
     };
     const std::string cloud = stage("fractalgen", "", "cloud.vdb", with({"--size", "24"}, report()));
-    stage("fractalgen", "", "frame.%d.vdb", with({"--size", "8", "--frames", "1-2"}, report()));
+    for (const char* frame : {"frame.1.vdb", "frame.2.vdb"}) stage("fractalgen", "", frame, {"--size", "8"});
+    stage("illuminate", scratch / "frame.%d.vdb", "lit.%d.vdb", with({"--frames", "1-2"}, report()));
     const std::string light = stage("illuminate", cloud, "light.vdb",
                                     with({"--sun", "1,2,3", "--lamp", "0,2,0", "--error-samples", "20"}, report()));
     const std::string lit =
@@ -176,14 +177,21 @@ TEST_F(Stages, EverythingTheProgramsWriteIsInTheFormatsPage)
     }
     EXPECT_GT(keys.size(), 120u);
     std::vector<bool> used(documented.size(), false);
+    const std::string frame = "frames[].";
+    bool frames_told = false;
     for (const std::string& key : keys) {
+        // What a frame reports has the names of a single run.
+        const bool in_frame = key.rfind(frame, 0) == 0 && key != frame + "number";
+        const std::string name = in_frame ? key.substr(frame.size()) : key;
         bool known = false;
         for (size_t k = 0; k < documented.size(); ++k)
-            if (std::regex_match(key, documented[k])) known = used[k] = true;
+            if (std::regex_match(name, documented[k])) known = used[k] = true;
+        frames_told = frames_told || in_frame;
         EXPECT_TRUE(known) << key << " is not in docs/format.md";
     }
-    // Where the page has more: what only failures, a plan of cloudsim and lists with entries report.
-    EXPECT_GE(std::count(used.begin(), used.end(), true), long(documented.size()) - 6);
+    EXPECT_TRUE(frames_told);
+    // Where the page has more: what only failures, a plan of cloudsim and lists with entries report, and frames[].NAME.
+    EXPECT_GE(std::count(used.begin(), used.end(), true), long(documented.size()) - 7);
 
     for (const std::string& path : {cloud, light, lit, series, above, glowing, air, imported}) {
         const GridFile file = read_grid_file(path);
