@@ -4,12 +4,20 @@
 #
 #   faults.sh BIN            the rows of the table, tab-separated as `hard cases` prints them; failures on standard error
 #
-# CI size: 3 steps of each limit and a kill of each kind; SIZE=full: 20 steps, 30 kills. SEED=n: moments of the kills.
+# CI size: 2 steps of each limit, 2 kills of each kind, all descriptors and surroundings at once; SIZE=full: 20 steps, 30
+# kills, each alone. SEED=n: moments of the kills.
 set -uo pipefail
 bin=$(cd "$1" && pwd)
 top=$(cd "$(dirname "$0")/../.." && pwd)
 seed=${SEED:-1}
-if [ "${SIZE:-}" = full ]; then steps=20 kills=30; else steps=3 kills=2; fi
+closings=('<&- >&- 2>&-') surroundings=('TMPDIR=/nowhere HOME=/nowhere TZ=Asia/Tokyo')
+if [ "${SIZE:-}" = full ]; then
+    steps=20 kills=30
+    closings+=('<&-' '>&-' '2>&-')
+    surroundings+=('TMPDIR=/nowhere' 'TMPDIR=' 'HOME=/nowhere' 'LC_ALL=xx_XX.UTF-8' 'TZ=Asia/Tokyo')
+else
+    steps=2 kills=2
+fi
 work=$(mktemp -d)
 trap 'chmod -R u+w "$work"; rm -rf "$work"' EXIT
 cd "$work"
@@ -128,7 +136,7 @@ done
 
 # Closed descriptors. A result that goes to a closed standard output is no result.
 for program in "${programs[@]}"; do
-    for closed in '<&-' '>&-' '2>&-' '<&- >&- 2>&-'; do
+    for closed in "${closings[@]}"; do
         fresh $program
         : > ../said
         eval "($(command_of $program)) 2> ../said $closed"; status=$?
@@ -138,7 +146,6 @@ for program in "${programs[@]}"; do
 done
 
 # Surroundings that change no result.
-surroundings=('TMPDIR=/nowhere' 'TMPDIR=' 'HOME=/nowhere' 'LC_ALL=xx_XX.UTF-8' 'TZ=Asia/Tokyo')
 if [ -e /usr/share/i18n/locales/de_DE ] && localedef -i de_DE -f UTF-8 "$work/de_DE.UTF-8" > /dev/null 2>&1; then
     surroundings+=("LOCPATH=$work LC_ALL=de_DE.UTF-8")
 fi
