@@ -4,8 +4,9 @@ set(vdbcloud_FIND_REQUIRED TRUE)
 include(${CMAKE_CURRENT_LIST_DIR}/vdbcloudDependencies.cmake)
 unset(CMAKE_FIND_PACKAGE_NAME)
 
-# The programs' own, and header-only ones of the library's sources: users of the installed library do not need them.
+# The programs' own, the module's, and header-only ones of the library's sources: users of the installed library do not need them.
 find_package(CLI11 REQUIRED)
+find_package(OpenImageIO REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(tomlplusplus REQUIRED)
 find_package(Eigen3 REQUIRED NO_MODULE)

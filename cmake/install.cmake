@@ -4,6 +4,7 @@ include(CMakePackageConfigHelpers)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/vdbcloud)
 
 install(TARGETS vdbcloud EXPORT vdbcloud INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(TARGETS vdbcloud_openimageio LIBRARY DESTINATION ${vdbcloud_module_folder})
 install(EXPORT vdbcloud FILE vdbcloudTargets.cmake NAMESPACE vdbcloud:: DESTINATION ${package_folder})
 configure_package_config_file(cmake/vdbcloudConfig.cmake.in vdbcloudConfig.cmake INSTALL_DESTINATION ${package_folder})
 write_basic_package_version_file(vdbcloudConfigVersion.cmake COMPATIBILITY SameMinorVersion)

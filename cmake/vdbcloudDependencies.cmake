@@ -10,7 +10,6 @@ list(APPEND CMAKE_MODULE_PATH ${OpenVDB_MODULE_DIR} ${openvdb_modules} ${CMAKE_C
 
 find_dependency(OpenVDB)
 find_dependency(TBB)
-find_dependency(OpenImageIO)
 find_dependency(OpenEXR)
 find_dependency(FFTW)
 find_dependency(XxHash)

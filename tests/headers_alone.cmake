@@ -1,7 +1,7 @@
 # The target headers_alone: every header of the library, the programs and the tests' support compiles alone. A header
 # that comes or goes changes its folder, and that configures again.
 add_library(headers_alone OBJECT EXCLUDE_FROM_ALL)
-target_link_libraries(headers_alone PRIVATE vdbcloud_app GTest::gtest OpenImageIO::OpenImageIO FFTW::fftw3)
+target_link_libraries(headers_alone PRIVATE vdbcloud_app GTest::gtest OpenEXR::OpenEXR FFTW::fftw3)
 target_include_directories(headers_alone PRIVATE ${CMAKE_SOURCE_DIR}/tests ${CMAKE_SOURCE_DIR}/apps)
 target_compile_options(headers_alone PRIVATE -O0)  # nothing runs; a header that defines little compiles to nothing
 

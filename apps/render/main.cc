@@ -54,6 +54,8 @@ void render(app::App& app, RenderOptions& o)
 
     Film film(size, render_layers(loaded.scene, wanted_layers(o), o.integrator.kind));
     if (app.dry_run()) return report_estimate(app, o, loaded, film);
+    for (const std::string& path : {o.output, o.png})
+        if (!path.empty()) require_image_writer(path);
     RenderCost cost;
     {
         const auto phase = app.phase("render");

@@ -99,10 +99,8 @@ for program in "${programs[@]}"; do
     done
 done
 
-# Address space: at steps between what a program needs to start and what it needs to end. Where memory ends while the
-# libraries of OpenImageIO start, they crash before the program begins: seen at 4 of 90 limits, by SIZE=full alone.
+# Address space: at steps between what a program needs to start and what it needs to end.
 for program in "${programs[@]}"; do
-    [ "${SIZE:-}" = full ] || [[ $program =~ ^(fractalgen|illuminate|p1solve)$ ]] || continue
     for step in $(seq 1 $steps); do
         fresh $program
         kib=$((120000 + 500000 * step / steps))

@@ -37,6 +37,21 @@ status=0; message=$(vdbcloud 2>&1) || status=$?
 status=0; vdbcloud vdbdiff missing.vdb missing.vdb 2> /dev/null || status=$?
 [ $status = 1 ] || fail "the status of a program does not pass through: $status, expected 1"
 
+# OpenImageIO's shared libraries are loaded where a picture needs them, and from the moved folder.
+module=$(find "$prefix/lib" -name vdbcloud_openimageio.so)
+for program in "$prefix"/libexec/vdbcloud/*; do
+    ! ldd "$program" | grep -q libOpenImageIO || fail "$program loads OpenImageIO at its start"
+done
+vdbcloud fractalgen --size 8 -q -o small.vdb
+vdbcloud render small.vdb --resolution 8 -q -o small.png
+[ "$(head -c 4 small.png | tail -c 3)" = PNG ] || fail "render writes no .png"
+mv "$module" "$module.away"
+status=0; message=$(vdbcloud render small.vdb --resolution 8 -q -o other.png 2>&1) || status=$?
+mv "$module.away" "$module"
+[[ "$status $message" = "1 render: other.png: cannot load OpenImageIO: "*vdbcloud_openimageio.so* ]] && [ ! -e other.png ] ||
+    fail "render without its module: status $status, $message"
+vdbcloud render small.vdb --resolution 8 -q -o small.exr || fail "render writes no .exr"
+
 # A box under a vertical sun: 30 voxels of density 1 in each column between two faces of the density `edge`, voxels of
 # 1/16, sigma_t 0.5. The smallest transmittance is exp(-tau) with tau = 0.5 (30 + 2 edge) / 16: trilinear density sums
 # exactly over a column. Float values and their printing with six digits allow 1e-5.

@@ -209,6 +209,7 @@ TEST_F(ImageOut, PngShowsTheCompositeThroughTheView)
             write_image(path("a.png"), film_of(size), a_view(), metadata(), options);
             const Read image = read(path("a.png"));
             EXPECT_EQ(image.spec.nchannels, 3);
+            EXPECT_EQ(image.spec.get_string_attribute("oiio:ColorSpace") == "sRGB", kind != ViewKind::None);
             EXPECT_EQ(image.spec.format, bits == 8 ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::UINT16);
             const double alpha = 24 / 32.0, half_step = 0.5001 / (std::exp2(bits) - 1);
             const Vec3d radiance(alpha * 0.25, alpha * 0.5, alpha * 0.75 + (1 - alpha) * 0.5);

@@ -3,7 +3,12 @@
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/half_range.h"
-#include "vdbcloud/render/picture_file.h"
+#include "vdbcloud/render/exr_file.h"
+#include "vdbcloud/render/picture_module.h"
+
+#include <OpenEXR/ImfChromaticitiesAttribute.h>
+#include <OpenEXR/ImfMatrixAttribute.h>
+#include <OpenEXR/ImfStandardAttributes.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +21,7 @@ namespace {
 /// Where each channel of the file comes from.
 struct Channels {
     std::vector<std::string> names;
-    std::vector<OIIO::TypeDesc> types;
+    std::vector<bool> halves;
     std::vector<int> sources;    // channel of the film
     std::vector<size_t> layers;  // layer of the film
 };
@@ -59,56 +64,33 @@ void choose_types(Channels& channels, const Film& film, const std::vector<float>
             warn(listener, "layer '" + (layer.name.empty() ? "beauty" : layer.name) +
                                "' has values above 65504 and is stored as float, not half");
         const bool half = layer.half && !above && !faint;
-        channels.types.insert(channels.types.end(), end - first, half ? OIIO::TypeDesc::HALF : OIIO::TypeDesc::FLOAT);
+        channels.halves.insert(channels.halves.end(), end - first, half);
     }
 }
 
-void set_matrix(OIIO::ImageSpec& spec, const char* key, const Matrix44& matrix)
+Imath::M44f attribute(const Matrix44& matrix)
 {
-    float values[16];
-    std::copy(matrix.begin(), matrix.end(), values);
-    spec.attribute(key, OIIO::TypeDesc::TypeMatrix44, values);
+    Imath::M44f out;
+    std::copy(matrix.begin(), matrix.end(), out.getValue());
+    return out;
 }
 
-void set_texts(OIIO::ImageSpec& spec, const ImageMetadata& metadata)
-{
-    spec.attribute("Software", metadata.creator);
-    spec.attribute("creator", metadata.creator);
-    spec.attribute("history", metadata.history);
-    spec.attribute("DateTime", metadata.date_time);
-    for (const auto& [key, text] : metadata.texts) spec.attribute(key, text);
-    for (const auto& [key, number] : metadata.numbers) spec.attribute(key, float(number));
-}
-
-OIIO::ImageSpec exr_spec(const Film& film, const CameraView& view, const ImageMetadata& metadata,
-                         const Channels& channels)
+Imf::Header exr_header(const Film& film, const CameraView& view, const ImageMetadata& metadata)
 {
     const PixelWindow w = film.window();
-    OIIO::ImageSpec spec(w.width(), w.height(), int(channels.names.size()), OIIO::TypeDesc::HALF);
-    spec.x = w.x0;
-    spec.y = w.y0;
-    spec.full_width = film.size().width;
-    spec.full_height = film.size().height;
-    spec.channelnames = channels.names;
-    spec.channelformats = channels.types;
-    for (size_t c = 0; c < channels.names.size(); ++c) {
-        if (channels.names[c] == "A") spec.alpha_channel = int(c);
-        if (channels.names[c] == "Z") spec.z_channel = int(c);
-    }
-    set_texts(spec, metadata);
-    spec.attribute("compression", "zip");
-    spec.attribute("oiio:ColorSpace", "Linear");
-    const float rec709[8] = {0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f};
-    spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), rec709);
-    spec.attribute("PixelAspectRatio", float(film.size().pixel_aspect));
     const Camera& camera = view.camera();
     const bool perspective = camera.projection == Projection::Perspective;
-    spec.attribute("screenWindowWidth", float(perspective ? 2 * std::tan(camera.fov * pi / 360) : camera.width));
-    const float centre[2] = {0, 0};
-    spec.attribute("screenWindowCenter", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, OIIO::TypeDesc::VEC2), centre);
-    set_matrix(spec, "worldtocamera", view.world_to_camera());
-    set_matrix(spec, "worldToNDC", view.world_to_ndc());
-    return spec;
+    const double screen = perspective ? 2 * std::tan(camera.fov * pi / 360) : camera.width;
+    Imf::Header header(film.size().width, film.size().height, Imath::Box2i({w.x0, w.y0}, {w.x1 - 1, w.y1 - 1}),
+                       float(film.size().pixel_aspect), Imath::V2f(0, 0), float(screen));
+    header.compression() = Imf::ZIP_COMPRESSION;
+    set_attributes(header, metadata);
+    Imf::addCapDate(header, metadata.date_time);
+    const Imf::Chromaticities rec709({0.64f, 0.33f}, {0.30f, 0.60f}, {0.15f, 0.06f}, {0.3127f, 0.3290f});
+    Imf::addChromaticities(header, rec709);
+    Imf::addWorldToCamera(header, attribute(view.world_to_camera()));
+    Imf::addWorldToNDC(header, attribute(view.world_to_ndc()));
+    return header;
 }
 
 std::vector<float> exr_pixels(const Film& film, const Channels& channels, bool draw_background)
@@ -136,7 +118,11 @@ Bytes encoded_exr(const std::string& path, const Film& film, const CameraView& v
     Channels channels = channels_of(film, options);
     const auto pixels = exr_pixels(film, channels, options.draw_background);
     choose_types(channels, film, pixels, listener);
-    return encoded(path, "exr", exr_spec(film, view, metadata, channels), OIIO::TypeDesc::FLOAT, pixels.data());
+    std::vector<ExrChannel> stored;
+    const size_t count = channels.names.size();
+    for (size_t c = 0; c < count; ++c)
+        stored.push_back({channels.names[c], channels.halves[c], pixels.data() + c, count});
+    return encoded_exr(path, exr_header(film, view, metadata), stored);
 }
 
 template<typename Integer>
@@ -156,13 +142,17 @@ std::vector<Integer> quantised(const Film& film, const ViewOptions& view)
 Bytes encoded_png(const std::string& path, const Film& film, const ImageMetadata& metadata, const ImageOptions& options)
 {
     const PixelWindow w = film.window();
-    const bool wide = options.png_bits == 16;
-    OIIO::ImageSpec spec(w.width(), w.height(), 3, wide ? OIIO::TypeDesc::UINT16 : OIIO::TypeDesc::UINT8);
-    set_texts(spec, metadata);
-    spec.attribute("oiio:ColorSpace", options.view.kind == ViewKind::None ? "Linear" : "sRGB");
-    if (film.size().pixel_aspect != 1) spec.attribute("PixelAspectRatio", float(film.size().pixel_aspect));
-    if (wide) return encoded(path, "png", spec, OIIO::TypeDesc::UINT16, quantised<uint16_t>(film, options.view).data());
-    return encoded(path, "png", spec, OIIO::TypeDesc::UINT8, quantised<uint8_t>(film, options.view).data());
+    const bool linear = options.view.kind == ViewKind::None;
+    PngPicture png{w.width(), w.height(), options.png_bits, nullptr, film.size().pixel_aspect, linear, metadata};
+    const auto encoded = [&](const auto& values) {
+        png.values = values.data();
+        Bytes bytes;
+        const std::string trouble = picture_module(path).encode_png(png, bytes);
+        if (!trouble.empty()) throw IoError(printable(path) + ": cannot encode png: " + printable(trouble));
+        return bytes;
+    };
+    if (options.png_bits == 16) return encoded(quantised<uint16_t>(film, options.view));
+    return encoded(quantised<uint8_t>(film, options.view));
 }
 
 void check_beauty(const Film& film)
@@ -173,6 +163,11 @@ void check_beauty(const Film& film)
 }
 
 }  // namespace
+
+void require_image_writer(const std::string& path)
+{
+    if (image_format(path) == ImageFormat::Png) picture_module(path);
+}
 
 void write_image(const std::string& path, const Film& film, const CameraView& view, const ImageMetadata& metadata,
                  const ImageOptions& options, const Warn& listener)

@@ -1,5 +1,5 @@
 #pragma once
-// Pictures on disk, through OpenImageIO: .exr with every layer and its metadata, .png for looking at.
+// Pictures on disk: .exr with every layer and its metadata, .png for looking at.
 #include "vdbcloud/render/film.h"
 #include "vdbcloud/render/view.h"
 #include "vdbcloud/scene/camera.h"
@@ -15,6 +15,11 @@ enum class ImageFormat { Exr, Png };
 /// By extension, in any case: .exr or .png. "-" and a device (/dev/...) are exr. Throws UsageError for
 /// others.
 ImageFormat image_format(const std::string& path);
+
+/// Whether pictures of this kind can be written here, to ask before a picture is computed: .png needs OpenImageIO, a
+/// module that is opened at run time. Throws UsageError as image_format() does; IoError, path first: the module cannot
+/// be opened.
+void require_image_writer(const std::string& path);
 
 /// Metadata of a picture. No clock and no host name: equal runs make equal bytes.
 struct ImageMetadata {

@@ -1,8 +1,11 @@
 #include "vdbcloud/render/merge.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/render/exr_file.h"
 #include "vdbcloud/render/film.h"
-#include "vdbcloud/render/picture_file.h"
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfHeader.h>
 
 #include <algorithm>
 #include <array>
@@ -24,7 +27,7 @@ bool read_index(const char*& from, const char* end, uint64_t& value)
 
 /// One picture as its file holds it.
 struct Part {
-    OIIO::ImageSpec spec;
+    Imf::Header header;
     std::vector<float> pixels;
     std::vector<SampleRange> ranges;
     uint64_t samples = 0;
@@ -32,10 +35,9 @@ struct Part {
 
 Part read_part(const std::string& path)
 {
-    const auto input = opened_picture(path);
-    Part part;
-    part.spec = input->spec();
-    const std::string ranges = part.spec.get_string_attribute(picture::sample_ranges);
+    ExrPicture picture = read_exr(path);
+    Part part{picture.header, std::move(picture.values), {}, 0};
+    const std::string ranges = text_attribute(part.header, picture::sample_ranges);
     if (ranges.empty())
         throw InputError(printable(path) +
                          ": says nothing of its samples: expected an .exr of render --integrator path");
@@ -45,10 +47,14 @@ Part read_part(const std::string& path)
         throw InputError(printable(path) + ": " + e.what());
     }
     for (const SampleRange& range : part.ranges) part.samples += range.end - range.first;
-    part.pixels.resize(size_t(part.spec.width) * size_t(part.spec.height) * size_t(part.spec.nchannels));
-    if (!input->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, part.pixels.data()))
-        throw IoError(printable(path) + ": cannot read its pixels: " + printable(input->geterror()));
     return part;
+}
+
+std::vector<std::string> channel_names(const Imf::Header& header)
+{
+    std::vector<std::string> names;
+    for (auto c = header.channels().begin(); c != header.channels().end(); ++c) names.push_back(c.name());
+    return names;
 }
 
 /// How a channel's values of several parts become one.
@@ -75,17 +81,17 @@ std::vector<ChannelRule> rules_of(const std::vector<std::string>& names)
     return rules;
 }
 
-void require_same(const std::string& path, const OIIO::ImageSpec& a, const OIIO::ImageSpec& b)
+void require_same(const std::string& path, const Imf::Header& a, const Imf::Header& b)
 {
     const auto refuse = [&](const std::string& what) {
         throw InputError(printable(path) + ": " + what + ": expected a part of the same run as the first picture");
     };
-    if (a.full_width != b.full_width || a.full_height != b.full_height) refuse("has another size");
-    if (a.x != b.x || a.y != b.y || a.width != b.width || a.height != b.height) refuse("has another window (--crop)");
-    if (a.channelnames != b.channelnames) refuse("has other layers (--aov)");
+    if (a.displayWindow() != b.displayWindow()) refuse("has another size");
+    if (a.dataWindow() != b.dataWindow()) refuse("has another window (--crop)");
+    if (channel_names(a) != channel_names(b)) refuse("has other layers (--aov)");
     for (const auto& [key, what] :
          {std::pair{picture::scene, "shows another scene, view or background"}, {picture::seed, "has another --seed"}})
-        if (a.get_string_attribute(key) != b.get_string_attribute(key)) refuse(what);
+        if (text_attribute(a, key) != text_attribute(b, key)) refuse(what);
 }
 
 }  // namespace
@@ -129,7 +135,7 @@ std::vector<SampleRange> joined(std::vector<SampleRange> ranges)
 }
 
 struct PictureMerge::State {
-    OIIO::ImageSpec spec;
+    Imf::Header header;
     std::vector<ChannelRule> rules;
     std::vector<SampleRange> ranges;
     uint64_t samples = 0;
@@ -143,16 +149,18 @@ void PictureMerge::add(const std::string& path)
 {
     const Part part = read_part(path);
     State& s = *state_;
-    const size_t channels = size_t(part.spec.nchannels);
     if (s.samples == 0) {
-        s.spec = part.spec;
-        s.rules = rules_of(part.spec.channelnames);
+        s.header = part.header;
+        s.rules = rules_of(channel_names(part.header));
+    } else {
+        require_same(path, s.header, part.header);
+    }
+    const size_t channels = s.rules.size();
+    if (s.samples == 0) {
         s.values.assign(part.pixels.size(), 0.0);
         for (size_t c = 0; c < channels; ++c)
             if (s.rules[c].kind == ChannelRule::Least)
                 for (size_t p = c; p < s.values.size(); p += channels) s.values[p] = part.pixels[p];
-    } else {
-        require_same(path, s.spec, part.spec);
     }
     std::vector<SampleRange> all = s.ranges;
     all.insert(all.end(), part.ranges.begin(), part.ranges.end());
@@ -194,27 +202,30 @@ std::string PictureMerge::ranges() const
     return text;
 }
 
-std::string PictureMerge::history() const { return state_->spec.get_string_attribute("history"); }
+std::string PictureMerge::history() const { return text_attribute(state_->header, "history"); }
 
 void PictureMerge::write(const std::string& path, const std::string& history, bool no_clobber) const
 {
     const State& s = *state_;
-    OIIO::ImageSpec spec = s.spec;
-    spec.attribute("history", history);
-    spec.attribute(picture::sample_ranges, ranges());
-    spec.attribute(picture::samples, float(s.samples));
-    const size_t channels = size_t(spec.nchannels);
+    Imf::Header header = s.header;
+    set_text_attribute(header, "history", history);
+    set_text_attribute(header, picture::sample_ranges, ranges());
+    set_number_attribute(header, picture::samples, double(s.samples));
+    const size_t count = s.rules.size();
     const double n = double(s.samples), squares = n > 1 ? 1 / (n * (n - 1)) : 0;
     std::vector<float> pixels(s.values.size());
     for (size_t k = 0; k < pixels.size(); ++k) {
-        const auto kind = s.rules[k % channels].kind;
+        const auto kind = s.rules[k % count].kind;
         const double value = s.values[k];
         pixels[k] = float(kind == ChannelRule::Error      ? std::sqrt(value * squares)
                           : kind == ChannelRule::Variance ? value * squares
                                                           : value);
     }
-    write_picture_file(path, no_clobber,
-                       [&] { return encoded(path, "exr", spec, OIIO::TypeDesc::FLOAT, pixels.data()); });
+    std::vector<ExrChannel> channels;
+    const auto& stored = s.header.channels();
+    for (auto c = stored.begin(); c != stored.end(); ++c)
+        channels.push_back({c.name(), c.channel().type == Imf::HALF, pixels.data() + channels.size(), count});
+    write_picture_file(path, no_clobber, [&] { return encoded_exr(path, header, channels); });
 }
 
 }  // namespace vdbcloud

@@ -1,0 +1,15 @@
+#pragma once
+// Bounds of pictures that come from elsewhere. Private to render/.
+#include <cstdint>
+#include <string>
+
+namespace vdbcloud {
+
+/// The size of a file to be read. Throws IoError, path first: it cannot be read, or is no regular file.
+uint64_t bytes_of_picture(const std::string& path);
+
+/// Throws IoError, path first, for a picture without pixels, or one that claims more than its bytes can hold. Deflate
+/// packs 1032 bytes into one at most; other methods of pictures come to less than four times that.
+void check_claim(const std::string& path, uint64_t file_bytes, uint64_t width, uint64_t height, uint64_t pixel_bytes);
+
+}  // namespace vdbcloud
