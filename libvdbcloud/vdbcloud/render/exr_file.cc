@@ -48,16 +48,6 @@ size_t height_of(const Imf::Header& header)
     return size_t(int64_t(header.dataWindow().max.y) - header.dataWindow().min.y + 1);
 }
 
-/// A slice of the header's data window, whose first pixel is at `first`.
-Imf::Slice slice(const Imf::Header& header, Imf::PixelType type, const void* first, size_t pixel, size_t row)
-{
-    const auto& window = header.dataWindow();
-    // OpenEXR takes no const: it only reads from the slices of an output file.
-    auto base = reinterpret_cast<intptr_t>(first);
-    base -= intptr_t(window.min.x) * intptr_t(pixel) + intptr_t(window.min.y) * intptr_t(row);
-    return Imf::Slice(type, reinterpret_cast<char*>(base), pixel, row);
-}
-
 }  // namespace
 
 void set_text_attribute(Imf::Header& header, const std::string& key, const std::string& text)
@@ -98,13 +88,15 @@ Bytes encoded_exr(const std::string& path, Imf::Header header, const std::vector
             if (!channel.half) {
                 header.channels().insert(name, Imf::Channel(Imf::FLOAT));
                 const size_t pixel = channel.stride * sizeof(float);
-                frame.insert(name, slice(header, Imf::FLOAT, channel.values, pixel, pixel * width));
+                frame.insert(name,
+                             Imf::Slice::Make(Imf::FLOAT, channel.values, header.dataWindow(), pixel, pixel * width));
                 continue;
             }
             std::vector<half> values(pixels);
             for (size_t k = 0; k < pixels; ++k) values[k] = half(channel.values[k * channel.stride]);
             header.channels().insert(name, Imf::Channel(Imf::HALF));
-            frame.insert(name, slice(header, Imf::HALF, values.data(), sizeof(half), sizeof(half) * width));
+            frame.insert(name, Imf::Slice::Make(Imf::HALF, values.data(), header.dataWindow(), sizeof(half),
+                                                sizeof(half) * width));
             halves.push_back(std::move(values));
         }
         MemoryStream memory(bytes);
@@ -134,8 +126,8 @@ ExrPicture read_exr(const std::string& path)
         size_t at = 0;
         for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
             const size_t pixel = channels * sizeof(float);
-            frame.insert(c.name(),
-                         slice(header, Imf::FLOAT, picture.values.data() + at++, pixel, pixel * width_of(header)));
+            frame.insert(c.name(), Imf::Slice::Make(Imf::FLOAT, picture.values.data() + at++, header.dataWindow(),
+                                                    pixel, pixel * width_of(header)));
         }
         file.setFrameBuffer(frame);
         file.readPixels(header.dataWindow().min.y, header.dataWindow().max.y);
