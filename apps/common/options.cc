@@ -3,7 +3,6 @@
 #include "options.h"
 
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -83,15 +82,6 @@ std::optional<std::vector<double>> numbers(const std::string& text)
     }
     return all;
 }
-
-std::string shortest(double x)
-{
-    char text[40];
-    const auto end = std::to_chars(text, text + sizeof text, x).ptr;
-    return std::string(text, end);
-}
-
-std::string shortest(const Vec3d& v) { return shortest(v[0]) + "," + shortest(v[1]) + "," + shortest(v[2]); }
 
 std::string brief(double x)
 {

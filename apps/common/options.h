@@ -1,6 +1,7 @@
 #pragma once
 // Values on the command line: what is accepted, how it is read, and how it is written again.
 #include "vdbcloud/core/fwd.h"
+#include "vdbcloud/core/shortest.h"
 
 #include <CLI/App.hpp>
 
@@ -37,9 +38,7 @@ int read_whole(const std::string& text, T& value)
 /// The numbers of "1,2,3", or nothing if any part is none.
 std::optional<std::vector<double>> numbers(const std::string& text);
 
-/// The shortest text that reads back as exactly `x`.
-std::string shortest(double x);
-std::string shortest(const Vec3d&);  ///< "x,y,z"
+using vdbcloud::shortest;
 
 /// A number for people, six digits at the most.
 std::string brief(double x);

@@ -1,7 +1,8 @@
 #include "vdbcloud/grid/registry.h"
 
+#include "vdbcloud/core/shortest.h"
+
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 namespace vdbcloud::schema {
@@ -51,13 +52,6 @@ bool matches(const GridKind& kind, const std::string& name)
     if (kind.rest != Rest::Nothing) return false;
     return lower(name) == lower(begin) || std::any_of(kind.aliases.begin(), kind.aliases.end(),
                                                       [&](const char* alias) { return lower(name) == lower(alias); });
-}
-
-/// The shortest text that is read back as the same number.
-std::string shortest(double x)
-{
-    char text[32];
-    return std::string(text, std::to_chars(text, text + sizeof text, x).ptr);
 }
 
 }  // namespace
