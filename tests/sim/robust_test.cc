@@ -212,16 +212,22 @@ TEST(Robust, BudgetFixRemovesTheDriftOfHugeSteps)
 
 TEST(Robust, RefusesImpossibleValuesByName)
 {
-    const auto refused = [](const std::function<void(Parameters&)>& change) -> std::string {
-        Parameters p;
-        p.lattice = {{8, 8, 8}, {100, 100, 100}, {Side::Periodic, Side::Periodic}};
-        change(p);
+    const auto thrown = [](const std::function<void()>& work) -> std::string {
         try {
-            Simulation::make(p, Sounding::uniform(300));
+            work();
         } catch (const InputError& error) {
             return error.what();
         }
         return "";
+    };
+    const auto refused = [&](const std::function<void(Parameters&)>& change) {
+        Parameters p;
+        p.lattice = {{8, 8, 8}, {100, 100, 100}, {Side::Periodic, Side::Periodic}};
+        change(p);
+        const std::string at_start = thrown([&] { Simulation::make(p, Sounding::uniform(300)); });
+        // A plan, which makes no simulation, refuses what a run refuses.
+        EXPECT_EQ(thrown([&] { check(p, Sounding::uniform(300)); }), at_start);
+        return at_start;
     };
     EXPECT_EQ(refused([](Parameters&) {}), "");
     EXPECT_NE(refused([](Parameters& p) { p.friction_time = 0; }).find("friction time"), std::string::npos);
@@ -244,6 +250,18 @@ TEST(Robust, RefusesImpossibleValuesByName)
     });
     EXPECT_NE(both.find("initial air: theta_l in cell ["), std::string::npos) << both;
     EXPECT_NE(both.find("expected 100..2000 K"), std::string::npos) << both;
+    // Of other quantities, too; and bubbles that are too much together only if they meet.
+    const auto several = [&](double water, double dye, double apart) {
+        return refused([&](Parameters& p) {
+            p.dye = true;
+            for (const double x : {400 - apart, 400 + apart})
+                p.bubbles.push_back({{x, 400, 400}, 200, 200, 0, water, dye});
+        });
+    };
+    EXPECT_NE(several(0.9, 0, 0).find("initial air: q_t in cell ["), std::string::npos);
+    EXPECT_NE(several(0, 9e5, 0).find("initial air: dye in cell ["), std::string::npos);
+    EXPECT_EQ(several(0.9, 0, 200), "");
+    EXPECT_EQ(several(0, 9e5, 200), "");
 }
 
 TEST(Robust, NumbersThatProgramsOfferHaveRangesThatAirCanHave)

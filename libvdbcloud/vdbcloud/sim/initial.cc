@@ -1,90 +1,22 @@
 // The air at the start.
-#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
-#include "vdbcloud/core/random.h"
-#include "vdbcloud/core/refuse.h"
-#include "vdbcloud/sim/effect.h"
+#include "vdbcloud/sim/first_air.h"
 #include "vdbcloud/sim/model.h"
 
-#include <array>
-#include <cmath>
-#include <sstream>
-#include <utility>
-
 namespace vdbcloud::sim {
-
-namespace {
-
-/// What a value of the first air may be.
-struct Allowed {
-    const char* name;
-    const char* unit;
-    Range range;
-    const char* because;
-};
-
-Allowed allowed(Quantity q)
-{
-    const Range speed = magnitude(allowed_speed);
-    const char* sound = " (the equations have no sound: Mach 0.3 is 100 m/s)";
-    switch (q) {
-    case Quantity::U: return {"u", "m/s", speed, sound};
-    case Quantity::V: return {"v", "m/s", speed, sound};
-    case Quantity::W: return {"w", "m/s", speed, sound};
-    case Quantity::Theta: return {"theta_l", "K", allowed_theta, ""};
-    case Quantity::Water: return {"q_t", "kg/kg", from_zero(1), ""};
-    case Quantity::Rain: return {"rain", "kg/kg", from_zero(1), ""};
-    default: return {"dye", "", from_zero(1e6), ""};
-    }
-}
-
-/// Throws InputError that names `source`, the quantity, its value and the cell.
-void expect_allowed(Quantity q, double value, const std::array<int, 3>& cell, const std::string& source)
-{
-    const Allowed a = allowed(q);
-    if (a.range.holds(value)) return;
-    std::ostringstream text, expected;
-    text << source << ": " << a.name << " in cell [" << cell[0] << ", " << cell[1] << ", " << cell[2] << "]";
-    expected << a.range.text() << (*a.unit ? " " : "") << a.unit << a.because;
-    refuse(text.str(), value, expected.str());
-}
-
-}  // namespace
 
 template<typename T>
 void Model<T>::set_initial_air()
 {
     const auto [nx, ny, nz] = air_.lattice.n;
-    const auto [dx, dy, dz] = air_.lattice.h;
-    const Parameters& p = parameters_;
-    // A slice along y has the noise of the slice along x.
-    const bool along_y = air_.lattice.flat(0);
-    const auto noise = [&](int which, int i, int j, int k) {
-        if (along_y) std::swap(i, j);
-        return 2 * uniform(hash_bits(p.noise.seed, uint64_t(which), uint64_t(i), uint64_t(j), uint64_t(k))) - 1;
-    };
+    const FirstAir first(parameters_, column_);
     for (int k = 0; k < nz; ++k) {
-        const Level& level = column_.level[size_t(k)];
-        const bool noisy = level.z < p.noise.below;
         for (int j = 0; j < ny; ++j)
             for (int i = 0; i < nx; ++i) {
-                double theta = level.theta_env, water = level.q_env, smoke = 0;
-                if (noisy) theta += p.noise.theta * noise(0, i, j, k), water += p.noise.water * noise(1, i, j, k);
-                for (const Bubble& b : p.bubbles) {
-                    const double x = air_.lattice.flat(0) ? 0 : ((i + 0.5) * dx - b.centre[0]) / b.radius;
-                    const double y = air_.lattice.flat(1) ? 0 : ((j + 0.5) * dy - b.centre[1]) / b.radius;
-                    const double r = std::hypot(x, y, (level.z - b.centre[2]) / b.height);
-                    if (r >= 1) continue;
-                    const double shape = std::pow(std::cos(pi / 2 * r), 2);
-                    theta += b.theta * shape, water += b.water * shape, smoke += b.dye * shape;
-                }
-                water = std::max(-column_.reference.water, water);
-                const auto expect = [&](Quantity q, double value) {
-                    expect_allowed(q, value + air_.reference(q), {i, j, k}, "initial air");
-                };
-                if (air_.theta) expect(Quantity::Theta, theta), air_.theta.a[0](i, j, k) = T(theta);
-                if (air_.water) expect(Quantity::Water, water), air_.water.a[0](i, j, k) = T(water);
-                if (air_.dye) expect(Quantity::Dye, smoke), air_.dye.a[0](i, j, k) = T(smoke);
+                const CellAir cell = first.at(i, j, k);
+                if (air_.theta) air_.theta.a[0](i, j, k) = T(cell.theta);
+                if (air_.water) air_.water.a[0](i, j, k) = T(cell.water);
+                if (air_.dye) air_.dye.a[0](i, j, k) = T(cell.dye);
                 if (air_.wind[0]) air_.wind[0].a[0](i, j, k) = T(column_.u[size_t(k)]);
                 if (air_.wind[1]) air_.wind[1].a[0](i, j, k) = T(column_.v[size_t(k)]);
             }

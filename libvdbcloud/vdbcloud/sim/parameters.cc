@@ -3,6 +3,7 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/refuse.h"
 #include "vdbcloud/sim/effect.h"
+#include "vdbcloud/sim/first_air.h"
 
 #include <algorithm>
 #include <cmath>
@@ -78,6 +79,8 @@ void check(const Parameters& p, const Sounding& sounding)
             "MacCormack's correction and the fix of budgets belong to huge steps: expected them, or neither");
     const bool open = p.lattice.side[0] == Side::Open || p.lattice.side[1] == Side::Open;
     if (p.fix_budget && open) throw InputError("a fix of budgets with open sides: expected periodic sides or walls");
+    // Bubbles that are allowed alone may be too much together.
+    FirstAir(p, make_column(p, sounding)).check_all();
 }
 
 double flux_end(const Parameters& p)
