@@ -15,10 +15,10 @@ using namespace vdbcloud;
 namespace {
 
 /// Starts from the sounding, or from the file of --init.
-void start(app::App& app, const app::Options& o, sim::Simulation& sim)
+void start(app::App& app, const app::Options& o, const app::FirstAirFile& air, sim::Simulation& sim)
 {
-    if (o.init.empty()) return sim.start();
-    const sim::StartReport r = sim::start_from(sim, app.read(o.init), o.up);
+    if (!air.grids) return sim.start();
+    const sim::StartReport r = sim::start_from(sim, *air.grids, o.up);
     if (r.cells_set == 0) app.warnings()(o.init + ": no active voxel lies in the box, the air is the sounding's");
     if (r.negative_water > 0)
         app.warnings()(o.init + ": " + std::to_string(r.negative_water) + " cells with negative water were set to 0");
@@ -99,14 +99,16 @@ void simulate(app::App& app, const app::Options& o, const app::Run& run)
 {
     const sim::Preset& preset = run.preset;
     const Marks marks(o);
+    const bool resumed = !o.resume.empty() && std::filesystem::exists(o.resume);
+    app::FirstAirFile air = app::first_air_of(app, o, resumed);
     auto sim = sim::Simulation::make(preset.parameters, preset.sounding);
-    const sim::FramePlan plan = app::plan_of(o, run);
+    const sim::FramePlan plan = app::plan_of(o, run, air);
     sim::RunRecord record = sim::describe(preset.parameters, preset.sounding, plan);
     sim::Schedule schedule{preset.every, run.seconds()};
-    const bool resumed = !o.resume.empty() && std::filesystem::exists(o.resume);
     const int last = resumed ? sim::read_checkpoint(o.resume, *sim, record, schedule, o.change) : -1;
     for (const std::string& change : record.changes) app.say(change);
-    if (!resumed) start(app, o, *sim);
+    if (!resumed) start(app, o, air, *sim);
+    air = {};  // its memory is the run's
 
     app::Log log(o.log, last);
     const int frames = schedule.last();

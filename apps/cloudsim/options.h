@@ -58,8 +58,17 @@ std::string frame_path(const std::string& pattern, int number);
 /// True if `name`, without a folder, is that of a frame of `pattern`, or of the one file without a number.
 bool is_frame(const std::string& pattern, const std::string& name);
 
-/// What frames hold and when they are. Reads the file of --init for its digest. Throws IoError.
-sim::FramePlan plan_of(const Options&, const Run&);
+/// The file of --init.
+struct FirstAirFile {
+    std::optional<GridFile> grids;  ///< none without --init
+    std::string identity = "none";  ///< digest of the bytes that were read; of a pipe only that it is one
+};
+
+/// Reads the file of --init once. A run that continues needs its identity alone and leaves a pipe unread.
+FirstAirFile first_air_of(App&, const Options&, bool resumed = false);
+
+/// What frames hold and when they are.
+sim::FramePlan plan_of(const Options&, const Run&, const FirstAirFile&);
 
 /// Splits names of grids at commas. Throws UsageError for a name that no snapshot has.
 std::vector<std::string> grid_names(const std::string& text);

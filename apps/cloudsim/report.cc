@@ -66,7 +66,8 @@ void plan(App& app, const Options& o, const Run& run)
     const sim::Parameters& p = run.preset.parameters;
     sim::check(p, run.preset.sounding);
     say_effects(app, p);
-    for (const sim::RunValue& value : sim::describe(p, run.preset.sounding, plan_of(o, run)).values) {
+    for (const sim::RunValue& value :
+         sim::describe(p, run.preset.sounding, plan_of(o, run, first_air_of(app, o))).values) {
         if (app.verbose()) app.say(value.name + " = " + value.value);
         app.report()["in_force"][value.name] = value.value;
     }
@@ -137,7 +138,10 @@ Log::Log(const std::string& path, int last) : path_(path)
         }
     }
     AtomicFile whole(path);
-    std::ofstream(whole.name()) << kept;
+    std::ofstream again(whole.name(), std::ios::binary);
+    again << kept;
+    again.close();
+    if (!again) throw IoError(path + ": cannot write the log");
     whole.commit();
     file_.open(path, std::ios::app);
     if (!file_) throw IoError(path + ": cannot write the log");

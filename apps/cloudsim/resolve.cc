@@ -4,7 +4,6 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/file/text.h"
-#include "vdbcloud/grid/digest.h"
 #include "vdbcloud/sim/effect.h"
 #include "vdbcloud/sim/sounding.h"
 #include "vdbcloud/sim/words.h"
@@ -13,7 +12,6 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 
 namespace vdbcloud::app {
@@ -223,25 +221,24 @@ bool is_frame(const std::string& pattern, const std::string& name)
            file(number) == name;
 }
 
-sim::FramePlan plan_of(const Options& o, const Run& run)
+FirstAirFile first_air_of(App& app, const Options& o, bool resumed)
+{
+    FirstAirFile air;
+    if (o.init.empty()) return air;
+    air.identity = "standard input";
+    if (o.init == "-" && resumed) return air;
+    air.grids = app.read(o.init);
+    if (o.init != "-") air.identity = app.report()["inputs"].back()["digest"];
+    return air;
+}
+
+sim::FramePlan plan_of(const Options& o, const Run& run, const FirstAirFile& air)
 {
     sim::FramePlan plan;
     plan.snapshot = {o.up, o.unpruned, grid_names(o.grids), o.effective_radius, o.smoke_extinction};
     plan.every = run.preset.every;
     plan.first_frame = o.first_frame;
-    if (o.init.empty()) return plan;
-    plan.init = "standard input";
-    if (o.init == "-") return plan;
-    std::error_code none;
-    if (std::filesystem::exists(o.init, none) && !std::filesystem::is_regular_file(o.init, none))
-        throw IoError(o.init + ": expected a file of the first air, this is none; - for a pipe");
-    std::ifstream file(o.init, std::ios::binary);
-    Digest digest;
-    std::vector<char> bytes(size_t(1) << 20);
-    while (file.read(bytes.data(), std::streamsize(bytes.size())) || file.gcount() > 0)
-        digest.add(bytes.data(), size_t(file.gcount()));
-    if (!file.eof()) throw IoError(o.init + ": cannot read the first air");
-    plan.init = digest.hex();
+    plan.init = air.identity;
     return plan;
 }
 

@@ -35,6 +35,27 @@ TEST(CloudsimInput, InitFromAFrameReproducesIt)
     }
 }
 
+// What a pipe gives can be read once only.
+TEST(CloudsimInput, InitIsReadOnce)
+{
+    const Scratch scratch;
+    ASSERT_EQ(cloudsim(with(wet, {"-o", scratch / "first.vdb", "--unpruned"})).status, 0);
+    const std::string program_and_box = "'" + program("cloudsim") + "' --cells 16,12,20 --minutes 0.5 --every 10s -q ";
+    const auto started = [&](const std::string& init, const std::string& more, const std::string& output) {
+        return shell("cd '" + scratch.path() + "' && " + program_and_box + "--init " + init + " " + more + " -o " +
+                     output);
+    };
+    EXPECT_EQ(started("first.vdb", "--checkpoint file.state", "file.vdb").err, "");
+    EXPECT_EQ(started("<(cat first.vdb)", "--checkpoint pipe.state", "pipe.vdb").err, "");
+    EXPECT_EQ(run({program("vdbdiff"), scratch / "file.vdb", scratch / "pipe.vdb"}).status, 0);
+    EXPECT_TRUE(read_text(scratch / "file.state") == read_text(scratch / "pipe.state"));
+    // Other air is another run, which a checkpoint refuses.
+    EXPECT_EQ(started("first.vdb", "--resume file.state", "file.vdb").status, 0);
+    const RunResult other = started("file.vdb", "--resume file.state", "other.vdb");
+    EXPECT_EQ(other.status, 2);
+    EXPECT_NE(other.err.find("init = "), std::string::npos) << other.err;
+}
+
 /// A float grid in metres with one value a voxel of size h, y up, floor at height 0, centred as cloudsim's files are.
 FloatGridPtr voxels(const std::string& name, int nx, int ny, int nz, double h,
                     const std::function<float(int, int, int)>& value)
