@@ -107,5 +107,35 @@ TEST_F(ExrFile, RefusesFilesThatLieWithTheirName)
     EXPECT_NE(claim.find("3000000 x 5 pixels in"), std::string::npos) << claim;
 }
 
+// OpenEXR allocates what an attribute claims, up to 2 GiB, before it reads.
+TEST_F(ExrFile, RefusesAttributesThatClaimMoreThanTheFile)
+{
+    const Bytes whole = encoded(two_channels(), 0, 0);
+    const std::string key("what\0string\0", 12);
+    const auto at = std::search(whole.begin(), whole.end(), key.begin(), key.end()) - whole.begin();
+    const size_t behind = whole.size() - size_t(at) - key.size() - 4;
+    const auto claiming = [&](uint32_t size) {
+        Bytes bytes = whole;
+        for (size_t k = 0; k < 4; ++k) bytes[size_t(at) + key.size() + k] = (unsigned char)(size >> (8 * k));
+        return refusal(write("claim.exr", bytes));
+    };
+    EXPECT_EQ(claiming(6), "read");
+    EXPECT_EQ(claiming(uint32_t(behind)).find("attribute 'what' claims"), std::string::npos) << "OpenEXR's to refuse";
+    for (const uint32_t size : {uint32_t(behind) + 1, 0x3fffffffu, 0x7fffffffu, 0xffffffffu})
+        EXPECT_NE(claiming(size).find("attribute 'what' claims " + std::to_string(size) + " bytes, " +
+                                      std::to_string(behind) + " follow"),
+                  std::string::npos)
+            << claiming(size);
+    // Of a second part, too.
+    Bytes parts = whole;
+    parts[5] |= 0x10;
+    const std::string second(std::string("more\0string\0", 12) + "\xff\xff\xff\x7f");
+    const std::string empty(1, '\0');
+    parts.resize(size_t(at) + key.size() + 4 + 6);  // "what" is the last attribute, with "a test"
+    for (const char c : empty + second) parts.push_back((unsigned char)c);
+    EXPECT_NE(refusal(write("parts.exr", parts)).find("attribute 'more' claims 2147483647"), std::string::npos)
+        << refusal(write("parts.exr", parts));
+}
+
 }  // namespace
 }  // namespace vdbcloud

@@ -5,7 +5,8 @@
 
 namespace vdbcloud {
 
-/// The size of a file to be read. Throws IoError, path first: it cannot be read, or is no regular file.
+/// The size of a file to be read. Throws IoError, path first: it cannot be read, is no regular file, or is an .exr with
+/// an attribute that claims more bytes than the file has.
 uint64_t bytes_of_picture(const std::string& path);
 
 /// Throws IoError, path first, for a picture without pixels, or one that claims more than its bytes can hold. Deflate
