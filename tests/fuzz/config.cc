@@ -27,6 +27,7 @@ struct Tool : app::App {
         add_option("--vector", vector, "a vector");
         add_option("--vectors", vectors, "vectors");
         add_option("--name", names, "texts");
+        add_choice<std::string>("--choice", choice, {{"a", "a"}, {"b", "b"}}, "one of two words");
         set_config("--config")->add_result("c.toml");
     }
 };
