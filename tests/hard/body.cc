@@ -202,6 +202,14 @@ GridFile make_body(Programs& programs, const std::string& line, const std::array
     return file;
 }
 
+std::optional<std::string> table_of_body(const std::string& line)
+{
+    if (line.rfind("table ", 0) != 0) return std::nullopt;
+    std::string text;
+    for (const std::string& word : split(line.substr(6))) text += word == "/" ? "\n" : word + " ";
+    return text + "\n";
+}
+
 GridFile read_own(const std::string& path)
 {
     ReadOptions options;

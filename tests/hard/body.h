@@ -5,6 +5,7 @@
 #include "vdbcloud/grid/grid_file.h"
 
 #include <array>
+#include <optional>
 #include <string>
 
 namespace vdbcloud::test {
@@ -36,10 +37,15 @@ struct Change {
 ///     empty                                           no active voxel
 ///     fractal --size 8 --seed 3                       a density of fractalgen with these options
 ///
+///     table 0 1 2 / 3 4 5                             no density but a text file: lines between slashes
+///
 /// emission=VALUE adds a grid `emission` of the density times this value, cd=SEED a random grid `Cd`, times=VALUE
 /// multiplies the density. `axes` are the world vectors of steps along i, j, k before the change.
 GridFile make_body(Programs&, const std::string& line, const std::array<Vec3d, 3>& axes, const Vec3d& origin,
                    const Change&, const std::string& folder);
+
+/// The text of a body of kind table.
+std::optional<std::string> table_of_body(const std::string& line);
 
 /// Reads and writes files of the suite itself.
 GridFile read_own(const std::string& path);

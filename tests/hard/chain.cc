@@ -100,7 +100,13 @@ Words Chain::write_inputs(const World& world, const Change& change)
     Words inputs;
     box_ = {};
     for (size_t k = 0; k < world.bodies.size(); ++k) {
-        inputs.push_back((k == 0 ? "in-" : "also-") + std::to_string(k) + ".vdb");  // not the frames of a sequence
+        inputs.push_back((k == 0 ? "in-" : "also-") + std::to_string(k));  // not the frames of a sequence
+        if (const auto table = table_of_body(world.bodies[k])) {
+            inputs.back() += ".txt";
+            write_text(folder_ + "/" + inputs.back(), *table);
+            continue;
+        }
+        inputs.back() += ".vdb";
         const GridFile file = make_body(programs_, world.bodies[k], world.axes, world.origin, change, folder_);
         write_own(folder_ + "/" + inputs.back(), file);
         const auto bounds = density_of_body(file)->evalActiveVoxelBoundingBox();
@@ -137,6 +143,7 @@ bool Chain::step(Seen& seen, const std::string& name, const Words& arguments)
     const Answer answer = programs_.run(name, arguments, folder_);
     seen.seconds = std::max(seen.seconds, answer.seconds);
     seen.bytes = std::max(seen.bytes, answer.bytes);
+    seen.status = answer.status;
     if (answer.status == 0) return true;
     seen.over_limit = answer.status > 128;
     seen.failure = name + " ended with status " + std::to_string(answer.status) + ": " + read_text(folder_ + "/stderr");
@@ -164,6 +171,7 @@ Seen Chain::run(const World& world, const Change& change)
         if (name != "render") append(words, writer);
         first.clear();
         inputs = {output};
+        seen.last = name == split(world.stages).back();
         return step(seen, name, words);
     };
     if (world.runs("illuminate") && !stage("illuminate", "lit.vdb", split(world.light))) return seen;
@@ -212,10 +220,12 @@ Seen Chain::run_commands(const World& world)
         Words words = split(line);
         const std::string name = words.at(0);
         words.erase(words.begin());
+        seen.last = &line == &world.commands.back();
         if (!step(seen, name, words)) return seen;
         const auto output = std::find(words.begin(), words.end(), "-o");
         if (output == words.end() || output + 1 == words.end()) continue;
         const std::string path = folder_ + "/" + output[1];
+        if (output[1].find('%') != std::string::npos) continue;  // frames
         if (output[1].find(".vdb") != std::string::npos)
             for (const GridBasePtr& grid : read_own(path).grids) seen.grids[grid->getName()] = grid;
         else

@@ -28,6 +28,8 @@ struct Picture {
 // NOLINTNEXTLINE(bugprone-exception-escape): moving the report allocates nothing
 struct Seen {
     std::string failure;      ///< the program that did not end with status 0, and its words; empty: all did
+    int status = 0;           ///< of the program that ran last
+    bool last = false;        ///< it was the last one of the world
     bool over_limit = false;  ///< of time or memory
     std::map<std::string, GridBasePtr> grids;
     Picture picture;

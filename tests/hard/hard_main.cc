@@ -3,9 +3,14 @@
 //   hard cases FILE [NAME ...]     the cases of a file, or those of these names
 //   hard worlds FIRST LAST         random worlds by seed
 //   hard world SEED                prints the record of one random world
+//   hard hostile TOOL FIRST LAST   hostile files to a program by seed; TOOL all: to every program
+//   hard mutant TOOL SEED FOLDER   writes one hostile file and prints the command that reads it
+//   hard soak FRAMES               frames through the whole chain: growth of memory, descriptors and files
 //   hard table FILE.csv ...        adds up rows and prints the table; status 1 if a row fails
 //
 // Cases and worlds print their rows to standard output, tab-separated, and failures to standard error.
+#include "hard/hostile.h"
+#include "hard/soak.h"
 #include "hard/suite.h"
 
 #include <cstdio>
@@ -15,7 +20,8 @@ using namespace vdbcloud::test;
 
 namespace {
 
-int finish(const Suite& suite, const Programs& programs)
+template<typename Run>
+int finish(const Run& suite, const Programs& programs)
 {
     std::cout << csv(suite.rows());
     for (const Failure& failure : suite.failures())
@@ -54,6 +60,26 @@ int run_command(const Words& words)
         std::cout << random_world(std::stoull(word(1))).text();
         return 0;
     }
+    if (word(0) == "hostile") {
+        Hostile hostile(programs, scratch.path());
+        for (const std::string& tool : Hostile::tools())
+            if (word(1) == tool || word(1) == "all")
+                for (uint64_t seed = std::stoull(word(2)); seed <= std::stoull(word(3)); ++seed)
+                    hostile.run(tool, seed);
+        return finish(hostile, programs);
+    }
+    if (word(0) == "mutant") {
+        std::cout << Hostile(programs, word(3)).keep(word(1), std::stoull(word(2))) << "\n";
+        return 0;
+    }
+    if (word(0) == "soak") {
+        const std::vector<Row> rows = soak(std::stoi(word(1)), scratch.path());
+        std::cout << csv(rows);
+        for (const Row& row : rows)
+            if (!row.passes())
+                std::cerr << row.group << ", " << row.invariant << ": " << row.worst << ": " << row.where << "\n";
+        return std::all_of(rows.begin(), rows.end(), [](const Row& row) { return row.passes(); }) ? 0 : 1;
+    }
     if (word(0) == "table") {
         std::vector<Row> rows;
         for (size_t k = 1; k < words.size(); ++k)
@@ -61,7 +87,7 @@ int run_command(const Words& words)
         std::cout << table(rows);
         return std::all_of(rows.begin(), rows.end(), [](const Row& row) { return row.passes(); }) ? 0 : 1;
     }
-    std::cerr << "hard: expected cases, worlds, world or table\n";
+    std::cerr << "hard: expected cases, worlds, world, hostile, mutant, soak or table\n";
     return 2;
 }
 

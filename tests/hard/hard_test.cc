@@ -1,10 +1,14 @@
 // The suite of hard cases at the size of a change, and the suite itself.
 #include "hard/coverage.h"
+#include "hard/hostile.h"
+#include "hard/soak.h"
 #include "hard/suite.h"
 
 #include <gtest/gtest.h>
 
 #include "support/size.h"
+
+#include <filesystem>
 
 namespace vdbcloud::test {
 namespace {
@@ -42,6 +46,82 @@ TEST_F(Hard, RandomWorldsHold)
 {
     for (uint64_t seed = 1; seed <= 40; ++seed) suite.run_random(seed);
     expect_pass();
+}
+
+// `make -C tests hard SIZE=full` sends 5000 to each program.
+TEST_F(Hard, HostileFilesEndInASentence)
+{
+    Hostile hostile(programs, scratch.path());
+    EXPECT_EQ(hostile.refused_when_healthy(), Words());
+    for (const std::string& tool : Hostile::tools())
+        for (uint64_t seed = 1; seed <= 10; ++seed) hostile.run(tool, seed);
+    for (const Row& row : hostile.rows())
+        EXPECT_TRUE(row.passes() || (!Programs::start_once() && row.invariant != "ends")) << table({row}) << row.where;
+    for (const Failure& failure : hostile.failures()) ADD_FAILURE() << failure.where << "\n" << failure.world;
+    EXPECT_EQ(hostile.rows().size(), 3 * Hostile::tools().size());
+    // Neither all files are refused nor are they all harmless.
+    EXPECT_GE(hostile.statuses().at(0), 8);
+    EXPECT_GE(hostile.statuses().at(1), 25);
+}
+
+TEST(HardHostile, EndsWithoutASentenceAreComplaints)
+{
+    EXPECT_EQ(complaint("render", 0, ""), "");
+    EXPECT_EQ(complaint("render", 0, "render: warning: a\nrender: b\n"), "");
+    EXPECT_EQ(complaint("render", 1, "a library's words\nrender: x.vdb: damaged\n"), "");
+    EXPECT_NE(complaint("render", 1, ""), "");
+    EXPECT_NE(complaint("render", 1, "render: x\nterminate called\n"), "");
+    EXPECT_NE(complaint("render", 2, "p1solve: x.vdb: damaged\n"), "");
+    EXPECT_NE(complaint("render", 139, "render: x.vdb: damaged\n"), "");
+    EXPECT_NE(complaint("render", 4, "render: x.vdb: damaged\n"), "");
+    EXPECT_NE(complaint("render", 0, "render: warning: grid '\x1b[31m'\n"), "");
+    EXPECT_NE(complaint("render", 1, "render: " + std::string(70000, 'x')), "");
+}
+
+TEST_F(Hard, HostileFilesAreOfAllKinds)
+{
+    Hostile hostile(programs, scratch.path());
+    std::map<std::string, int> seen;
+    for (const std::string& tool : Hostile::tools())
+        for (uint64_t seed = 1; seed <= 30; ++seed) {
+            const Mutant mutant = hostile.mutant(tool, seed);
+            EXPECT_FALSE(mutant.bytes == read_text(scratch / mutant.what.substr(0, mutant.what.find(':'))))
+                << tool << ", seed " << seed << ": " << mutant.what;
+            for (const char* kind :
+                 {"damaged", "spliced", "key ", "= missing", "background", "transform of", "another name", " as Tree",
+                  "a tile", "far away", "flags", "many grids", "compressed", "Blosc", ": text", "claims of a .exr",
+                  "claims of a .png", "claims of a .hdr", "a value of the state"})
+                seen[kind] += mutant.what.find(kind) != std::string::npos;
+            seen["standard input"] += mutant.input != "/dev/null";
+        }
+    for (const auto& [kind, count] : seen) EXPECT_GT(count, 0) << kind;
+    EXPECT_EQ(hostile.mutant("render", 5).bytes, hostile.mutant("render", 5).bytes);
+}
+
+TEST_F(Hard, FramesTakeNeitherMoreMemoryNorDescriptorsNorFiles)
+{
+    if (!Programs::start_once()) GTEST_SKIP() << "sanitizers keep freed memory";
+    for (const Row& row : soak(sized(10, 200), scratch.path())) EXPECT_TRUE(row.passes()) << table({row}) << row.where;
+}
+
+TEST_F(Hard, GrowthIsSeen)
+{
+    const std::string frames = "for n in 1 2 3 4 5 6 7 8; do %s echo > frame.000$n; sleep 0.05; done";
+    const auto growth = [&](const std::string& each, const std::string& left) {
+        std::string line = frames;
+        line.replace(line.find("%s"), 2, each);
+        return watch("/bin/bash", {"-c", line + left}, scratch.path(), "frame.%04d", 8);
+    };
+    const Growth still = growth("", "");
+    EXPECT_EQ(still.status, 0);
+    EXPECT_LT(still.memory, 0.1);
+    EXPECT_EQ(still.descriptors, 0);
+    EXPECT_EQ(still.left, 0);
+    std::filesystem::remove(scratch / "frame.0004");
+    const Growth grown = growth("x=$x$(printf %02000000d 0); exec {file}</dev/null;", "; echo > $TMPDIR/a; echo > .b");
+    EXPECT_GT(grown.memory, 0.3);
+    EXPECT_GE(grown.descriptors, 3);
+    EXPECT_EQ(grown.left, 2);
 }
 
 // A program that is started once gives what it gives when it is started anew.
@@ -157,6 +237,49 @@ TEST_F(Hard, AFailureIsMadeSmaller)
     EXPECT_EQ(small.origin, Vec3d(0));
     EXPECT_EQ(small.stages, "p1solve");
     EXPECT_EQ(small.holds.size(), 1u);
+}
+
+TEST_F(Hard, ARefusalNeedsItsStatusAndItsSentence)
+{
+    const auto passes = [&](const std::string& command, int status, const std::string& sentence) {
+        World world;
+        world.name = "refusal";
+        world.commands = {"fractalgen --size 6 -q -o ok.vdb", command};
+        world.refused = status;
+        world.sentence = sentence;
+        Suite one(programs, scratch.path());
+        one.run_case(world);
+        return one.rows().at(0).passes();
+    };
+    const std::string missing = "render none.vdb -o out.exr";
+    EXPECT_TRUE(passes(missing, 1, "No such file"));
+    EXPECT_FALSE(passes(missing, 2, "No such file"));
+    EXPECT_FALSE(passes(missing, 1, "a level set"));
+    EXPECT_FALSE(passes("vdbprobe ok.vdb --grid density --at 0,0,0", 1, "No such file")) << "nothing is refused";
+    World early;  // the program before the last one fails
+    early.name = "early";
+    early.commands = {missing, "fractalgen --size 6 -q -o ok.vdb"};
+    early.refused = 1;
+    early.sentence = "No such file";
+    suite.run_case(early);
+    EXPECT_FALSE(suite.rows().at(0).passes());
+}
+
+TEST_F(Hard, NumbersOfReportsAreCompared)
+{
+    Chain chain(programs, scratch.path());
+    write_text(scratch / "one.json", R"({"a": {"b": [2, 0, true]}})");
+    write_text(scratch / "lines.json", "{\"t\": 1}\n{\"t\": 3}\n");
+    const auto error = [&](const std::string& held) { return judged(chain, {}, {}, "number " + held).worst; };
+    EXPECT_EQ(error("one.json /a/b/0 2"), 0);
+    EXPECT_NEAR(error("one.json /a/b/0 4"), 0.5, 1e-15);
+    EXPECT_NEAR(error("one.json /a/b/0 -2"), 2, 1e-15);
+    EXPECT_NEAR(error("one.json /a/b/0 0"), 2, 1e-15) << "of 0 the absolute difference";
+    EXPECT_EQ(error("one.json /a/b/1 0"), 0);
+    EXPECT_EQ(error("one.json /a/b/2 1"), 0);
+    EXPECT_NEAR(error("lines.json /1/t one.json /a/b/0"), 0.5, 1e-15);
+    EXPECT_THROW(error("one.json /a/c 0"), std::exception);
+    EXPECT_THROW(error("none.json /a 0"), std::exception);
 }
 
 TEST(HardRecords, AreReadAsTheyAreWritten)

@@ -4,6 +4,7 @@
 #include "hard/values.h"
 
 #include <algorithm>
+#include <sstream>
 #include <stdexcept>
 
 namespace vdbcloud::test {
@@ -92,6 +93,40 @@ const std::vector<Invariant>& invariants()
          seen_by_paths, invariant_of::path},
     };
     return all;
+}
+
+namespace {
+
+nlohmann::json report_in(const std::string& path)
+{
+    const std::string text = read_text(path);
+    nlohmann::json whole = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
+    if (!whole.is_discarded() && whole.is_object()) return whole;
+    whole = nlohmann::json::array();
+    std::istringstream in(text);
+    for (std::string line; std::getline(in, line);) whole.push_back(nlohmann::json::parse(line));
+    return whole;
+}
+
+double number_in(const std::string& path, const std::string& pointer)
+{
+    const nlohmann::json value = report_in(path).at(nlohmann::json::json_pointer(pointer));
+    return value.is_boolean() ? double(value.get<bool>()) : value.get<double>();
+}
+
+}  // namespace
+
+Verdict judged(Chain& chain, const World& world, const Seen& seen, const std::string& held)
+{
+    const Words words = split(held);
+    if (words.at(0) != "number") return invariant(held).judge(chain, world, seen);
+    const std::string folder = chain.folder() + "/";
+    const double found = number_in(folder + words.at(1), words.at(2));
+    const double expected = words.size() > 4 ? number_in(folder + words[3], words[4]) : std::stod(words.at(3));
+    Verdict verdict;
+    verdict.take(std::abs(found - expected) / (expected == 0 ? 1 : std::abs(expected)),
+                 words[2] + " is " + digits(found) + ", expected " + digits(expected));
+    return verdict;
 }
 
 const Invariant& invariant(const std::string& name)

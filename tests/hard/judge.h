@@ -33,6 +33,11 @@ struct Invariant {
 const std::vector<Invariant>& invariants();
 const Invariant& invariant(const std::string& name);
 
+/// What a line `holds` says of a world: an invariant, or `number FILE /POINTER VALUE`: the relative difference of a
+/// number in a report and a value, which is a number or again FILE /POINTER; of 0 the absolute one. Of a file of JSON
+/// lines the pointer begins with the number of the line, from 0.
+Verdict judged(Chain&, const World&, const Seen&, const std::string& held);
+
 /// The largest difference of two worlds' grids, powers and pictures, over the largest value of each, where `a` times
 /// `factor` is expected to be `b` under the change. Pictures of 16-bit floats differ by their rounding.
 Verdict difference(const Seen& a, const Seen& b, const Change& change, double factor);

@@ -65,11 +65,15 @@ constexpr bool sanitized = false;
 #endif
 
 /// A run from the start, without limits of memory and without its processor time.
-Answer run_anew(const std::string& name, const Words& arguments, const std::string& folder, double seconds)
+Answer run_anew(const std::string& name, const Words& arguments, const std::string& folder, const std::string& input,
+                double seconds)
 {
     RunOptions options;
     options.seconds = 10 * seconds;
-    Words command{"bash", "-c", "cd \"$1\" && shift && exec \"$@\" > stdout 2> stderr", "run", folder, program(name)};
+    Words command{
+        "bash",       "-c",   "cd \"$1\" && shift && exec < \"$1\" && shift && exec \"$@\" > stdout 2> stderr",
+        "run",        folder, input,
+        program(name)};
     command.insert(command.end(), arguments.begin(), arguments.end());
     Answer answer;
     answer.status = test::run(command, options).status;
@@ -80,17 +84,18 @@ Answer run_anew(const std::string& name, const Words& arguments, const std::stri
 
 bool Programs::start_once() { return !sanitized; }
 
-Answer Programs::run(const std::string& name, const Words& arguments, const std::string& folder)
+Answer Programs::run(const std::string& name, const Words& arguments, const std::string& folder,
+                     const std::string& input)
 {
     if (!start_once()) {
         ++runs_;
-        return run_anew(name, arguments, folder, limits_.seconds);
+        return run_anew(name, arguments, folder, input, limits_.seconds);
     }
     std::unique_ptr<Started>& server = started_[name];
     if (!server) server = std::make_unique<Started>(program(name));
     std::string text;
     for (const std::string& word :
-         {folder, std::to_string(long(limits_.seconds)), std::to_string(long(limits_.bytes)), name})
+         {folder, std::to_string(long(limits_.seconds)), std::to_string(long(limits_.bytes)), input, name})
         text.append(word.c_str(), word.size() + 1);
     for (const std::string& word : arguments) text.append(word.c_str(), word.size() + 1);
     const uint32_t size = uint32_t(text.size());

@@ -26,8 +26,10 @@ public:
     explicit Programs(const Limits& = {});
     ~Programs();
 
-    /// Runs a program in `folder`; its output is in the files stdout and stderr there.
-    Answer run(const std::string& name, const Words& arguments, const std::string& folder);
+    /// Runs a program in `folder`; its output is in the files stdout and stderr there. `input`: the file of standard
+    /// input.
+    Answer run(const std::string& name, const Words& arguments, const std::string& folder,
+               const std::string& input = "/dev/null");
 
     /// False under sanitizers, where every run starts anew and limits hold for time alone.
     static bool start_once();

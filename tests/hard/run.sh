@@ -2,8 +2,9 @@
 # All hard cases and random worlds as one table, which is written to docs/hard-cases.md. `make -C tests hard` calls it.
 # Usage: run.sh BUILD
 #
-#   SIZE=full          worlds 1 to 10000 instead of 1 to 300
-#   SEEDS=first-last   these worlds alone, added to those of earlier runs
+#   SIZE=full          worlds 1 to 10000 instead of 1 to 300, 5000 hostile files for each program instead of 300, 200
+#                      frames of a soak instead of 10
+#   SEEDS=first-last   these worlds and hostile files alone, added to those of earlier runs
 #
 # Rows are kept in BUILD/hard by ranges of 100 seeds, under a hash of the programs and of the suite: an interrupted run
 # continues, and rows of other programs do not count. Exit status: 0 all hold, 1 some fail, 2 usage.
@@ -27,11 +28,17 @@ part() {
     mv "$work/$name.new" "$work/$name.csv"
 }
 
+hostile=5000
+part "soak-${SIZE:-small}" "$bin/hard" soak $([ "${SIZE:-}" = full ] && echo 200 || echo 10)
 part cases "$bin/hard" cases "$here/cases.txt"
 part "faults-${SIZE:-small}" "$here/faults.sh" "$bin"
 for ((a = first; a <= last; a += 100)); do
     b=$((a + 99 < last ? a + 99 : last))
     part "worlds-$(printf %06d "$a")-$(printf %06d "$b")" "$bin/hard" worlds "$a" "$b"
+done
+for ((a = first; a <= last && a <= hostile; a += 100)); do
+    b=$((a + 99 < last ? a + 99 : last))
+    part "hostile-$(printf %06d "$a")-$(printf %06d "$b")" "$bin/hard" hostile all "$a" "$b"
 done
 seconds=$(sed -n 's/.* programs, \(.*\) processor seconds/\1/p' "$work"/*.log | awk '{s += $1} END {printf "%.0f", s}')
 runs=$(sed -n 's/\(.*\) runs of programs.*/\1/p' "$work"/*.log | awk '{s += $1} END {print s}')
@@ -41,7 +48,7 @@ parts=$(cd "$work" && ls worlds-*.csv | sed 's/worlds-0*\([0-9]*\)-0*\([0-9]*\).
     cat "$here/page.md"
     echo "Seeds $parts; $runs runs of programs in $seconds processor seconds."
     echo
-    "$bin/hard" table "$work"/cases.csv "$work/faults-${SIZE:-small}.csv" "$work"/worlds-*.csv
+    "$bin/hard" table "$work"/cases.csv "$work/faults-${SIZE:-small}.csv" "$work/soak-${SIZE:-small}.csv" $(ls "$work"/hostile-*.csv 2> /dev/null) "$work"/worlds-*.csv
 } > "$work/page" || failed=1
 cp "$work/page" "$here/../../docs/hard-cases.md"
 sed -n '/^| case/,$p' "$work/page"

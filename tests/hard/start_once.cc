@@ -2,8 +2,8 @@
 // a new process. Most of the time of a short run is the loading of libraries.
 //
 // Requests come on standard input: a uint32 of the number of bytes, then words that end with a null byte: folder,
-// processor seconds, bytes of address space, then the arguments. The answer on standard output is an Answer. A run
-// writes its output to the files `stdout` and `stderr` of the folder, which is its working folder.
+// processor seconds, bytes of address space, file of standard input, then the arguments. The answer on standard output
+// is an Answer. A run writes its output to the files `stdout` and `stderr` of the folder, which is its working folder.
 #include "hard/start_once.h"
 
 #include <dlfcn.h>
@@ -45,7 +45,7 @@ void redirect(int file, const char* path, int flags)
 [[noreturn]] void run_main(std::vector<char*> words, char** environment)
 {
     if (::chdir(words[0]) != 0) ::_exit(126);
-    redirect(0, "/dev/null", O_RDONLY);
+    redirect(0, words[3], O_RDONLY);
     redirect(1, "stdout", O_WRONLY | O_CREAT | O_TRUNC);
     redirect(2, "stderr", O_WRONLY | O_CREAT | O_TRUNC);
     const rlim_t seconds = std::strtoull(words[1], nullptr, 10), bytes = std::strtoull(words[2], nullptr, 10);
@@ -53,7 +53,7 @@ void redirect(int file, const char* path, int flags)
     ::setrlimit(RLIMIT_CPU, &processor);
     ::setrlimit(RLIMIT_AS, &memory);
     ::alarm(unsigned(10 * seconds));  // a program that waits for ever
-    words.erase(words.begin(), words.begin() + 3);
+    words.erase(words.begin(), words.begin() + 4);
     const int count = int(words.size());
     words.push_back(nullptr);
     const int status = program_main(count, words.data(), environment);

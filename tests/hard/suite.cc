@@ -8,16 +8,29 @@
 
 namespace vdbcloud::test {
 
+namespace {
+
+/// What the programs did against the record; empty: nothing.
+std::string failure(const World& world, const Seen& seen)
+{
+    if (world.refused == 0) return seen.failure;
+    if (seen.last && seen.status == world.refused && seen.failure.find(world.sentence) != std::string::npos) return {};
+    return "expected status " + std::to_string(world.refused) + " and '" + world.sentence +
+           "' from the last program: " + (seen.failure.empty() ? "all programs ended with status 0" : seen.failure);
+}
+
+}  // namespace
+
 std::vector<Suite::Judged> Suite::judge(const World& world)
 {
     std::vector<Judged> all;
     try {
         const Seen seen = world.commands.empty() ? chain_.run(world) : chain_.run_commands(world);
-        all.push_back(
-            {"ends", seen.failure, seen.failure.empty() ? seen.seconds : std::numeric_limits<double>::infinity(), 20});
-        if (!seen.failure.empty()) return all;
+        const std::string bad = failure(world, seen);
+        all.push_back({"ends", bad, bad.empty() ? seen.seconds : std::numeric_limits<double>::infinity(), 20});
+        if (!bad.empty()) return all;
         for (const auto& [name, limit] : world.holds) {
-            const Verdict verdict = invariant(name).judge(chain_, world, seen);
+            const Verdict verdict = judged(chain_, world, seen, name);
             all.push_back({name, verdict.where, verdict.worst, limit});
         }
     } catch (const std::exception& e) {

@@ -1,22 +1,17 @@
 #include "hard/world.h"
 
 #include "hard/programs.h"
+#include "vdbcloud/core/shortest.h"
 #include "vdbcloud/core/vdb.h"
 
 #include <algorithm>
-#include <charconv>
 #include <fstream>
 #include <stdexcept>
 
 namespace vdbcloud::test {
 
-std::string digits(double value)
-{
-    char text[32];
-    return {text, std::to_chars(text, text + sizeof text, value).ptr};
-}
-
-std::string digits(const Vec3d& v) { return digits(v[0]) + "," + digits(v[1]) + "," + digits(v[2]); }
+std::string digits(double value) { return shortest(value); }
+std::string digits(const Vec3d& v) { return shortest(v); }
 
 namespace {
 
@@ -84,6 +79,9 @@ void set_key(World& world, const std::string& key, const std::string& value)
         world.lights.push_back(light_of(split(key + " " + value)));
     } else if (key == "run") {
         world.commands.push_back(value);
+    } else if (key == "refused") {
+        world.refused = std::stoi(words.at(0));
+        world.sentence = value.substr(value.find(words.at(1)));
     } else if (key == "holds") {
         world.holds.push_back({value.substr(0, value.rfind(' ')), std::stod(words.back())});
     } else if (key == "known") {
@@ -119,6 +117,8 @@ std::string World::text() const
     for (const auto& [key, member] : plain_keys())
         if (key != "name" && key != "why" && !(this->*member).empty()) line(key, this->*member);
     line("look", digits(look));
+    for (const std::string& command : commands) line("run", command);
+    if (refused != 0) line("refused", std::to_string(refused) + " " + sentence);
     for (const auto& [invariant, limit] : holds) line("holds", invariant + " " + digits(limit));
     return all;
 }

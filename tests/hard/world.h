@@ -36,6 +36,8 @@ struct World {
     std::string up = "y";
     std::string stages = "p1solve render";
     std::vector<std::string> commands;                  ///< in place of all above: lines of programs with options
+    int refused = 0;                                    ///< status with which the last program ends
+    std::string sentence;                               ///< if that is not 0: a piece of what it says
     std::vector<std::pair<std::string, double>> holds;  ///< invariant, limit
     std::map<std::string, std::string> known;           ///< invariant: why it fails today
 
