@@ -28,8 +28,8 @@ nlohmann::json described(const ClosureReport& c)
 void add_planes(const ChannelReport& c, int top, nlohmann::json& to)
 {
     const PlanePower& p = c.planes;
-    to["reflected"] = c.reflected;
-    to["transmitted_diffuse"] = c.transmitted;
+    to["reflected"] = p.reflected;
+    to["transmitted_diffuse"] = p.transmitted();
     to["out_by_plane"] = numbers(p.out);
     to["out_of_top"] = p.out[size_t(top)];
     to["out_of_base"] = p.out[size_t(top ^ 1)];

@@ -308,5 +308,70 @@ TEST(EmittedLight, DoesNotDependOnThreads)
     EXPECT_EQ(many.report.channel[0].planes.out, one.report.channel[0].planes.out);
 }
 
+/// A clump of emitting voxels in a ball, its voxels numbered from `first` on, at the same places of the world.
+ScatterReport glowing_ball(const Vec3i& first, std::vector<float>* fluence = nullptr)
+{
+    const int n = 20;
+    const double h = 1.0 / n;
+    auto density = FloatGrid::create(0.0f);
+    auto emission = Vec3SGrid::create(Vec3f(0.0f));
+    auto transform = openvdb::math::Transform::createLinearTransform(h);
+    transform->preTranslate(-as_double(first));
+    density->setTransform(transform);
+    emission->setTransform(transform->copy());
+    for (int x = 0; x < n; ++x)
+        for (int y = 0; y < n; ++y)
+            for (int z = 0; z < n; ++z) {
+                const Vec3d from_middle = (Vec3d(x, y, z) + Vec3d(0.5)) * h - Vec3d(0.5);
+                const openvdb::Coord at(first[0] + x, first[1] + y, first[2] + z);
+                if (from_middle.length() < 0.5) density->tree().setValue(at, 1.0f);
+                if ((from_middle - Vec3d(0.1, 0, -0.2)).length() < 0.11)
+                    emission->tree().setValue(at, Vec3f(1.0f, 2.0f, float(1 + x)));
+            }
+    Medium medium = grey(0.5);
+    medium.sigma_t_per_density = Vec3d(4.0);
+    ScatterOptions o = sweeps(0);
+    o.reentry_rays = 2000;  // for the powers through planes
+    ScatterReport report;
+    const CollidedLight light = scatter_p1(*density, nullptr, emission.get(), medium, {}, o, {}, report);
+    EXPECT_TRUE(report.channel[0].emission_by_rays);
+    if (fluence) {
+        const auto phi = openvdb::gridPtrCast<Vec3SGrid>(light.phi);
+        for (int x = 0; x < n; ++x)
+            fluence->push_back(phi->tree().getValue(openvdb::Coord(first[0] + x, first[1] + 9, first[2] + 7))[2]);
+    }
+    return report;
+}
+
+TEST(EmittedLight, IsTheSameForVoxelsThatAreNumberedFarFromZero)
+{
+    // Places as floats would be off by half an edge at 1e7 voxels. Blocks are the same ones: shifts are multiples of 8.
+    std::vector<float> here, there;
+    const ScatterReport near = glowing_ball(Vec3i(0), &here);
+    for (const Vec3i& first : {Vec3i(10000000, -20000000, 8), Vec3i(-100000000, 100000000, 100000000)}) {
+        there.clear();
+        const ScatterReport far = glowing_ball(first, &there);
+        for (size_t n = 0; n < here.size(); ++n) EXPECT_NEAR(there[n], here[n], 1e-4 * here[8] + 1e-12) << first << n;
+        for (size_t face = 0; face < 6; ++face)
+            EXPECT_NEAR(far.channel[2].planes.out[face] / near.channel[2].planes.out[face], 1, 1e-4) << first << face;
+        EXPECT_NEAR(far.channel[2].emission_scaled_by, near.channel[2].emission_scaled_by, 1e-5);
+    }
+}
+
+TEST(EmittedLight, OfSpecksFarApartIsLeftToP1)
+{
+    // The planes of the box have 6e12 cells, which rays would sum one by one.
+    const auto density = test::voxel_clouds({{Vec3i(0), Vec3i(5)}, {Vec3i(1000000), Vec3i(1000005)}}, Vec3d(1), 1.0);
+    const auto emission = glow(*density, Vec3i(2), [](const Vec3i&) { return Vec3f(1.0f); });
+    for (const int iterations : {0, 1}) {
+        ScatterReport report;
+        scatter_p1(*density, nullptr, emission.get(), grey(0.5), {}, sweeps(iterations), {}, report);
+        EXPECT_TRUE(report.emission_without_rays);
+        EXPECT_FALSE(report.channel[0].emission_by_rays);
+        EXPECT_NEAR(report.channel[0].emitted / (4 * pi * 8), 1, 1e-6);
+        EXPECT_LT(std::abs(report.channel[0].budget.defect), 1e-6);
+    }
+}
+
 }  // namespace
 }  // namespace vdbcloud

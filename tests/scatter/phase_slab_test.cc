@@ -39,7 +39,8 @@ Outcome swept(const PhaseFunction& phase, double tau, double w0, int degree, int
     EXPECT_TRUE(report.channel[0].closure.converged);
     EXPECT_LT(report.channel[0].budget.defect, 1e-6);
     const double in = mu * 64.0 / n / n, scaled_tau = tau * delta_scaling(phase, degree).extinction(w0);
-    return {report.channel[0].reflected / in, report.channel[0].transmitted / in + std::exp(-scaled_tau / mu)};
+    return {report.channel[0].planes.reflected / in,
+            report.channel[0].planes.transmitted() / in + std::exp(-scaled_tau / mu)};
 }
 
 /// Exact for moments up to 2 n - 1 = 47. The higher moments of a peak count as unscattered, with an error of the order

@@ -119,8 +119,8 @@ TEST(SecondMoment, UniformTintMatchesUniformAlbedo)
         const ChannelReport &a = tinted.channel[0], &b = plain.channel[0];
         EXPECT_TRUE(a.closure.converged);
         EXPECT_NEAR(a.budget.absorbed / b.budget.absorbed, 1, 2e-4) << degree;
-        EXPECT_NEAR(a.reflected / b.reflected, 1, 2e-4) << degree;
-        EXPECT_NEAR(a.transmitted / b.transmitted, 1, 2e-4) << degree;
+        EXPECT_NEAR(a.planes.reflected / b.planes.reflected, 1, 2e-4) << degree;
+        EXPECT_NEAR(a.planes.transmitted() / b.planes.transmitted(), 1, 2e-4) << degree;
         EXPECT_NEAR(a.budget.largest / b.budget.largest, 1, 1e-3) << degree;
         EXPECT_LT(a.budget.defect, 1e-6);
     }

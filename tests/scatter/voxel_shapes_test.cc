@@ -247,7 +247,7 @@ TEST(VoxelShapes, RaysThatLeaveCrossEmptinessInFewSteps)
         const P1Operator p1(c.index, c.density, c.exposed, {1, 1, nullptr, test::hg(0), true});
         P1Source source(p1);
         const std::vector<double> phi(c.index.blocks().slots(), 1.0);
-        const OutflowRays rays = trace_outflow(p1, source, phi, nullptr, nullptr, 0, 2000);
+        const OutflowRays rays = trace_outflow(p1, source, phi, nullptr, nullptr, 0, Hemisphere(Vec3d(0, 1, 0)), 2000);
         EXPECT_LT(rays.reentry, 1e-3);
         EXPECT_GT(rays.steps, 2000u);
         return double(rays.steps);
@@ -255,6 +255,30 @@ TEST(VoxelShapes, RaysThatLeaveCrossEmptinessInFewSteps)
     const double near = steps(1000), far = steps(100000);
     EXPECT_LT(near / 2000, 40);
     EXPECT_LT(far / 2000, 90) << "12500 blocks away";
+}
+
+TEST(VoxelShapes, ABallReflectsTheSameInVoxelsOfAnyShape)
+{
+    // What leaves into the hemisphere about the sun, of what the sun loses. The box about the voxels follows their
+    // edges, and with it the power through its planes. Light is first order in the longest edge, as the fluence is.
+    for (const int iterations : {0, 3}) {
+        double cubes = 0;
+        for (const Vec3d& h : {Vec3d(1, 1, 1), Vec3d(2, 1, 2), Vec3d(1, 4, 1), Vec3d(4, 1, 4), Vec3d(4, 4, 4)}) {
+            const Ball ball(h, 2);
+            Medium medium;
+            medium.sigma_t_per_density = Vec3d(0.3);
+            medium.albedo = Vec3d(1);
+            ScatterOptions o;
+            o.closure.iterations = iterations;
+            ScatterReport report;
+            scatter_p1(*ball.grid, nullptr, nullptr, medium, {make_sun(Vec3d(0, 1, 0))}, o, {}, report);
+            const ChannelReport& r = report.channel[0];
+            const double reflected = r.planes.reflected / r.deposited, longest = std::max({h[0], h[1], h[2]});
+            if (longest == 1) cubes = reflected;
+            EXPECT_NEAR(reflected / cubes, 1, 0.01 * longest) << h << ' ' << iterations;
+        }
+        EXPECT_NEAR(cubes, 0.67, 0.02) << iterations;
+    }
 }
 
 }  // namespace

@@ -357,6 +357,47 @@ TEST(VoidRays, FindABlockBehindAnEmptyCellOfTheTable)
     EXPECT_EQ(blocks.at(size_t(hit.block)), Vec3i(0, 3, 2));
 }
 
+/// Blocks of one voxel each.
+Blocks single_blocks(const std::vector<Vec3i>& places)
+{
+    std::vector<Block> list;
+    for (const Vec3i& at : places) list.push_back({at, {1, 0, 0, 0, 0, 0, 0, 0}});
+    return Blocks(list);
+}
+
+TEST(VoidRays, TellBlocksApartThatLieARangeOfKeysApart)
+{
+    // 2^28 voxels and more between blocks at equal places of their tiles.
+    const std::vector<Vec3i> places{Vec3i(-(1 << 26), 5, 5), Vec3i(0, 5, 5), Vec3i(1 << 25, 5, 5),
+                                    Vec3i(1 << 26, 5, 5)};
+    const Blocks blocks = single_blocks(places);
+    const VoidRays rays(blocks);
+    for (int n = 0; n < 4; ++n) {
+        EXPECT_EQ(rays.find(places[size_t(n)]), n);
+        EXPECT_EQ(rays.find(places[size_t(n)] + Vec3i(0, 0, 1 << 25)), -1);
+        // From halfway, light that travels towards lower x comes from this block.
+        if (n == 0) continue;
+        const double between = 4.0 * places[size_t(n - 1)][0] + 4.0 * places[size_t(n)][0];
+        const VoidRays::Hit hit = rays.trace(Vec3d(between, 43, 43), Vec3d(-1, 0, 0));
+        EXPECT_EQ(hit.block, n);
+        EXPECT_EQ(hit.axes, 1);
+        EXPECT_EQ(rays.trace(Vec3d(between, 43, 43), Vec3d(1, 0, 0)).block, n - 1);
+        EXPECT_EQ(rays.trace(Vec3d(between, 43, 43), Vec3d(0, 1, 0)).block, -1);
+    }
+}
+
+TEST(VoidRays, TakeMemoryByTheBlockWhereverItLies)
+{
+    const auto bytes = [](int apart) {
+        std::vector<Vec3i> places;
+        for (int n = 0; n < 1000; ++n) places.push_back(Vec3i(n % 10, n / 10 % 10, n / 100) * apart);
+        return double(VoidRays(single_blocks(places)).bytes()) / 1000;
+    };
+    EXPECT_GT(bytes(75), bytes(1));
+    EXPECT_LT(bytes(75), 1500) << "each in a tile of its own";
+    EXPECT_LT(bytes(10000000), 1500) << "and each in an empty cell of its own, of all but the largest sizes";
+}
+
 TEST(VoidRays, WrapAlongPeriodicAxes)
 {
     check_void_rays(scattered_blocks(12, 0, Vec3i(12, 0, 12)), 12, 0, 300);

@@ -90,6 +90,17 @@ TEST(GroundPatch, FastSweepEqualsTheReference)
             EXPECT_EQ(fast_planes.sky_in[f], slow_planes.sky_in[f]);
             EXPECT_NEAR(fast_planes.ground_in[f], slow_planes.ground_in[f], 1e-5 * slow_planes.ground_in[size_t(face)]);
         }
+        // Without cells, planes are sampled as coarsely as the patch is.
+        PlaneLight sums;
+        sums.by_cell = false;
+        TransportSweep(m.index, m.faces).run(set, m.fields(), fast_result, &sums, &fast);
+        for (size_t f = 0; f < 6; ++f)
+            for (size_t n = 0; n < set.count(); ++n) {
+                const double whole = slow_planes.medium_along[f][n] + slow_planes.sky_along[f][n];
+                EXPECT_NEAR(sums.medium_along[f][n], slow_planes.medium_along[f][n], 1e-5 * whole) << f << ' ' << n;
+                EXPECT_NEAR(sums.sky_along[f][n], slow_planes.sky_along[f][n], (edge > 1 ? 0.05 : 1e-5) * whole)
+                    << f << ' ' << n;
+            }
         // Up through the lower plane the ground alone sends light; through the upper plane nothing of it comes in.
         EXPECT_EQ(fast_planes.sky_in[size_t(face)], 0);
         EXPECT_GT(fast_planes.ground_in[size_t(face)], 0);

@@ -166,5 +166,113 @@ TEST(PlanesOfASweep, OfALayerHaveNoSides)
     }
 }
 
+/// The sum over the cells of power per direction, against the values of the cells.
+void expect_sums_of_cells(const PlaneLight& planes)
+{
+    for (size_t face = 0; face < 6; ++face) {
+        const double medium = sum(planes.from_medium[face]), sky = sum(planes.from_sky[face]);
+        double medium_along = 0, sky_along = 0;
+        for (const double power : planes.medium_along[face]) medium_along += power;
+        for (const double power : planes.sky_along[face]) sky_along += power;
+        EXPECT_NEAR(medium_along, medium, 1e-6 * (medium + sky)) << face;  // cells are in single precision
+        EXPECT_NEAR(sky_along, sky, 1e-6 * (medium + sky)) << face;
+    }
+}
+
+TEST(PlanesOfASweep, SumsWithoutCellsAreThoseOfTheReference)
+{
+    Medium m(test::voxel_field(Vec3i(45, 38, 52), Vec3d(0.5, 0.7, 0.6), [](const Vec3i& p) { return clumps(p, 3); }));
+    m.add_source([](const Vec3i& p) { return 1 + std::sin(0.7 * p.x() - 0.2 * p.z()); });
+    SweepSet set = set_of(ordinates(OrdinateKind::Product, 32, 1), 0, 0, 0);
+    for (size_t n = 0; n < set.count(); ++n) set.inflow[n] = float(0.1 + 0.02 * double(n));
+    SweepResult result;
+    PlaneLight sums, cells, slow;
+    sums.by_cell = false;
+    TransportSweep sweep(m.index, m.faces);
+    sweep.run(set, m.fields(), result, &sums);
+    sweep.run(set, m.fields(), result, &cells);
+    reference_sweep(m.index, m.faces, set, m.fields(), result, &slow);
+    expect_sums_of_cells(cells);
+    expect_sums_of_cells(slow);
+    EXPECT_LE(sums.traced, cells.traced) << "rays from the shadows of blocks alone";
+    EXPECT_GT(sums.traced, 100u);
+    for (size_t face = 0; face < 6; ++face) {
+        EXPECT_TRUE(sums.from_medium[face].empty() && sums.from_sky[face].empty());
+        for (size_t n = 0; n < set.count(); ++n) {
+            const double whole = slow.medium_along[face][n] + slow.sky_along[face][n];
+            ASSERT_NEAR(sums.medium_along[face][n], slow.medium_along[face][n], 1e-5 * whole) << face << ' ' << n;
+            ASSERT_NEAR(sums.sky_along[face][n], slow.sky_along[face][n], 1e-5 * whole) << face << ' ' << n;
+        }
+    }
+}
+
+/// Two cubes of 8 voxels `away` from each other along each axis, of radiance 1.
+Medium cubes(int away)
+{
+    Medium m(test::voxel_clouds({{Vec3i(3), Vec3i(10)}, {Vec3i(away), Vec3i(away + 7)}}, Vec3d(1.0), 0.5));
+    m.add_source([](const Vec3i&) { return std::sqrt(4 * pi); });
+    return m;
+}
+
+PlaneLight light_of(const Medium& m, double sky)
+{
+    SweepResult result;
+    PlaneLight planes;
+    planes.by_cell = false;
+    TransportSweep(m.index, m.faces)
+        .run(set_of(ordinates(OrdinateKind::Product, 32, 1), 0, 0, sky), m.fields(), result, &planes);
+    return planes;
+}
+
+TEST(PlanesOfASweep, CostTheBlocksAndNotTheBox)
+{
+    // A block's shadow along a direction covers a few tiles, wherever the plane lies. Both cubes together shine as
+    // twice one of them does; a shadow is sampled at the middles of cells, and rays take light from a face half a voxel
+    // before it, so single directions differ by some per cent.
+    const auto power = [](const PlaneLight& planes, size_t m) {
+        double all = 0;
+        for (size_t face = 0; face < 6; ++face) all += planes.medium_along[face][m];
+        return all;
+    };
+    Medium alone(test::voxel_clouds({{Vec3i(3), Vec3i(10)}}, Vec3d(1.0), 0.5));
+    alone.add_source([](const Vec3i&) { return std::sqrt(4 * pi); });
+    const PlaneLight one = light_of(alone, 0);
+    const uint64_t near = light_of(cubes(203), 0).traced;
+    EXPECT_GT(near, 32u * 2 * 3);
+    EXPECT_LT(near, 32u * 16 * 3 * 12) << "16 blocks, 3 planes, 12 tiles of a shadow at most";
+    for (const int away : {20003, 200003, 1000000003}) {
+        const PlaneLight two = light_of(cubes(away), 0);
+        EXPECT_LT(double(two.traced), 1.2 * double(near)) << away;
+        EXPECT_GT(double(two.traced), 0.8 * double(near)) << away;
+        double both = 0, twice = 0;
+        for (size_t m = 0; m < one.direction.size(); ++m) {
+            both += power(two, m);
+            twice += 2 * power(one, m);
+            EXPECT_NEAR(power(two, m) / (2 * power(one, m)), 1, 0.15) << away << ' ' << m;
+        }
+        EXPECT_NEAR(both / twice, 1, 0.03) << away;
+    }
+}
+
+TEST(PlanesOfASweep, WithoutCellsKeepTheWhiteFurnace)
+{
+    // What the cubes hide of the sky they send themselves.
+    for (const int away : {203, 3003}) {
+        const Medium m = cubes(away);
+        const PlaneLight planes = light_of(m, 1);
+        const ActiveBox box(m.index.blocks());
+        const SweepSet set = set_of(ordinates(OrdinateKind::Product, 32, 1), 0, 0, 1);
+        for (int face = 0; face < 6; ++face)
+            for (size_t n = 0; n < set.count(); ++n) {
+                const double out = set.weight[n] * set.direction[n][face / 2] * (face % 2 ? 1 : -1);
+                const double found = planes.medium_along[size_t(face)][n] + planes.sky_along[size_t(face)][n];
+                EXPECT_NEAR(found, std::max(out, 0.0) * double(box.cells(face)), 1e-4 * 16 * 64) << face << ' ' << n;
+                if (out > 0) {
+                    EXPECT_LT(planes.sky_along[size_t(face)][n], out * double(box.cells(face)) + 1e-9);
+                }
+            }
+    }
+}
+
 }  // namespace
 }  // namespace vdbcloud

@@ -114,14 +114,19 @@ std::vector<ExposedVoxel> exposed_voxels(const VoxelIndex& index, const std::vec
         around.move_to(b);
         for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
             if (!blocks.active(slot)) continue;
-            ExposedVoxel voxel{uint32_t(slot), 0, {1, 1, 1}, 0};
+            ExposedVoxel voxel{uint32_t(slot), 0, {1, 1, 1}, 0, 0};
             for (int face = 0; face < 6; ++face)
                 if (!blocks.active(blocks.neighbour(slot, face))) voxel.faces |= uint8_t(1 << face);
             if (!voxel.faces) continue;
             const Vec3d g = gradient(density, window, around, slot % 512);
             const double length = g.length();
-            if (length > 1e-6 * density[slot])
-                for (int a = 0; a < 3; ++a) voxel.weight[a] = float(std::abs(g[a]) / length);
+            if (length > 1e-6 * density[slot]) {
+                voxel.falling = 8;
+                for (int a = 0; a < 3; ++a) {
+                    voxel.weight[a] = float(std::abs(g[a]) / length);
+                    voxel.falling |= uint8_t((g[a] < 0) << a);
+                }
+            }
             found[b].push_back(voxel);
         }
     });

@@ -10,6 +10,9 @@ struct ExposedVoxel {
     uint8_t faces;         ///< bit f: face f (Blocks::Face) is exposed
     float weight[3];       ///< |n . e_axis| of the faces across each axis, n the direction of the density gradient
     uint8_t grounded = 0;  ///< bit f: face f lies on a ground (ground.h)
+    /// Bit a: the density falls along +a. Bit 3: n is known, so that these signs and the weights are the surface's
+    /// outward normal.
+    uint8_t falling = 0;
 };
 
 /// All exposed voxels, in the order of their slots.

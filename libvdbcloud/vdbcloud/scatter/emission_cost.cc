@@ -1,6 +1,7 @@
 #include "vdbcloud/scatter/emission_cost.h"
 
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/voxels/active_box.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,6 +26,14 @@ bool allows_rays(const ScatterOptions& options)
     const auto& periodic = options.periodic;
     return options.emission_by_rays && !options.limiter && !options.ground_albedo && !periodic[0] && !periodic[1] &&
            !periodic[2];
+}
+
+bool box_allows_rays(const Blocks& blocks)
+{
+    const ActiveBox box(blocks);
+    double cells = 0;
+    for (int face = 0; face < 6; ++face) cells += double(box.cells(face));
+    return cells <= std::max(double(1 << 20), 16.0 * double(blocks.active_count()));
 }
 
 double seconds_of_rays(const FloatGrid& density, const Vec3SGrid& emission, const ScatterOptions& options)

@@ -14,6 +14,10 @@ double share_by_rays(double emitting, double voxels);
 /// limiter.
 bool allows_rays(const ScatterOptions&);
 
+/// Whether the box about the voxels is small enough: the rays' power through its planes is found cell by cell. Planes
+/// of 2^20 cells, or of 16 for each voxel, are; else few voxels lie far apart, and P1 and sweeps take their emission.
+bool box_allows_rays(const Blocks&);
+
 /// Processor time that the rays take [s], within a factor of about two; 0 where no rays follow. It grows with the
 /// voxels and with the logarithm of the emitting voxels.
 double seconds_of_rays(const FloatGrid& density, const Vec3SGrid& emission, const ScatterOptions&);

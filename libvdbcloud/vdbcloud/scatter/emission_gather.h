@@ -3,6 +3,7 @@
 #include "vdbcloud/scatter/emission_parts.h"
 #include "vdbcloud/scatter/emission_tree.h"
 #include "vdbcloud/scatter/near_emission.h"
+#include "vdbcloud/scatter/planes.h"
 #include "vdbcloud/scatter/segment_depth.h"
 #include "vdbcloud/voxels/active_box.h"
 
@@ -46,8 +47,9 @@ public:
     /// voxel in thick ones. The mean fluence is for the balance.
     void block(size_t block, const BlockMask& wanted, std::vector<double>& out) const;
     /// Power per area out through each cell of a plane, channel by channel, cell after cell. The depth is taken half a
-    /// voxel further out, as that of exposed faces is (beam.h).
-    std::vector<double> plane(int face) const;
+    /// voxel further out, as that of exposed faces is (beam.h). Sets `ahead` to the sum over the cells of what of this
+    /// goes into the hemisphere, channel by channel.
+    std::vector<double> plane(int face, const Hemisphere&, std::vector<double>& ahead) const;
 
 private:
     struct Tile;

@@ -33,7 +33,7 @@ Vec3d EmissionParts::world(const Vec3d& metric) const
 double EmissionParts::reach(const EmissionNode& node) const
 {
     double square = 0;
-    for (int a = 0; a < 3; ++a) square += std::pow((node.high[a] - node.low[a] + 3) * index_.spacing()[a], 2);
+    for (int a = 0; a < 3; ++a) square += std::pow((double(node.high[a]) - node.low[a] + 3) * index_.spacing()[a], 2);
     return std::sqrt(square) / 2;
 }
 

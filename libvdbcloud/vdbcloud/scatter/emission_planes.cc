@@ -21,7 +21,8 @@ double rectangle(double x0, double x1, double y0, double y1, double z)
 
 /// The cells of a plane as receivers: numbered from 0 along the plane's axes, 0 across it.
 struct EmissionGather::Plane {
-    Plane(const EmissionGather& of, int f, std::vector<double>& to) : my(of), face(f), out(to)
+    Plane(const EmissionGather& of, int f, const Hemisphere& half, std::vector<double>& to, double* ahead_of)
+        : my(of), face(f), hemisphere(half), out(to), ahead(ahead_of)
     {
         cells[0] = cells[1] = cells[2] = 1;
         for (const int a : ActiveBox::axes(face / 2)) cells[a] = my.box_.size(a);
@@ -60,8 +61,9 @@ struct EmissionGather::Plane {
                     const View view(node, my.metric(tile.low + as_double(p)), my.index_.spacing(), depths(p),
                                     by_parts ? &my.parts_ : nullptr);
                     const double cosine = std::abs(view.towards[axis]);
+                    const double within = hemisphere.of_direction(-view.towards);
                     for (size_t c = 0; c < size_t(my.channels_); ++c)
-                        out[cell(tile.at + p) * size_t(my.channels_) + c] += cosine * view.of_channel(node, c);
+                        add(tile.at + p, c, cosine * view.of_channel(node, c), within);
                 }
         return true;
     }
@@ -71,34 +73,47 @@ struct EmissionGather::Plane {
     {
         const Vec3d& h = my.index_.spacing();
         const int axis = face / 2, u = (axis + 1) % 3, v = (axis + 2) % 3;
-        double share = 0;
+        double share = 0, within = 0;
         for (int k = 0; k < 27; ++k) {
             const Vec3d source = as_double(node.low) + Vec3d(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1) / 3.0;
             const Vec3d way = tile.low - source;
             const double solid = rectangle((way[u] - 0.5) * h[u], (way[u] + 0.5) * h[u], (way[v] - 0.5) * h[v],
                                            (way[v] + 0.5) * h[v], std::abs(way[axis]) * h[axis]);
-            share += solid * std::exp(-depth(source, tile.low, my.index_.world(source))) / 27;
+            const double light = solid * std::exp(-depth(source, tile.low, my.index_.world(source))) / 27;
+            share += light;
+            within += hemisphere.of_direction(my.metric(way).unit()) * light;
         }
-        for (size_t c = 0; c < size_t(my.channels_); ++c)
-            out[cell(tile.at) * size_t(my.channels_) + c] += share * node.power[c] / (h[u] * h[v]);
+        for (size_t c = 0; c < size_t(my.channels_) && share > 0; ++c)
+            add(tile.at, c, share * node.power[c] / (h[u] * h[v]), within / share);
+    }
+
+    /// `within`: the part that goes into the hemisphere.
+    void add(const Vec3i& at, size_t c, double power, double within)
+    {
+        out[cell(at) * size_t(my.channels_) + c] += power;
+        ahead[c] += within * power;
     }
 
     const EmissionGather& my;
     const int face;
+    const Hemisphere& hemisphere;
     std::vector<double>& out;
+    double* ahead;
     Vec3i cells;
     double scale = 0;  // as of Voxels
 };
 
-std::vector<double> EmissionGather::plane(int face) const
+std::vector<double> EmissionGather::plane(int face, const Hemisphere& hemisphere, std::vector<double>& ahead) const
 {
     std::vector<double> out(box_.cells(face) * size_t(channels_), 0.0);
+    ahead.assign(size_t(channels_), 0.0);
     if (tree_.nodes().empty()) return out;
     const int axis = face / 2;
     const auto [u, v] = ActiveBox::axes(axis);
     const int rows = (box_.size(u) + 7) / 8, columns = (box_.size(v) + 7) / 8;
+    std::vector<std::array<double, 3>> of_tile(size_t(rows * columns), {0, 0, 0});
     tbb::parallel_for(0, rows * columns, [&, u = u, v = v](int n) {
-        Plane plane(*this, face, out);
+        Plane plane(*this, face, hemisphere, out, of_tile[size_t(n)].data());
         Tile tile;
         tile.at = Vec3i(0, 0, 0);
         tile.at[u] = n / columns * 8;
@@ -111,6 +126,8 @@ std::vector<double> EmissionGather::plane(int face) const
         plane.scale = least_fluence(tile);
         descend(tile, {0}, plane);
     });
+    for (const auto& sums : of_tile)
+        for (size_t c = 0; c < ahead.size(); ++c) ahead[c] += sums[c];
     return out;
 }
 

@@ -30,7 +30,7 @@ std::vector<Range> parts_of(const EmissionNode& node, const Vec3d& spacing, std:
     bool halved = false;
     for (int a = 0; a < 3; ++a) {
         const int last = node.high[a] - node.low[a];
-        if (last == 0 || 2 * (last + 1) * spacing[a] <= node.size) continue;
+        if (last == 0 || 2 * (last + 1.0) * spacing[a] <= node.size) continue;
         middle[a] = node.low[a] + last / 2;
         halved = true;
     }
@@ -79,11 +79,11 @@ EmissionTree::EmissionTree(const VoxelIndex& index, const std::vector<const std:
                 node.low[a] = std::min(node.low[a], emitters[n].voxel[a]);
                 node.high[a] = std::max(node.high[a], emitters[n].voxel[a]);
             }
-        for (int a = 0; a < 3; ++a) node.size = std::max(node.size, float((node.high[a] - node.low[a] + 1) * h[a]));
+        for (int a = 0; a < 3; ++a) node.size = std::max(node.size, float((node.high[a] - node.low[a] + 1.0) * h[a]));
         if (range.end - range.begin == 1) {
             const size_t slot = emitters[range.begin].slot;
             for (int a = 0; a < 3; ++a) {
-                node.centre[a] = float(node.low[a] * h[a]);
+                node.centre[a] = node.low[a] * h[a];
                 node.spread[size_t(a)] = float(h[a] * h[a] / 12);
             }
             for (size_t c = 0; c < emission.size(); ++c)
@@ -112,16 +112,16 @@ void EmissionTree::merge(EmissionNode& node) const
         const double power = total(of->power);
         whole += power;
         sigma += power * of->sigma;
-        centre += power * Vec3d(of->centre);
+        centre += power * of->centre;
     }
     centre /= whole;
-    node.centre = Vec3f(centre);
+    node.centre = centre;
     node.sigma = float(sigma / whole);
     std::array<double, 6> spread{};
     std::array<Vec3d, 3> moment{Vec3d(0.0), Vec3d(0.0), Vec3d(0.0)};
     for (const EmissionNode* of = begin; of != end; ++of) {
         const double share = total(of->power) / whole;
-        const Vec3d apart = Vec3d(of->centre) - centre;
+        const Vec3d apart = of->centre - centre;
         for (size_t k = 0; k < 6; ++k)
             spread[k] += share * (of->spread[k] + apart[first_axis[k]] * apart[second_axis[k]]);
         for (size_t c = 0; c < 3; ++c) {

@@ -10,7 +10,7 @@ namespace vdbcloud {
 /// A box of emitting voxels. Lengths and positions are along the index axes from voxel 0 [world unit].
 struct EmissionNode {
     Vec3i low, high;  ///< voxels, inclusive
-    Vec3f centre;     ///< mean position, by power
+    Vec3d centre;     ///< mean position, by power; double, as voxels may lie 2^30 edges from voxel 0
     /// Covariance of the position, by power, each voxel a box: xx, yy, zz, xy, xz, yz [world unit^2].
     std::array<float, 6> spread{};
     std::array<float, 3> power{};  ///< by channel: sum of emission times volume [radiance x world unit^2]

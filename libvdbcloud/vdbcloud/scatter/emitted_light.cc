@@ -40,8 +40,9 @@ double total(const Blocks& blocks, const F& f)
 /// Computes the light of all channels of a group.
 class Emitters {
 public:
-    Emitters(const P1Operator& p1, const BeamMedium& medium, const std::vector<const std::vector<float>*>& emission)
-        : p1_(p1), blocks_(p1.blocks()), emission_(emission),
+    Emitters(const P1Operator& p1, const BeamMedium& medium, const std::vector<const std::vector<float>*>& emission,
+             const Hemisphere& hemisphere)
+        : p1_(p1), blocks_(p1.blocks()), emission_(emission), hemisphere_(hemisphere),
           degree_(std::max(p1.mean_cosine() != 0 ? p1.delta().last_degree() : 0, 1)),
           depth_(*medium.bricks(), medium.extinction()), sigma_(blocks_.slots(), 0.0f)
     {
@@ -113,8 +114,11 @@ private:
         });
         if (!planes) return;
         for (int face = 0; face < 6; ++face) {
-            const std::vector<double> out = rays.plane(face);
+            std::vector<double> ahead;
+            const std::vector<double> out = rays.plane(face, hemisphere_, ahead);
+            const auto [u, v] = ActiveBox::axes(face / 2);
             for (size_t c = 0; c < light_.size(); ++c) {
+                light_[c].reflected += ahead[c] * p1_.index().spacing()[u] * p1_.index().spacing()[v];
                 auto& plane = light_[c].planes[size_t(face)];
                 for (size_t cell = c; cell < out.size(); cell += light_.size()) plane.push_back(float(out[cell]));
             }
@@ -176,6 +180,7 @@ private:
         light.emitted = power(*emission_[c]);
         for (auto& moment : light.moments)
             for (float& value : moment) value = float(factor * value);
+        light.reflected *= factor;
         for (size_t face = 0; face < 6; ++face) {
             light.out_by_plane[face] *= factor;
             for (float& value : light.planes[face]) value = float(factor * value);
@@ -247,6 +252,7 @@ private:
     const P1Operator& p1_;
     const Blocks& blocks_;
     const std::vector<const std::vector<float>*>& emission_;
+    const Hemisphere& hemisphere_;
     const int degree_;
     const SegmentDepth depth_;
     std::vector<float> sigma_;  // sigma_t'
@@ -265,9 +271,10 @@ double share_by_rays(const Blocks& blocks, const std::vector<const std::vector<f
 }
 
 std::vector<EmittedLight> emitted_light(const P1Operator& scaled, const BeamMedium& medium,
-                                        const std::vector<const std::vector<float>*>& emission)
+                                        const std::vector<const std::vector<float>*>& emission,
+                                        const Hemisphere& reflected_into)
 {
-    return Emitters(scaled, medium, emission).run();
+    return Emitters(scaled, medium, emission, reflected_into).run();
 }
 
 namespace {

@@ -2,7 +2,7 @@
 // Emission as a first-collision source: its light up to the first collision by rays, the rest for P1 and sweeps.
 // Private to scatter/.
 #include "vdbcloud/scatter/beam_medium.h"
-#include "vdbcloud/scatter/p1_problem.h"
+#include "vdbcloud/scatter/planes.h"
 
 namespace vdbcloud {
 
@@ -27,6 +27,7 @@ struct EmittedLight {
     std::array<std::vector<float>, 6> planes;  ///< power per area out through the cells of each plane
     std::array<double, 6> out_by_plane{};      ///< their powers
     std::array<double, 6> out_by_face{};       ///< the same power by the way that exposed faces look
+    double reflected = 0;                      ///< of the same power: into the hemisphere of PlanePower::reflected
     double emitted = 0;                        ///< power of j
     double scaled_by = 0;
     int collisions = 0;
@@ -39,7 +40,8 @@ double share_by_rays(const Blocks&, const std::vector<const std::vector<float>*>
 /// operator whose scaling separates collided and uncollided light; `medium`: of the same operator. Depths are shared by
 /// the channels. Requires a medium that ends on all sides. Threads: parallel; values do not depend on their number.
 std::vector<EmittedLight> emitted_light(const P1Operator& scaled, const BeamMedium& medium,
-                                        const std::vector<const std::vector<float>*>& emission);
+                                        const std::vector<const std::vector<float>*>& emission,
+                                        const Hemisphere& reflected_into);
 
 /// Adds the first-collision source and what the power balance needs. Keeps a reference to
 /// `light.fluence`. The scaling of `p1` may be another than that of the light.

@@ -60,6 +60,11 @@ void EndlessGround::set_patch(const Vec3d& up)
             high[k] = std::max(high[k], box.last[along[k]] + 1 + shadow);
         }
     }
+    for (size_t k = 0; k < 2; ++k) {             // cells have integers
+        constexpr double farthest = 2147483520;  // 2^31 less some cells
+        low[k] = std::max(low[k], -farthest / 2);
+        high[k] = std::min(high[k], farthest / 2);
+    }
     const size_t most = std::max(least_cells, index_.blocks().active_count());
     for (patch_.edge = 1;; patch_.edge *= 2) {
         for (size_t k = 0; k < 2; ++k) {

@@ -13,6 +13,8 @@ namespace vdbcloud {
 
 namespace {
 
+constexpr size_t most_columns = size_t(1) << 26;  // 4 GB for the five maps of three channels
+
 Vec3d as_double(const Vec3i& v) { return Vec3d(v.x(), v.y(), v.z()); }
 
 }  // namespace
@@ -45,6 +47,9 @@ FluxMap columns_of(const VoxelIndex& index, const Vec3d& up)
     const bool rising = index.axis(axis).dot(up) > 0;
     map.top = 2 * axis + rising;
     map.base = map.top ^ 1;
+    if (box.cells(2 * axis) > most_columns)
+        throw InputError("a map by column of " + std::to_string(box.size(u)) + " x " + std::to_string(box.size(v)) +
+                         " voxels: expected at most 2^26 columns");
     map.width = box.size(u);
     map.height = box.size(v);
     Vec3d corner = as_double(box.first);

@@ -41,7 +41,8 @@ const std::array<FluxMapLayer, 5>& flux_map_layers();
 /// Mean of a map's values times its area: a power [radiance x (world unit)^2].
 double power_of(const FluxMap&, const std::vector<float>& values);
 
-/// A map without values. Throws InputError if the medium repeats along the axis nearest to `up` [world].
+/// A map without values. Throws InputError if the medium repeats along the axis nearest to `up` [world], and
+/// for more than 2^26 columns.
 FluxMap columns_of(const VoxelIndex&, const Vec3d& up);
 
 /// From the order of a plane's cells (ActiveBox) to that of a map's pixels.

@@ -72,10 +72,7 @@ struct ChannelReport {
     int emission_collisions = 0;    ///< collisions within emitting voxels that were followed by rays
     GroundPower ground;             ///< 0 without a ground
     PlanePower planes;              ///< not known for P1 alone without reentry_rays and flux_map
-    /// Diffuse power out through the planes that face the first sun (without a sun: the plane that faces up), and
-    /// through the other planes. 0 where the planes are not known.
-    double reflected = 0, transmitted = 0;
-    int64_t flux_limited = 0;  ///< voxels whose flux pictures shorten (CollidedLight::flux_limit)
+    int64_t flux_limited = 0;       ///< voxels whose flux pictures shorten (CollidedLight::flux_limit)
     /// Share of the diffuse outflow that would hit the medium again and that P1 loses; -1: not measured.
     double reentry = -1;
 };

@@ -2,6 +2,7 @@
 
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/random.h"
+#include "vdbcloud/voxels/emptiness.h"
 
 #include <tbb/parallel_for.h>
 
@@ -9,57 +10,27 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <unordered_set>
 #include <utility>
 
 namespace vdbcloud {
 
 namespace {
 
-/// Where blocks are, so that a ray crosses emptiness in cells as large as it: of 8, 128 or 2048 voxels.
-class Emptiness {
-public:
-    explicit Emptiness(const Blocks& blocks) : blocks_(blocks), periodic_(blocks.period() != Vec3i(0, 0, 0))
-    {
-        for (size_t b = 0; b < blocks.count(); ++b) {
-            const Vec3i voxel = blocks.at(b) * Blocks::edge;
-            tiles_.insert(key(voxel, tile));
-            supers_.insert(key(voxel, super));
-        }
-    }
-    /// log2 of the edge of the empty cell about a voxel, 0 if the voxel's block exists.
-    int bits(const Vec3i& voxel, size_t slot) const
-    {
-        if (slot / Blocks::size < blocks_.count()) return 0;
-        if (periodic_ || tiles_.count(key(voxel, tile))) return block;
-        return supers_.count(key(voxel, super)) ? tile : super;
-    }
-
-private:
-    static constexpr int block = 3, tile = 7, super = 11;
-    /// Equal for voxels 2^28 apart, which makes some steps shorter.
-    static uint64_t key(const Vec3i& voxel, int bits)
-    {
-        const auto part = [&](int a) { return uint64_t(uint32_t(voxel[a] >> bits)) & 0x1fffff; };
-        return part(0) << 42 | part(1) << 21 | part(2);
-    }
-    const Blocks& blocks_;
-    bool periodic_;
-    std::unordered_set<uint64_t> tiles_, supers_;
-};
-
 /// True if a ray (voxel coordinates) meets an active voxel before it leaves the blocks' bounds. Counts its steps.
 bool hits(const Blocks& blocks, const Emptiness& emptiness, Vec3d p, const Vec3d& d, const Vec3i& lo, const Vec3i& hi,
           size_t& steps)
 {
     for (int step = 0; step < 100000; ++step, ++steps) {
-        const Vec3i voxel(int(std::floor(p[0] + 0.5)), int(std::floor(p[1] + 0.5)), int(std::floor(p[2] + 0.5)));
+        const Vec3d at(std::floor(p[0] + 0.5), std::floor(p[1] + 0.5), std::floor(p[2] + 0.5));
         for (int a = 0; a < 3; ++a)
-            if (blocks.period()[a] == 0 && ((voxel[a] < lo[a] && d[a] <= 0) || (voxel[a] > hi[a] && d[a] >= 0)))
-                return false;
+            if (blocks.period()[a] == 0 && ((at[a] < lo[a] && d[a] <= 0) || (at[a] > hi[a] && d[a] >= 0))) return false;
+        const Vec3i voxel{int(at[0]), int(at[1]), int(at[2])};
         const size_t slot = blocks.slot(voxel);
         if (blocks.active(slot)) return true;
-        const int bits = emptiness.bits(voxel, slot);
+        const bool exists = slot / Blocks::size < blocks.count();
+        const Vec3i block(voxel[0] >> 3, voxel[1] >> 3, voxel[2] >> 3);
+        // Periodic axes wrap, which cells of several blocks do not.
+        const int bits = exists ? 0 : 3 + (blocks.period() == Vec3i(0) ? emptiness.bits(block) : 0);
         double t = std::numeric_limits<double>::infinity();
         for (int a = 0; a < 3; ++a) {
             if (d[a] == 0) continue;
@@ -98,6 +69,7 @@ struct Bundle {
     double back = 0;                   // of rays that meet the medium again
     std::array<double, 6> by_plane{};  // of the others
     std::array<double, 6> by_face{};   // the same power by the face that it passes
+    double ahead = 0;                  // of by_plane, into the hemisphere of `reflected`
 
     double carried() const { return std::accumulate(by_plane.begin(), by_plane.end(), back); }
     double through_faces() const { return std::accumulate(by_face.begin(), by_face.end(), 0.0); }
@@ -113,10 +85,18 @@ struct Bundle {
     {
         steps += other.steps;
         back += other.back;
+        ahead += other.ahead;
         for (size_t f = 0; f < 6; ++f) {
             by_plane[f] += other.by_plane[f];
             by_face[f] += other.by_face[f];
         }
+    }
+    /// Share that goes into the hemisphere, less the share that would if each face shone evenly.
+    double moved_ahead(const Hemisphere& hemisphere) const
+    {
+        double excess = ahead;
+        for (size_t f = 0; f < 6; ++f) excess -= hemisphere.of_face(int(f)) * by_face[f];
+        return carried() > 0 ? excess / carried() : 0;
     }
     std::array<double, 6> moved() const
     {
@@ -151,6 +131,7 @@ struct Outflow {
     const std::array<std::vector<float>, 3>* flux;
     const Sky* sky;
     int channel;
+    const Hemisphere& hemisphere;
     ActiveBox box{p1.blocks()};
     Emptiness emptiness{p1.blocks()};
     Vec3i lo{0, 0, 0}, hi{0, 0, 0};  // of the blocks
@@ -162,6 +143,17 @@ struct Outflow {
         return flux ? Vec3d((*flux)[0][slot], (*flux)[1][slot], (*flux)[2][slot]) : Vec3d(0.0);
     }
 };
+
+/// The outward normal of the surface at a voxel, where it is known and looks out of the exposed faces. `of_faces`: the
+/// mean of the exposed faces' normals. It depends on the shape of voxels: long ones show a face across an edge, cubes
+/// two or three.
+Vec3d surface_normal(const ExposedVoxel& voxel, const Vec3d& of_faces)
+{
+    constexpr double least = 0.25;  // cosine
+    Vec3d normal;
+    for (int a = 0; a < 3; ++a) normal[a] = voxel.falling >> a & 1 ? voxel.weight[a] : -voxel.weight[a];
+    return voxel.falling >> 3 && normal.dot(of_faces) > least ? normal.unit() : of_faces;
+}
 
 std::pair<Bundle, Bundle> Outflow::rays_from(size_t k, size_t each) const
 {
@@ -179,11 +171,13 @@ std::pair<Bundle, Bundle> Outflow::rays_from(size_t k, size_t each) const
         if (sky) straight.by_face[face ^ 1] = voxel.weight[a] * p1.face_area(a) * source.sky_inflow[face];
     }
     if (!(normal.length() > 1e-3)) return {};
-    normal.normalize();
+    normal = surface_normal(voxel, normal.unit());
     const Vec3d t = (std::abs(normal[0]) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).cross(normal).unit(),
                 u = normal.cross(t);
     const Vec3i at = p1.blocks().voxel(voxel.slot);
-    const Vec3d centre(at[0], at[1], at[2]);
+    Vec3d middle(at[0], at[1], at[2]);  // of the exposed faces, by power
+    for (size_t face = 0; face < 6 && light.through_faces() > 0; ++face)
+        middle[int(face / 2)] += (face % 2 ? 0.5 : -0.5) * light.by_face[face] / light.through_faces();
     const RadianceWeight weight(phi[voxel.slot], flux_at(voxel.slot), normal);
     const double share = light.through_faces() / double(each), of_sky = straight.through_faces() / double(each);
     const double sky_mean = of_sky > 0 ? sky->mean_inflow(in_world(index, normal))[channel] : 0;
@@ -193,14 +187,17 @@ std::pair<Bundle, Bundle> Outflow::rays_from(size_t k, size_t each) const
         const Vec3d direction = normal * c + t * (s * std::cos(turn)) + u * (s * std::sin(turn));
         Vec3d d = direction;
         for (int a = 0; a < 3; ++a) d[a] /= index.spacing()[a] / p1.hbar();
-        // Start two voxels out along the normal, so that the staircase of the surface does not count as a hit.
+        // Start some voxels out along the normal, so that the staircase of the surface does not count as a hit.
         const int plane =
-            hits(p1.blocks(), emptiness, centre + normal * 2.0, d, lo, hi, light.steps) ? -1 : plane_of(box, centre, d);
-        (plane < 0 ? light.back : light.by_plane[size_t(plane)]) += share * weight(direction);
-        const int through = of_sky > 0 ? plane_of(box, centre, -d) : -1;
-        if (through >= 0)
-            straight.by_plane[size_t(through)] +=
-                of_sky * sky->radiance(in_world(index, direction))[channel] / sky_mean;
+            hits(p1.blocks(), emptiness, middle + normal * 1.5, d, lo, hi, light.steps) ? -1 : plane_of(box, middle, d);
+        const double power = share * weight(direction);
+        (plane < 0 ? light.back : light.by_plane[size_t(plane)]) += power;
+        if (plane >= 0) light.ahead += hemisphere.of_direction(direction) * power;
+        const int through = of_sky > 0 ? plane_of(box, middle, -d) : -1;
+        if (through < 0) continue;
+        const double from_sky = of_sky * sky->radiance(in_world(index, direction))[channel] / sky_mean;
+        straight.by_plane[size_t(through)] += from_sky;
+        straight.ahead += hemisphere.of_direction(-direction) * from_sky;
     }
     light.match_faces();
     straight.match_faces();
@@ -210,14 +207,15 @@ std::pair<Bundle, Bundle> Outflow::rays_from(size_t k, size_t each) const
 }  // namespace
 
 OutflowRays trace_outflow(const P1Operator& p1, const P1Source& source, const std::vector<double>& phi,
-                          const std::array<std::vector<float>, 3>* flux, const Sky* sky, int channel, int rays)
+                          const std::array<std::vector<float>, 3>* flux, const Sky* sky, int channel,
+                          const Hemisphere& hemisphere, int rays)
 {
     OutflowRays result;
     if (rays <= 0) return result;
     result.reentry = 0;
     const size_t exposed = p1.exposed().size();
     if (exposed == 0) return result;
-    Outflow outflow{p1, source, phi, flux, sky, channel};
+    Outflow outflow{p1, source, phi, flux, sky, channel, hemisphere};
     for (int a = 0; a < 3; ++a) {
         outflow.lo[a] = (outflow.box.first[a] >> 3) * 8;
         outflow.hi[a] = (outflow.box.last[a] >> 3) * 8 + 7;
@@ -234,13 +232,15 @@ OutflowRays trace_outflow(const P1Operator& p1, const P1Source& source, const st
     result.steps = light.steps;
     result.moved = light.moved();
     result.sky_moved = straight.moved();
+    result.moved_ahead = light.moved_ahead(hemisphere);
+    result.sky_moved_ahead = straight.moved_ahead(hemisphere);
     if (light.carried() > 0) result.reentry = light.back / light.carried();
     return result;
 }
 
 double reentry_share(const P1Operator& p1, const P1Source& source, const std::vector<double>& phi, int rays)
 {
-    return std::max(0.0, trace_outflow(p1, source, phi, nullptr, nullptr, 0, rays).reentry);
+    return std::max(0.0, trace_outflow(p1, source, phi, nullptr, nullptr, 0, Hemisphere(Vec3d(0, 1, 0)), rays).reentry);
 }
 
 }  // namespace vdbcloud

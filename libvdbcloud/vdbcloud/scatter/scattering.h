@@ -94,6 +94,16 @@ private:
     void finish(const P1Operator& p1, const P1Source& source, int c, const std::vector<double>& phi,
                 const std::array<std::vector<float>, 3>* flux, const PlaneLight* swept, ChannelReport& report);
 
+    /// The hemisphere of what the report calls reflected.
+    Hemisphere hemisphere() const;
+    /// A request for the light on the planes, cell by cell only where a map or a ground needs that.
+    PlaneLight requested_planes() const
+    {
+        PlaneLight planes;
+        planes.by_cell = o_.flux_map || ground_.has_value();
+        return planes;
+    }
+
     /// Radiance that enters along the directions of the sweeps of a channel, from the sky and the endless ground.
     void set_inflow(SecondMoment& closure, int c) const;
     /// The ground as sweeps meet it; none where there is none.

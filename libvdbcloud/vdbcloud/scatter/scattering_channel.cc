@@ -11,7 +11,7 @@ void Scattering::keep_p1(const P1Operator& p1, const P1Source& source, int c, co
                          ChannelReport& report)
 {
     auto flux = cell_flux(p1, source, phi);
-    PlaneLight planes;
+    PlaneLight planes = requested_planes();
     const bool swept = o_.flux_map || endless_;
     if (swept) sweep_planes(p1, c, phi, flux, planes, report);
     finish(p1, source, c, phi, &flux, swept ? &planes : nullptr, report);
@@ -92,7 +92,7 @@ void Scattering::sweep_planes(const P1Operator& p1, int c, const std::vector<dou
     closure.start_with_flux(flux, endless_ ? 0.5 : 1);
     auto ground = swept_ground(p1, c);
     if (ground) closure.set_ground(&*ground);
-    closure.sweep_planes(phi, planes);
+    closure.sweep_planes(phi, &planes);
     note_patch(ground);
 }
 
@@ -111,9 +111,8 @@ void Scattering::add_patch(const P1Operator& p1, const P1Source& unlit, int c,
         solve(source);
         if (round + 1 == rounds) return;
         const auto flux = cell_flux(p1, source, phi);
-        PlaneLight unused;
         closure.start_with_flux(flux, 0.5);
-        closure.sweep_planes(phi, unused);
+        closure.sweep_planes(phi, nullptr);
         closure.start_with_flux(flux, -0.5);  // the next round has its own
     }
 }
@@ -161,7 +160,7 @@ void Scattering::close(const P1Operator& p1, const P1Source& p1_source, int c, s
     Multigrid multigrid(fine.stencil());
     note_bytes(fine, 3, multigrid.bytes() + closure.bytes() + 20 * index_.blocks().slots());
     P1Source source(fine);
-    PlaneLight planes;
+    PlaneLight planes = requested_planes();
     report.closure = closure.run(multigrid, o_.solve, base, phi, source, &planes);
     note_patch(ground);
     for (const SolveResult& solve : report.closure.solves)

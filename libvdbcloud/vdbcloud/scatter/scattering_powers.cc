@@ -16,22 +16,29 @@ void Scattering::finish(const P1Operator& p1, const P1Source& source, int c, con
     report_.converged = report_.converged && report.solve.converged;
     const PlaneGround ground = ground_under(p1, source, c, phi, flux != nullptr);
     const OutflowRays rays =
-        trace_outflow(p1, source, phi, flux, o_.sky.dark() ? nullptr : &o_.sky, c, o_.reentry_rays);
+        trace_outflow(p1, source, phi, flux, o_.sky.dark() ? nullptr : &o_.sky, c, hemisphere(), o_.reentry_rays);
     report.reentry = rays.reentry;
     P1Budget collided = report.budget;
     for (size_t face = 0; face < 6; ++face) collided.out[face] -= source.emission_out[face];
     if (swept)
-        report.planes = planes_by_sweep(index_, *swept, collided, flux ? std::max(rays.reentry, 0.0) : 0.0, ground);
+        report.planes =
+            planes_by_sweep(index_, *swept, collided, flux ? std::max(rays.reentry, 0.0) : 0.0, hemisphere(), ground);
     else if (rays.reentry >= 0)
-        report.planes = planes_by_rays(p1, source, collided, rays, o_.sky, c, ground);
+        report.planes = planes_by_rays(p1, source, collided, rays, o_.sky, c, hemisphere(), ground);
     const PlanePower of_collided = report.planes;
-    if (const EmittedLight* light = emitted(c); light && report.planes.known)
+    if (const EmittedLight* light = emitted(c); light && report.planes.known) {
         for (size_t face = 0; face < 6; ++face) report.planes.out[face] += light->out_by_plane[face];
-    set_sides(index_, lights_.empty() ? std::nullopt : lights_[0]->common_direction(), report_.top, report);
+        report.planes.reflected += light->reflected;
+    }
     if (ground_) note_ground(ground, c, flux ? nullptr : swept, report);
     if (endless_) note_endless(c, report);
     if (o_.heating || o_.flux_map) solution_[c].heating = heating_rate(p1, source, phi);
     if (o_.flux_map) fill_map(p1, c, *swept, of_collided);
+}
+
+Hemisphere Scattering::hemisphere() const
+{
+    return reflected_into(index_, lights_.empty() ? std::nullopt : lights_[0]->common_direction(), o_.up);
 }
 
 PlaneGround Scattering::ground_under(const P1Operator& p1, const P1Source& source, int c,

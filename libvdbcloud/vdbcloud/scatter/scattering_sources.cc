@@ -46,7 +46,7 @@ void Scattering::follow_emission(const P1Operator& p1, const ChannelGroup& group
         }
     const double share = of.empty() ? 0.0 : share_by_rays(index_.blocks(), of);
     if (share == 0) return;
-    if (!by_rays()) {
+    if (!by_rays() || !box_allows_rays(index_.blocks())) {
         report_.emission_without_rays = true;
         return;
     }
@@ -59,7 +59,7 @@ void Scattering::follow_emission(const P1Operator& p1, const ChannelGroup& group
     P1Medium medium = p1.medium();
     medium.degree = degree();
     const P1Operator scaled(index_, density_, exposed_, medium);
-    auto light = emitted_light(scaled, beam_medium(scaled), of);
+    auto light = emitted_light(scaled, beam_medium(scaled), of, hemisphere());
     for (size_t k = 0; k < channels.size(); ++k) {
         ChannelReport& report = report_.channel[channels[k]];
         report.emission_by_rays = true;

@@ -315,7 +315,7 @@ void SecondMoment::close(P1Source& source) const
             if (p1_.exposed()[k].faces >> face & 1) close_face(source, k, face, swept_.tally[n++]);
 }
 
-void SecondMoment::sweep_emission(TransportSweep& by)
+void SecondMoment::sweep_emission(TransportSweep& by, const PlaneLight* planes)
 {
     if (emission_.empty()) return;
     SweepSet set = set_;
@@ -327,7 +327,9 @@ void SecondMoment::sweep_emission(TransportSweep& by)
         ground = *ground_;
         ground.direct.assign(ground_->direct.size(), 0.0f);
     }
-    by.run(set, {&sigma_, &emission_, true}, glow_.light, &glow_.planes, ground_ ? &ground : nullptr);
+    glow_.planes.by_cell = planes && planes->by_cell;
+    by.run(set, {&sigma_, &emission_, true}, glow_.light, planes ? &glow_.planes : nullptr,
+           ground_ ? &ground : nullptr);
     glow_.on_ground = std::move(ground.irradiance);
 }
 
@@ -346,21 +348,17 @@ void SecondMoment::sweep(TransportSweep& by, SweepResult& to, PlaneLight* planes
         to.tally[n].second += glow_.light.tally[n].second;
     }
     if (ground_) add(glow_.on_ground, ground_->irradiance);
-    for (size_t face = 0; planes && face < 6; ++face) {
-        add(glow_.planes.from_medium[face], planes->from_medium[face]);
-        add(glow_.planes.from_sky[face], planes->from_sky[face]);
-        planes->ground_in[face] += glow_.planes.ground_in[face];
-    }
+    if (planes) planes->add(glow_.planes);
 }
 
-void SecondMoment::sweep_planes(const std::vector<double>& phi, PlaneLight& planes)
+void SecondMoment::sweep_planes(const std::vector<double>& phi, PlaneLight* planes)
 {
     take_phi(phi);
     build_source();
     TransportSweep transport(p1_.index(), faces_);
-    sweep_emission(transport);
+    sweep_emission(transport, planes);
     SweepResult unused;
-    sweep(transport, unused, &planes);
+    sweep(transport, unused, planes);
 }
 
 ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& options, const P1Source& base,
@@ -370,7 +368,7 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
     report.directions = ordinates_.count();
     const VoxelIndex& index = p1_.index();
     TransportSweep transport(index, faces_);
-    sweep_emission(transport);
+    sweep_emission(transport, planes);
     bool has_planes = false;
     take_phi(phi);
     std::vector<double> excess;

@@ -117,11 +117,11 @@ public:
     /// Iterates. `base` is P1's source (beams, sky, emission). phi is the start on entry and the result on return.
     /// On return `source` has what budget() takes. ClosureReport::solves tell of the solve for phi - phi_L, to the
     /// tolerance in `options` of that difference. `planes`, if given, is the last sweep's light through the planes of
-    /// the box about the voxels.
+    /// the box about the voxels, as PlaneLight::by_cell requests.
     ClosureReport run(Multigrid&, const SolveOptions&, const P1Source& base, std::vector<double>& phi, P1Source& source,
                       PlaneLight* planes = nullptr);
-    /// One sweep of the light that phi and the starts above give, on the planes alone.
-    void sweep_planes(const std::vector<double>& phi, PlaneLight& planes);
+    /// One sweep of the light that phi and the starts above give, on the planes and the ground alone. Null: no planes.
+    void sweep_planes(const std::vector<double>& phi, PlaneLight* planes);
 
     /// Moments of collided light in real spherical harmonics about the index axes (harmonics.h): degree 0 is phi /
     /// sqrt(4 pi), higher degrees are the last sweep's. harmonic_count(max(degree, 2)) arrays.
@@ -137,7 +137,7 @@ private:
     double current_through(int axis, size_t below, size_t slot) const;
     double weight_between(int axis, size_t below, size_t slot) const;
     void build_source();
-    void sweep_emission(TransportSweep& by);
+    void sweep_emission(TransportSweep& by, const PlaneLight* planes);
     void sweep(TransportSweep& by, SweepResult& to, PlaneLight* planes) const;
     void close(P1Source& source) const;
     void close_face(P1Source& source, size_t exposed, int face, const FaceTally& tally) const;

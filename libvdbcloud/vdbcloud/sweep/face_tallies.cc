@@ -77,10 +77,10 @@ void FaceTallies::clear()
 }
 
 void FaceTallies::add(const Traversal& traversal, int d, size_t block, const Vec3d& direction, float weight,
-                      const block_sweep::Scratch& s)
+                      const block_sweep::Scratch& s, std::array<double, 3>* sums)
 {
     static const Places natural(block_sweep::natural), turned(block_sweep::turned);
-    if (begin_[block * 6] == begin_[block * 6 + 6]) return;
+    if (!any(block)) return;
     const Places& places = traversal.layout == &block_sweep::natural ? natural : turned;
     constexpr size_t chunk = 64;
     alignas(32) float radiance[chunk], sigma[chunk], q[chunk];
@@ -108,6 +108,8 @@ void FaceTallies::add(const Traversal& traversal, int d, size_t block, const Vec
                     block_sweep::leave(int(rounded), radiance, sigma, q, traversal.half_exit[size_t(k)], radiance);
                 }
                 block_sweep::add(count, radiance, factor, {&sum_[0][first], &sum_[1][first], &sum_[2][first]});
+                if (sums && outward)
+                    for (size_t n = 0; n < count; ++n) (*sums)[size_t(axis)] += double(factor[0] * radiance[n]);
             }
         }
 }

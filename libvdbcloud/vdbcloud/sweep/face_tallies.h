@@ -14,8 +14,10 @@ public:
 
     void clear();
     /// Radiance of direction d of the batch on the block's faces, times the weight. `direction` is unit, by axis.
+    /// `sums`, if given: what FaceTally::current of all faces across each axis gets, for light that goes out.
     void add(const block_sweep::Traversal&, int d, size_t block, const Vec3d& direction, float weight,
-             const block_sweep::Scratch&);
+             const block_sweep::Scratch&, std::array<double, 3>* sums = nullptr);
+    bool any(size_t block) const { return begin_[block * 6] != begin_[block * 6 + 6]; }
     /// In the order of the list.
     void write(std::vector<FaceTally>& to) const;
     size_t bytes() const;

@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <numeric>
 
 namespace vdbcloud {
 
@@ -93,28 +94,56 @@ double PatchLight::change(const Vec3d& point, const Vec3d& step) const
     return patch_.interpolate(radiance_, {point[u] - back * step[u], point[v] - back * step[v]});
 }
 
+namespace {
+
+/// Cells of a plane along one axis, some of them together.
+struct Strips {
+    int first, cells, width;
+    Strips(const ActiveBox& box, int axis, int edge)
+        : first(box.first[axis]), cells(box.size(axis)), width(std::max(edge, (cells - 1) / 2048 + 1))
+    {
+    }
+    int count() const { return (cells - 1) / width + 1; }
+    int size(int n) const { return std::min(width, cells - n * width); }
+    double middle(int n) const { return double(first) + double(n) * width + 0.5 * (size(n) - 1); }
+};
+
+}  // namespace
+
+double PatchLight::sum_on_plane(int face, const Vec3d& step) const
+{
+    if (black()) return 0;
+    const int axis = face / 2;
+    const auto [u, v] = ActiveBox::axes(axis);
+    const Strips rows(box_, u, patch_.edge), columns(box_, v, patch_.edge);
+    std::vector<double> sums(size_t(rows.count()), 0.0);
+    tbb::parallel_for(0, rows.count(), [&, u = u, v = v](int row) {
+        Vec3d at;
+        at[axis] = face % 2 ? box_.last[axis] + 0.5 : box_.first[axis] - 0.5;
+        at[u] = rows.middle(row);
+        for (int column = 0; column < columns.count(); ++column) {
+            at[v] = columns.middle(column);
+            sums[size_t(row)] += double(rows.size(row)) * columns.size(column) * change(at, step);
+        }
+    });
+    return std::accumulate(sums.begin(), sums.end(), 0.0);
+}
+
 void PatchLight::write(const Vec3d& spacing, PlaneLight& to) const
 {
     for (int face = 0; face < 6; ++face) {
         const int axis = face / 2, side = face % 2 ? 1 : -1;
-        std::vector<double> sums(box_.cells(face), 0.0);
-        double everywhere = 0;
+        double everywhere = 0, changes = 0;
         for (size_t m = 0; m < set_.count(); ++m) {
             const double in = -side * set_.direction[m][axis] * set_.weight[m];
             if (!(in > 0) || !(outward(m) < 0)) continue;
             everywhere += in * inflow(m);
-            if (black()) continue;
             Vec3d step;
             for (int a = 0; a < 3; ++a) step[a] = set_.direction[m][a] / spacing[a];
-            tbb::parallel_for(size_t(0), sums.size(), [&](size_t cell) {
-                Vec3d middle = as_double(box_.voxel(face, cell));
-                middle[axis] += 0.5 * side;
-                sums[cell] += in * change(middle, step);
-            });
+            changes += in * sum_on_plane(face, step);
         }
         to.sky_in[size_t(face)] -= everywhere;
-        to.ground_in[size_t(face)] = everywhere * double(sums.size());
-        for (const double sum : sums) to.ground_in[size_t(face)] += sum;
+        to.ground_in[size_t(face)] = everywhere * double(box_.cells(face)) + changes;
     }
 }
 

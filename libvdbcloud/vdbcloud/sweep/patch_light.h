@@ -33,6 +33,10 @@ public:
 
     /// Change of the radiance that a ray through `point` (voxel coordinates) along `step` left the ground with.
     double change(const Vec3d& point, const Vec3d& step) const;
+    /// The sum of change() over the middles of the cells of a plane of the ActiveBox. Planes are sampled as finely as
+    /// the patch is: one value stands for `edge` cells along an edge, and for more where a plane has more than 2048
+    /// samples along an edge.
+    double sum_on_plane(int face, const Vec3d& step) const;
     /// Takes the ground's light out of PlaneLight::sky_in, and fills ground_in.
     void write(const Vec3d& spacing, PlaneLight& to) const;
 

@@ -82,6 +82,7 @@ void PeriodicSweep::Impl::leave(int p, int sign, const std::vector<Way>& ways, b
     if ((!with_planes && !to_ground) || (!of_blocks && whole[size_t(layer_of(p))])) return;
     for (size_t d = 0; to_ground && of_blocks && d < ways.size(); ++d)
         ground->gather_unit(set->weight[ways[d].number] * std::abs(set->direction[ways[d].number][w]));
+    std::vector<RowSums> rows(size_t(nu), RowSums{});
     each(nu, large, [&](int row) {
         for (int column = 0; column < nv; ++column) {
             Vec3i voxel;
@@ -102,19 +103,40 @@ void PeriodicSweep::Impl::leave(int p, int sign, const std::vector<Way>& ways, b
                     point[w] += sign * inside_plane;
                     light = through_void(int(d), ways[d], point);
                 }
-                if (with_planes) (light ? from_medium : from_sky)[size_t(face)][n] += out * light.value_or(ways[d].sky);
+                if (with_planes) add_cell(face, n, ways[d], out, light, rows[size_t(row)][d]);
                 if (to_ground) ground->gather(n, out * light.value_or(ways[d].sky));
             }
         }
     });
+    if (with_planes) add_rows(rows, ways, [&](const Way&) { return face; });
+}
+
+void PeriodicSweep::Impl::add_cell(int face, size_t cell, const Way& way, double out,
+                                   const std::optional<double>& light, std::array<double, 2>& row)
+{
+    const double power = out * light.value_or(way.sky);
+    (light ? from_medium : from_sky)[size_t(face)][cell] += power;
+    row[light ? 0 : 1] += power;
+}
+
+void PeriodicSweep::Impl::add_rows(const std::vector<RowSums>& rows, const std::vector<Way>& ways,
+                                   const std::function<int(const Way&)>& face_of)
+{
+    for (const RowSums& row : rows)
+        for (size_t d = 0; d < ways.size(); ++d) {
+            const size_t face = size_t(face_of(ways[d]));
+            medium_along[face][ways[d].number] += row[d][0];
+            sky_along[face][ways[d].number] += row[d][1];
+        }
 }
 
 /// The part in plane p of the planes of the box across `aside`, as leave().
 void PeriodicSweep::Impl::leave_aside(int p, const std::vector<Way>& ways, bool of_blocks)
 {
     if (!with_planes || aside < 0 || p < box.first[w] || p > box.last[w]) return;
-    const int along = 3 - w - aside;
-    each(aside == u ? nv : nu, false, [&](int k) {
+    const int along = 3 - w - aside, count = aside == u ? nv : nu;
+    std::vector<RowSums> rows(size_t(count), RowSums{});
+    each(count, false, [&](int k) {
         for (size_t d = 0; d < ways.size(); ++d) {
             const Vec3d& step = ways[d].step;
             if (step[aside] == 0) continue;
@@ -134,9 +156,10 @@ void PeriodicSweep::Impl::leave_aside(int p, const std::vector<Way>& ways, bool 
                 point[aside] += upper ? inside_plane : -inside_plane;
                 light = through_void(int(d), ways[d], point);
             }
-            (light ? from_medium : from_sky)[size_t(face)][n] += out * light.value_or(ways[d].sky);
+            add_cell(face, n, ways[d], out, light, rows[size_t(k)][d]);
         }
     });
+    add_rows(rows, ways, [&](const Way& way) { return 2 * aside + (way.step[aside] > 0); });
 }
 
 std::optional<double> PeriodicSweep::Impl::through_void(int d, const Way& way, const Vec3d& point) const

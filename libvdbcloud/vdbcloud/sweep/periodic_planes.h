@@ -5,6 +5,7 @@
 #include "vdbcloud/sweep/plane_kernel.h"
 #include "vdbcloud/sweep/void_pieces.h"
 
+#include <functional>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -86,6 +87,12 @@ struct PeriodicSweep::Impl {
     void tally(int p, int sign, const std::vector<Way>&);
     void leave(int p, int sign, const std::vector<Way>&, bool of_blocks);
     void leave_aside(int p, const std::vector<Way>&, bool of_blocks);
+    /// Sums of a row of cells, by direction of a batch: from the medium, and from the sky.
+    using RowSums = std::array<std::array<double, 2>, plane_kernel::batch>;
+    /// Adds the light of one cell in direction d; `light`: none from the medium.
+    void add_cell(int face, size_t cell, const Way&, double out, const std::optional<double>& light,
+                  std::array<double, 2>& row);
+    void add_rows(const std::vector<RowSums>&, const std::vector<Way>&, const std::function<int(const Way&)>& face_of);
     void forget(const std::vector<Way>&);
 
     double on_face(int d, const Way&, const Vec3i& voxel, int face) const;
@@ -126,7 +133,8 @@ struct PeriodicSweep::Impl {
     std::optional<GroundSums> ground;
     bool upward = false;  // directions begin on the ground
     std::vector<std::array<double, 3>> sums;
-    std::array<std::vector<double>, 6> from_medium, from_sky;  // by Blocks::Face
+    std::array<std::vector<double>, 6> from_medium, from_sky;    // by Blocks::Face
+    std::array<std::vector<double>, 6> medium_along, sky_along;  // the same, by direction of the set
     bool with_planes = false;
     // Of the batch: the plane before and the one now, by `now`.
     int now = 0;

@@ -75,6 +75,8 @@ void PeriodicSweep::Impl::start(const SweepSet& with, const SweepFields& of, Swe
         from_medium[size_t(face)].assign(with_planes ? box.cells(face) : 0, 0.0);
         from_sky[size_t(face)] = from_medium[size_t(face)];
     }
+    medium_along.fill(std::vector<double>(with_planes ? with.count() : 0, 0.0));
+    sky_along = medium_along;
     const size_t size = cell(nu, 0);
     for (int k = 0; k < 2; ++k) {
         sigma[k].assign(size, 0.0f);
@@ -272,6 +274,11 @@ void PeriodicSweep::finish(const SweepSet& set, SweepResult& to, PlaneLight* pla
     for (size_t n = 0; n < sums.size(); ++n) to.tally[n] = {float(sums[n][0]), float(sums[n][1]), float(sums[n][2])};
     if (!planes) return;
     set_half_ranges(set, *planes);
+    for (const auto& impl : impl_)
+        for (size_t face = 0; impl && face < 6; ++face) {
+            add(planes->medium_along[face], impl->medium_along[face]);
+            add(planes->sky_along[face], impl->sky_along[face]);
+        }
     for (size_t face = 0; face < 6; ++face) {
         planes->from_medium[face].assign(from_medium[face].begin(), from_medium[face].end());
         planes->from_sky[face].assign(from_sky[face].begin(), from_sky[face].end());

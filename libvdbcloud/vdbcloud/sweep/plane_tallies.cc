@@ -5,91 +5,258 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
+#include <tuple>
 
 namespace vdbcloud {
 
+using block_sweep::batch;
+
 namespace {
 
-/// n.s of a plane's outward normal n.
-double outward(int face, const Vec3d& s) { return face % 2 ? s[face / 2] : -s[face / 2]; }
+constexpr double pad = 0.25;  // that a shadow is taken wider than it is [voxels]: rays start at middles of cells
+
+Vec3d as_double(const Vec3i& v) { return Vec3d(v.x(), v.y(), v.z()); }
+
+/// The part of t0..t1 in which low + slope t, high + slope t overlaps from..to; false if it is empty.
+bool overlap(double low, double high, double slope, double from, double to, double& t0, double& t1)
+{
+    if (slope == 0) return high >= from && low <= to;
+    const double p = (from - high) / slope, q = (to - low) / slope;
+    t0 = std::max(t0, std::min(p, q));
+    t1 = std::min(t1, std::max(p, q));
+    return t0 <= t1;
+}
 
 }  // namespace
 
-PlaneTallies::PlaneTallies(const Blocks& blocks)
-    : box_(blocks), faces_(find_tiles(blocks)), on_blocks_(blocks.count(), faces_, true)
+PlaneTallies::PlaneTallies(const Blocks& blocks, const SweepSet& set, const Vec3d& spacing, PlaneLight& to)
+    : blocks_(blocks), set_(set), spacing_(spacing), to_(to), box_(blocks), faces_(find_faces()),
+      on_blocks_(blocks.count(), faces_, true), row_(blocks.count(), -1)
 {
+    set_half_ranges(set, to_);
+    int32_t rows = 0;
+    for (size_t b = 0; b < blocks.count(); ++b)
+        if (on_blocks_.any(b)) row_[b] = rows++;
+    sums_.assign(size_t(rows) * batch, {0, 0, 0});
+    for (int face = 0; face < 6; ++face) void_cells_[size_t(face)] = box_.cells(face);
+    for (const SweepFace& face : faces_) --void_cells_[face.face];
+    if (!to_.by_cell) return;
+    voids_ = all_voids();
+    cells_.resize(voids_.size());
 }
 
-std::vector<SweepFace> PlaneTallies::find_tiles(const Blocks& blocks)
+std::vector<SweepFace> PlaneTallies::find_faces()
 {
     std::vector<SweepFace> faces;
+    for (size_t b = 0; b < blocks_.count(); ++b)
+        for (int face = 0; face < 6; ++face) {
+            const int axis = face / 2, plane = (face % 2 ? box_.last : box_.first)[axis];
+            if (!box_.cells(face) || blocks_.at(b)[axis] != plane >> 3) continue;
+            const auto [u, v] = ActiveBox::axes(axis);
+            for (int n = 0; n < 64; ++n) {
+                Vec3i voxel = blocks_.at(b) * 8;
+                voxel[axis] = plane;
+                voxel[u] += n / 8;
+                voxel[v] += n % 8;
+                if (!box_.contains(voxel)) continue;
+                faces.push_back({uint32_t(blocks_.slot(voxel)), uint8_t(face)});
+                face_voxels_.push_back(voxel);
+            }
+        }
+    return faces;
+}
+
+bool PlaneTallies::is_void(const Vec3i& corner) const
+{
+    return size_t(blocks_.find(Vec3i(corner[0] >> 3, corner[1] >> 3, corner[2] >> 3))) == blocks_.count();
+}
+
+std::vector<PlaneTallies::Tile> PlaneTallies::all_voids() const
+{
+    std::vector<Tile> tiles;
     for (int face = 0; face < 6; ++face) {
         if (!box_.cells(face)) continue;
         const int axis = face / 2;
         const auto [u, v] = ActiveBox::axes(axis);
-        Vec3i at;  // of a block
-        at[axis] = (face % 2 ? box_.last : box_.first)[axis] >> 3;
-        for (at[u] = box_.first[u] >> 3; at[u] <= box_.last[u] >> 3; ++at[u])
-            for (at[v] = box_.first[v] >> 3; at[v] <= box_.last[v] >> 3; ++at[v]) {
-                Vec3i voxel = at * 8;
-                voxel[axis] = (face % 2 ? box_.last : box_.first)[axis];
-                if (size_t(blocks.find(at)) == blocks.count()) {
-                    voids_.push_back({face, voxel});
-                    continue;
-                }
-                const Vec3i corner = voxel;
-                for (int n = 0; n < 64; ++n) {
-                    voxel[u] = corner[u] + n / 8;
-                    voxel[v] = corner[v] + n % 8;
-                    if (!box_.contains(voxel)) continue;
-                    faces.push_back({uint32_t(blocks.slot(voxel)), uint8_t(face)});
-                    cells_.push_back(box_.cell(face, voxel));
-                }
-            }
+        Vec3i corner;
+        corner[axis] = (face % 2 ? box_.last : box_.first)[axis];
+        for (corner[u] = box_.first[u] & ~7; corner[u] <= box_.last[u]; corner[u] += 8)
+            for (corner[v] = box_.first[v] & ~7; corner[v] <= box_.last[v]; corner[v] += 8)
+                if (is_void(corner)) tiles.push_back({face, corner, 0, tiles.size()});
     }
-    return faces;
+    return tiles;
 }
 
-void PlaneTallies::add_voids(const std::vector<SweepPath>& batch, const Aprons& aprons, const SweepSet& set,
-                             const PatchLight* below)
+/// Adds the tiles of a plane on which the shadow of a block along a direction may fall.
+void PlaneTallies::add_shadow(int face, uint8_t way, const Vec3d& step, const Vec3i& block, std::vector<Tile>& to) const
 {
-    tbb::parallel_for(size_t(0), voids_.size(), [&](size_t n) {
-        Tile& tile = voids_[n];
-        const int axis = tile.face / 2;
-        Vec3d corner(tile.corner.x(), tile.corner.y(), tile.corner.z());
-        corner[axis] += tile.face % 2 ? inside_plane : -inside_plane;
-        for (size_t d = 0; d < batch.size(); ++d) {
-            const size_t m = batch[d].number;
-            const double cosine = outward(tile.face, set.direction[m]);
-            if (!(cosine > 0)) continue;
-            alignas(32) float radiance[64];
-            const uint64_t sky = aprons.fill_tile(batch[d], int(d), corner, ActiveBox::axes(axis), radiance);
-            const float weight = float(cosine * set.weight[m]);
-            const float inflow = set.inflow.empty() ? 0.0f : set.inflow[m];
-            const auto [u, v] = ActiveBox::axes(axis);
-            for (size_t k = 0; k < 64; ++k)
-                if (sky >> k & 1) {
-                    Vec3d at = corner;
-                    at[u] += double(k / 8);
-                    at[v] += double(k % 8);
-                    const double change = below ? below->change(at, batch[d].traversal.step) : 0;
-                    tile.from_sky[k] += weight * (inflow + float(change));
-                } else
-                    tile.from_medium[k] += weight * radiance[k];
+    const int axis = face / 2;
+    const auto [u, v] = ActiveBox::axes(axis);
+    Vec3d low = as_double(block) * 8.0 - Vec3d(0.5 + pad), high = low + Vec3d(8 + 2 * pad);
+    const double plane = face % 2 ? box_.last[axis] + 0.5 : box_.first[axis] - 0.5;
+    const double p = (plane - low[axis]) / step[axis], q = (plane - high[axis]) / step[axis];
+    double t0 = std::max(std::min(p, q), 0.0), t1 = std::max(p, q);
+    if (!overlap(low[u], high[u], step[u], box_.first[u], box_.last[u], t0, t1) ||
+        !overlap(low[v], high[v], step[v], box_.first[v], box_.last[v], t0, t1))
+        return;
+    const auto tiles = [](double from, double until, int first, int last) {
+        return std::pair(int(std::clamp(std::floor(from + 0.5), double(first), double(last))) >> 3,
+                         int(std::clamp(std::floor(until + 0.5), double(first), double(last))) >> 3);
+    };
+    const auto [u0, u1] = tiles(low[u] + std::min(step[u] * t0, step[u] * t1),
+                                high[u] + std::max(step[u] * t0, step[u] * t1), box_.first[u], box_.last[u]);
+    for (int tu = u0; tu <= u1; ++tu) {
+        double from = t0, until = t1;
+        if (!overlap(low[u], high[u], step[u], 8.0 * tu - 0.5, 8.0 * tu + 7.5, from, until)) continue;
+        const auto [v0, v1] = tiles(low[v] + std::min(step[v] * from, step[v] * until),
+                                    high[v] + std::max(step[v] * from, step[v] * until), box_.first[v], box_.last[v]);
+        Tile tile{face, {}, way, 0};
+        tile.corner[axis] = (face % 2 ? box_.last : box_.first)[axis];
+        tile.corner[u] = 8 * tu;
+        for (int tv = v0; tv <= v1; ++tv) {
+            tile.corner[v] = 8 * tv;
+            to.push_back(tile);
+        }
+    }
+}
+
+/// The tiles without a block on which the shadow of a block falls, and the directions of a batch along which it does. A
+/// ray against the light meets a block's downstream side first, so blocks whose downstream sides all touch blocks cast
+/// no shadow of their own.
+std::vector<PlaneTallies::Tile> PlaneTallies::shaded(const std::vector<SweepPath>& paths) const
+{
+    std::vector<std::vector<Tile>> found(blocks_.count());
+    tbb::parallel_for(size_t(0), blocks_.count(), [&](size_t b) {
+        for (size_t d = 0; d < paths.size(); ++d) {
+            const Vec3d& step = paths[d].traversal.step;
+            bool outer = false;
+            for (int a = 0; a < 3; ++a)
+                outer =
+                    outer || (step[a] != 0 && size_t(blocks_.neighbours(b)[2 * a + (step[a] > 0)]) == blocks_.count());
+            for (int a = 0; a < 3 && outer; ++a)
+                if (const int face = 2 * a + (step[a] > 0); step[a] != 0 && box_.cells(face) > 0)
+                    add_shadow(face, uint8_t(1 << d), step, blocks_.at(b), found[b]);
         }
     });
+    std::vector<Tile> all;
+    for (const auto& of_block : found) all.insert(all.end(), of_block.begin(), of_block.end());
+    const auto key = [](const Tile& t) { return std::make_tuple(t.face, t.corner[0], t.corner[1], t.corner[2]); };
+    std::sort(all.begin(), all.end(), [&](const Tile& p, const Tile& q) { return key(p) < key(q); });
+    std::vector<Tile> tiles;
+    for (const Tile& tile : all)
+        if (!tiles.empty() && key(tiles.back()) == key(tile))
+            tiles.back().ways |= tile.ways;
+        else if (is_void(tile.corner))
+            tiles.push_back(tile);
+    return tiles;
 }
 
-void PlaneTallies::write(const SweepSet& set, PlaneLight& to) const
+void PlaneTallies::add(const block_sweep::Traversal& traversal, int d, size_t block, const Vec3d& direction,
+                       float weight, const block_sweep::Scratch& s)
 {
-    set_half_ranges(set, to);
-    for (int face = 0; face < 6; ++face) {
-        to.from_medium[size_t(face)].assign(box_.cells(face), 0.0f);
-        to.from_sky[size_t(face)].assign(box_.cells(face), 0.0f);
+    if (row_[block] >= 0)
+        on_blocks_.add(traversal, d, block, direction, weight, s, &sums_[size_t(row_[block]) * batch + size_t(d)]);
+}
+
+PlaneTallies::TileSums PlaneTallies::trace(const Tile& tile, const std::vector<SweepPath>& paths, const Aprons& aprons,
+                                           const PatchLight* below)
+{
+    TileSums sums;
+    const int axis = tile.face / 2;
+    const auto [u, v] = ActiveBox::axes(axis);
+    Vec3d corner = as_double(tile.corner);
+    corner[axis] += tile.face % 2 ? inside_plane : -inside_plane;
+    for (size_t d = 0; d < paths.size(); ++d) {
+        if (!(tile.ways >> d & 1)) continue;
+        alignas(32) float radiance[64];
+        const uint64_t sky = aprons.fill_tile(paths[d], int(d), corner, ActiveBox::axes(axis), radiance);
+        if (!to_.by_cell && !~sky) continue;
+        const double weight = power(tile.face, paths[d].number);
+        for (size_t k = 0; k < 64; ++k) {
+            Vec3i voxel = tile.corner;
+            voxel[u] += int(k / 8);
+            voxel[v] += int(k % 8);
+            if (!box_.contains(voxel)) continue;
+            Vec3d at = corner;
+            at[u] = voxel[u];
+            at[v] = voxel[v];
+            const bool from_sky = sky >> k & 1;
+            double straight = 0;  // that would come if there were no block
+            if (!from_sky || to_.by_cell)
+                straight =
+                    weight * (inflow(paths[d].number) + (below ? below->change(at, paths[d].traversal.step) : 0));
+            if (!from_sky) {
+                sums.medium[d] += weight * double(radiance[k]);
+                sums.hidden[d] += straight;
+            }
+            if (!to_.by_cell) continue;
+            Cells& cells = cells_[tile.cells];
+            if (from_sky)
+                cells.from_sky[k] += float(straight);
+            else
+                cells.from_medium[k] += float(weight) * radiance[k];
+        }
     }
+    return sums;
+}
+
+/// Adds what would come straight from the sky and the patch through the cells without a block, were they all open.
+void PlaneTallies::add_sky(size_t m, int face, const PatchLight* below)
+{
+    double sum = inflow(m) * double(void_cells_[size_t(face)]);
+    if (below) {
+        Vec3d step;
+        for (int a = 0; a < 3; ++a) step[a] = set_.direction[m][a] / spacing_[a];
+        sum += below->sum_on_plane(face, step);
+        for (size_t n = 0; n < faces_.size(); ++n) {
+            if (faces_[n].face != face) continue;
+            Vec3d at = as_double(face_voxels_[n]);
+            at[face / 2] += face % 2 ? inside_plane : -inside_plane;
+            sum -= below->change(at, step);
+        }
+    }
+    to_.sky_along[size_t(face)][m] += power(face, m) * sum;
+}
+
+void PlaneTallies::add_voids(const std::vector<SweepPath>& paths, const Aprons& aprons, const PatchLight* below)
+{
+    std::vector<Tile> tiles = to_.by_cell ? voids_ : shaded(paths);
+    for (Tile& tile : tiles)
+        for (size_t d = 0; to_.by_cell && d < paths.size(); ++d)
+            if (power(tile.face, paths[d].number) > 0) tile.ways |= uint8_t(1 << d);
+    std::vector<TileSums> sums(tiles.size());
+    tbb::parallel_for(size_t(0), tiles.size(), [&](size_t n) { sums[n] = trace(tiles[n], paths, aprons, below); });
+    for (size_t d = 0; d < paths.size(); ++d) {
+        const size_t m = paths[d].number;
+        for (int face = 0; face < 6; ++face)
+            if (power(face, m) > 0 && box_.cells(face) > 0) add_sky(m, face, below);
+        for (size_t n = 0; n < tiles.size(); ++n) {
+            if (!(tiles[n].ways >> d & 1)) continue;
+            to_.medium_along[size_t(tiles[n].face)][m] += sums[n].medium[d];
+            to_.sky_along[size_t(tiles[n].face)][m] -= sums[n].hidden[d];
+            ++to_.traced;
+        }
+        for (size_t row = 0; row < sums_.size() / batch; ++row)
+            for (int a = 0; a < 3; ++a)
+                if (const int face = 2 * a + (set_.direction[m][a] > 0); power(face, m) > 0)
+                    to_.medium_along[size_t(face)][m] += sums_[row * batch + d][size_t(a)];
+    }
+    std::fill(sums_.begin(), sums_.end(), std::array<double, 3>{0, 0, 0});
+}
+
+void PlaneTallies::write() const
+{
+    for (int face = 0; face < 6; ++face) {
+        const size_t cells = to_.by_cell ? box_.cells(face) : 0;
+        to_.from_medium[size_t(face)].assign(cells, 0.0f);
+        to_.from_sky[size_t(face)].assign(cells, 0.0f);
+    }
+    if (!to_.by_cell) return;
     std::vector<FaceTally> tally;
     on_blocks_.write(tally);
-    for (size_t n = 0; n < faces_.size(); ++n) to.from_medium[faces_[n].face][cells_[n]] = tally[n].current;
+    for (size_t n = 0; n < faces_.size(); ++n)
+        to_.from_medium[faces_[n].face][box_.cell(faces_[n].face, face_voxels_[n])] = tally[n].current;
     for (const Tile& tile : voids_) {
         const auto [u, v] = ActiveBox::axes(tile.face / 2);
         for (int n = 0; n < 64; ++n) {
@@ -98,8 +265,8 @@ void PlaneTallies::write(const SweepSet& set, PlaneLight& to) const
             voxel[v] += n % 8;
             if (!box_.contains(voxel)) continue;
             const size_t cell = box_.cell(tile.face, voxel);
-            to.from_medium[size_t(tile.face)][cell] = tile.from_medium[size_t(n)];
-            to.from_sky[size_t(tile.face)][cell] = tile.from_sky[size_t(n)];
+            to_.from_medium[size_t(tile.face)][cell] = cells_[tile.cells].from_medium[size_t(n)];
+            to_.from_sky[size_t(tile.face)][cell] = cells_[tile.cells].from_sky[size_t(n)];
         }
     }
 }

@@ -1,5 +1,5 @@
 #pragma once
-// Radiance on the planes of the box about a cloud, summed over directions. Private to sweep/.
+// Radiance on the planes of the box about a cloud, summed over directions and over cells. Private to sweep/.
 #include "vdbcloud/sweep/aprons.h"
 #include "vdbcloud/sweep/face_tallies.h"
 #include "vdbcloud/sweep/plane_light.h"
@@ -7,35 +7,64 @@
 namespace vdbcloud {
 
 /// Sums of PlaneLight. Planes are taken apart into tiles of 8 x 8 cells, each behind the face of one block's place. On
-/// tiles of blocks that exist, light is that of a face (transport_sweep.h). To other tiles it comes through the void.
+/// tiles of blocks that exist, light is that of a face (transport_sweep.h). To other tiles it comes through the void:
+/// from the blocks whose shadow along a direction falls on the tile, else from the sky. Rays are traced from the tiles
+/// in these shadows alone, unless each cell's light is asked for.
 ///
 /// Threads: add() to different blocks; add_voids() after the last block of a batch.
 class PlaneTallies {
 public:
-    explicit PlaneTallies(const Blocks&);
+    /// Keeps references. `to` is what the sums are added to.
+    PlaneTallies(const Blocks&, const SweepSet&, const Vec3d& spacing, PlaneLight& to);
 
-    void add(const block_sweep::Traversal& traversal, int d, size_t block, const Vec3d& direction, float weight,
-             const block_sweep::Scratch& s)
-    {
-        on_blocks_.add(traversal, d, block, direction, weight, s);
-    }
+    void add(const block_sweep::Traversal&, int d, size_t block, const Vec3d& direction, float weight,
+             const block_sweep::Scratch&);
     /// `below`: a patch of ground whose light has been reflected; null: none.
-    void add_voids(const std::vector<SweepPath>& batch, const Aprons&, const SweepSet&, const PatchLight* below);
-    void write(const SweepSet&, PlaneLight& to) const;
+    void add_voids(const std::vector<SweepPath>& batch, const Aprons&, const PatchLight* below);
+    /// Writes the values of the cells.
+    void write() const;
 
 private:
+    /// A tile without a block, and the directions of a batch whose rays are traced from it.
     struct Tile {
         int face;
         Vec3i corner;  // the voxel of the tile's first cell; may be outside the box, as may others
+        uint8_t ways = 0;
+        size_t cells = 0;  // place in cells_
+    };
+    struct Cells {
         std::array<float, 64> from_medium{}, from_sky{};
     };
-    std::vector<SweepFace> find_tiles(const Blocks&);
+    /// Of one tile, by direction of a batch: power from blocks, and what it hides of the sky and the patch.
+    struct TileSums {
+        std::array<double, block_sweep::batch> medium{}, hidden{};
+    };
+    std::vector<SweepFace> find_faces();
+    std::vector<Tile> all_voids() const;
+    std::vector<Tile> shaded(const std::vector<SweepPath>& batch) const;
+    void add_shadow(int face, uint8_t way, const Vec3d& step, const Vec3i& block, std::vector<Tile>& to) const;
+    bool is_void(const Vec3i& corner) const;
+    TileSums trace(const Tile&, const std::vector<SweepPath>& batch, const Aprons&, const PatchLight* below);
+    void add_sky(size_t m, int face, const PatchLight* below);
+    double power(int face, size_t m) const
+    {
+        return (face % 2 ? 1 : -1) * set_.direction[m][face / 2] * set_.weight[m];
+    }
+    double inflow(size_t m) const { return set_.inflow.empty() ? 0.0 : double(set_.inflow[m]); }
 
+    const Blocks& blocks_;
+    const SweepSet& set_;
+    const Vec3d spacing_;
+    PlaneLight& to_;
     ActiveBox box_;
-    std::vector<Tile> voids_;
-    std::vector<size_t> cells_;     // of faces_; before it, for find_tiles() fills both
-    std::vector<SweepFace> faces_;  // the cells of tiles whose block exists
+    std::vector<Vec3i> face_voxels_;  // of faces_; before it, for find_faces() fills both
+    std::vector<SweepFace> faces_;    // the cells of tiles whose block exists
     FaceTallies on_blocks_;
+    std::vector<int32_t> row_;                 // of a block in sums_; -1: no face
+    std::vector<std::array<double, 3>> sums_;  // of a batch: block by block, `batch` each, by axis
+    std::vector<Tile> voids_;                  // all tiles without a block, if by_cell
+    std::vector<Cells> cells_;                 // of voids_
+    std::array<size_t, 6> void_cells_{};       // cells of the planes that lie in tiles without a block
 };
 
 }  // namespace vdbcloud

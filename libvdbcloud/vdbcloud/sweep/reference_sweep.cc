@@ -200,21 +200,24 @@ namespace {
 /// Sums of PlaneLight.
 class PlaneSums {
 public:
-    explicit PlaneSums(const Blocks& blocks) : box_(blocks)
+    PlaneSums(const Blocks& blocks, const SweepSet& set) : box_(blocks)
     {
+        medium_along_.fill(std::vector<double>(set.count(), 0.0));
+        sky_along_ = medium_along_;
         for (int face = 0; face < 6; ++face)
             medium_[face].assign(box_.cells(face), 0.0), sky_[face].assign(box_.cells(face), 0.0);
     }
 
-    void add(const Scalar& one, const Vec3d& direction, double weight)
+    void add(const Scalar& one, const SweepSet& set, size_t m)
     {
         for (int face = 0; face < 6; ++face) {
-            const double out = weight * (face % 2 ? 1 : -1) * direction[face / 2];
+            const double out = set.weight[m] * (face % 2 ? 1 : -1) * set.direction[m][face / 2];
             for (size_t cell = 0; out > 0 && cell < box_.cells(face); ++cell) {
                 const Vec3i voxel = box_.voxel(face, cell);
                 const auto radiance = one.on_plane(voxel, face);
-                (radiance ? medium_ : sky_)[face][cell] +=
-                    out * radiance.value_or(one.sky(Scalar::in_plane(voxel, face)));
+                const double power = out * radiance.value_or(one.sky(Scalar::in_plane(voxel, face)));
+                (radiance ? medium_ : sky_)[face][cell] += power;
+                (radiance ? medium_along_ : sky_along_)[size_t(face)][m] += power;
             }
         }
     }
@@ -222,6 +225,8 @@ public:
     void write(const SweepSet& set, PlaneLight& to) const
     {
         set_half_ranges(set, to);
+        to.medium_along = medium_along_;
+        to.sky_along = sky_along_;
         for (size_t face = 0; face < 6; ++face) {
             to.from_medium[face].assign(medium_[face].begin(), medium_[face].end());
             to.from_sky[face].assign(sky_[face].begin(), sky_[face].end());
@@ -231,6 +236,7 @@ public:
 private:
     ActiveBox box_;
     std::vector<double> medium_[6], sky_[6];
+    std::array<std::vector<double>, 6> medium_along_, sky_along_;
 };
 
 /// The directions of a set; over a ground those that leave through it come first.
@@ -250,7 +256,7 @@ void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& face
                      const SweepFields& fields, SweepResult& result, PlaneLight* planes, SweepGround* with_ground)
 {
     const Blocks& blocks = index.blocks();
-    PlaneSums on_planes(blocks);
+    PlaneSums on_planes(blocks, set);
     const VoidRays rays(blocks);
     std::optional<GroundSums> ground;
     std::optional<PatchLight> patch;
@@ -286,7 +292,7 @@ void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& face
                 ground->gather(cell, out * one.on_plane(ground->voxel(cell), ground->face())
                                                .value_or(set.inflow.empty() ? 0.0 : double(set.inflow[m])));
         }
-        if (planes) on_planes.add(one, set.direction[m], set.weight[m]);
+        if (planes) on_planes.add(one, set, m);
         for (int k = 0; k < set.moment_terms; ++k) {
             const double factor = double(set.weight[m]) * set.moment_basis[m * set.moment_terms + k];
             for (size_t slot = 0; slot < blocks.count() * 512; ++slot)

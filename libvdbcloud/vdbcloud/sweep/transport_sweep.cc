@@ -222,7 +222,7 @@ void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepRe
     if (periodic_) return periodic_->run(set, fields, result, planes, ground);
     Impl& my = *impl_;
     my.start(set, fields, result);
-    my.planes = planes ? std::make_unique<PlaneTallies>(my.blocks) : nullptr;
+    my.planes = planes ? std::make_unique<PlaneTallies>(my.blocks, set, my.index.spacing(), *planes) : nullptr;
     my.ground = ground ? std::make_unique<PatchLight>(my.blocks, set, *ground) : nullptr;
     const bool lit = my.ground && !my.ground->black();
     bool first = true, reflected = false;
@@ -242,7 +242,7 @@ void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepRe
             for (size_t level = 0; level + 1 < order.begin.size(); ++level)
                 tbb::parallel_for(order.begin[level], order.begin[level + 1],
                                   [&](size_t n) { my.sweep_block(each, first, sign, size_t(order.block[n]), result); });
-            if (my.planes) my.planes->add_voids(each.paths, my.aprons, set, below);
+            if (my.planes) my.planes->add_voids(each.paths, my.aprons, below);
             if (my.ground && my.ground->leaves(sign)) my.ground->add_voids(each.paths, my.aprons);
             first = false;
         }
@@ -250,7 +250,7 @@ void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepRe
     if (my.ground && !reflected) my.ground->reflect();
     my.clear_inactive(result);
     my.tallies.write(result.tally);
-    if (my.planes) my.planes->write(set, *planes);
+    if (my.planes) my.planes->write();
     if (my.planes && my.ground) my.ground->write(my.index.spacing(), *planes);
 }
 

@@ -98,8 +98,8 @@ struct SweepResult {
 /// voxel's own centre alone the corners of a staircase would shine twice: 5 to 30 % too much power at half a mean free
 /// path a voxel.) On faces that a direction runs along, the voxel's own.
 ///
-/// Cost: time proportional to blocks x directions. Moments and source are in single precision.
-/// Threads: blocks that do not depend on one another in parallel; values do not depend on their number.
+/// Cost: time proportional to blocks x directions, but for PlaneLight::by_cell. Moments and source are in single
+/// precision. Threads: blocks that do not depend on one another in parallel; values do not depend on their number.
 /// Source: Kunasz & Auer 1988 (short characteristics with linear interpolation); Kajiya & Von Herzen 1984, section 4,
 /// is the equation.
 class TransportSweep {
@@ -110,11 +110,10 @@ public:
     ~TransportSweep();
 
     /// `result` is overwritten; its arrays are kept if they fit. `planes`, if given, is the light through the planes of
-    /// the box about the voxels. A plane that cuts a block takes light as a face does. Other light comes by rays from
-    /// the faces of blocks.
-    /// `ground`: as for reference_sweep(). Throws InputError if the medium repeats and the ground is a patch, or if it
-    /// ends on all sides and the ground is none; for a ground under a medium that repeats along one axis; and for a
-    /// direction along periodic axes only.
+    /// the box about the voxels; PlaneLight::by_cell is a request. A plane that cuts a block takes light as a face
+    /// does. Other light comes by rays from the faces of blocks. `ground`: as for reference_sweep(). Throws InputError
+    /// if the medium repeats and the ground is a patch, or if it ends on all sides and the ground is none; for a ground
+    /// under a medium that repeats along one axis; and for a direction along periodic axes only.
     void run(const SweepSet&, const SweepFields&, SweepResult& result, PlaneLight* planes = nullptr,
              SweepGround* ground = nullptr);
 

@@ -12,21 +12,22 @@ namespace {
 
 constexpr size_t most_dense = size_t(1) << 18;  // tiles in the dense table
 
-uint64_t key(const Vec3i& c)
-{
-    constexpr uint64_t mask = (uint64_t(1) << 21) - 1;
-    return (uint64_t(uint32_t(c.x())) & mask) << 42 | (uint64_t(uint32_t(c.y())) & mask) << 21 |
-           (uint64_t(uint32_t(c.z())) & mask);
-}
+Vec3i shifted(const Vec3i& v, int bits) { return Emptiness::shifted(v, bits); }
 
-Vec3i shifted(const Vec3i& v, int bits) { return Vec3i(v.x() >> bits, v.y() >> bits, v.z() >> bits); }
+/// Places of a tile that hold a block before `place`.
+int rank(const std::array<uint64_t, 64>& mask, const std::array<uint16_t, 64>& before, int place)
+{
+    const size_t word = size_t(place) >> 6;
+    return before[word] + __builtin_popcountll(mask[word] & ((uint64_t(1) << (place & 63)) - 1));
+}
 
 int in_tile(const Vec3i& at) { return (at.x() & 15) * 256 + (at.y() & 15) * 16 + (at.z() & 15); }
 
 }  // namespace
 
 VoidRays::VoidRays(const Blocks& blocks)
-    : blocks_(blocks), periodic_(blocks.period()[0] || blocks.period()[1] || blocks.period()[2])
+    : blocks_(blocks), periodic_(blocks.period()[0] || blocks.period()[1] || blocks.period()[2]),
+      emptiness_(periodic_ ? Emptiness() : Emptiness(blocks))
 {
     first_ = Vec3i(std::numeric_limits<int>::max());
     last_ = Vec3i(std::numeric_limits<int>::min());
@@ -36,12 +37,25 @@ VoidRays::VoidRays(const Blocks& blocks)
             first_[a] = std::min(first_[a], at[a]);
             last_[a] = std::max(last_[a], at[a]);
         }
-        Tile& to = tiles_[key(shifted(at, 4))];
-        if (to.block.empty()) to.block.assign(4096, -1);
-        to.block[in_tile(at)] = int32_t(b);
-        supers_[key(shifted(at, 8))] = true;
+        const int place = in_tile(at);
+        tiles_[shifted(at, 4)].mask[size_t(place) >> 6] |= uint64_t(1) << (place & 63);
     }
     if (!blocks.count()) return;
+    uint32_t placed = 0;
+    for (auto& [at, of] : tiles_) {
+        of.first = placed;
+        uint16_t count = 0;
+        for (size_t word = 0; word < 64; ++word) {
+            of.before[word] = count;
+            count = uint16_t(count + __builtin_popcountll(of.mask[word]));
+        }
+        placed += count;
+    }
+    order_.resize(blocks.count());
+    for (size_t b = 0; b < blocks.count(); ++b) {
+        const Tile& of = tiles_.at(shifted(blocks.at(b), 4));
+        order_[size_t(rank(of.mask, of.before, in_tile(blocks.at(b)))) + of.first] = int32_t(b);
+    }
     dense_first_ = shifted(first_, 4);
     dense_size_ = shifted(last_, 4) - dense_first_ + Vec3i(1);
     const double size = double(dense_size_[0]) * dense_size_[1] * dense_size_[2];
@@ -50,7 +64,7 @@ VoidRays::VoidRays(const Blocks& blocks)
     for (size_t n = 0; n < dense_.size(); ++n) {
         const int z = int(n % dense_size_[2]), y = int(n / dense_size_[2] % dense_size_[1]);
         const int x = int(n / dense_size_[2] / dense_size_[1]);
-        const auto found = tiles_.find(key(dense_first_ + Vec3i(x, y, z)));
+        const auto found = tiles_.find(dense_first_ + Vec3i(x, y, z));
         if (found != tiles_.end()) dense_[n] = &found->second;
     }
 }
@@ -63,8 +77,13 @@ const VoidRays::Tile* VoidRays::tile(const Vec3i& at) const
             if (d[a] < 0 || d[a] >= dense_size_[a]) return nullptr;
         return dense_[(size_t(d.x()) * dense_size_[1] + d.y()) * dense_size_[2] + d.z()];
     }
-    const auto found = tiles_.find(key(at));
+    const auto found = tiles_.find(at);
     return found == tiles_.end() ? nullptr : &found->second;
+}
+
+int32_t VoidRays::block(const Tile& of, int place) const
+{
+    return of.has(place) ? order_[of.first + size_t(rank(of.mask, of.before, place))] : -1;
 }
 
 int32_t VoidRays::find(const Vec3i& place) const
@@ -77,13 +96,13 @@ int32_t VoidRays::find(const Vec3i& place) const
         at[a] += at[a] < 0 ? period : 0;
     }
     const Tile* in = tile(shifted(at, 4));
-    return in ? in->block[in_tile(at)] : -1;
+    return in ? block(*in, in_tile(at)) : -1;
 }
 
 size_t VoidRays::bytes() const
 {
-    return tiles_.size() * (4096 * sizeof(int32_t) + sizeof(Tile)) + supers_.size() * 32 +
-           dense_.size() * sizeof(void*);
+    return tiles_.size() * (sizeof(Vec3i) + sizeof(Tile) + 2 * sizeof(void*)) + order_.size() * sizeof(int32_t) +
+           emptiness_.bytes() + dense_.size() * sizeof(void*);
 }
 
 VoidRays::Hit VoidRays::trace(const Vec3d& point, const Vec3d& step) const
@@ -103,9 +122,12 @@ VoidRays::Hit VoidRays::trace(const Vec3d& point, const Vec3d& step) const
                 here = tile(at);
             }
             if (here)
-                found = here->block[in_tile(walk.block)];
+                if (const int place = in_tile(walk.block); here->has(place))
+                    found = block(*here, place);
+                else
+                    bits = here->empty_about(place) ? 2 : 0;
             else
-                bits = supers_.find(key(shifted(walk.block, 8))) == supers_.end() ? 8 : 4;
+                bits = emptiness_.bits(walk.block, 1);
         }
         if (found >= 0 && !first) {
             hit.block = found;

@@ -1,6 +1,6 @@
 #pragma once
 // Rays through the void between blocks: where light that reaches a block's edge came from. Private to sweep/.
-#include "vdbcloud/voxels/blocks.h"
+#include "vdbcloud/voxels/emptiness.h"
 
 #include <unordered_map>
 #include <vector>
@@ -9,8 +9,8 @@ namespace vdbcloud {
 
 /// Finds, for a point in a block that is missing, the first block upstream of it.
 ///
-/// Empty space is crossed in the largest empty cells of 8, 128 or 2048 voxels, so the cost of a gap does not grow with
-/// its width. Periodic axes wrap, block by block.
+/// Empty space is crossed in the largest empty cells (voxels/emptiness.h), so the cost of a gap hardly grows with its
+/// width. Memory is in proportion to the blocks, wherever they lie. Periodic axes wrap, block by block.
 ///
 /// Threads: immutable; any number of threads may call.
 class VoidRays {
@@ -34,14 +34,29 @@ public:
     size_t bytes() const;
 
 private:
+    /// 16^3 places of blocks, of which most may be empty.
     struct Tile {
-        std::vector<int32_t> block;  ///< 16^3, x slowest
+        std::array<uint64_t, 64> mask{};    ///< places that hold a block, x slowest
+        std::array<uint16_t, 64> before{};  ///< places in the words before
+        uint32_t first = 0;                 ///< in order_
+
+        /// Whether no block lies in the cell of 4^3 places about a place.
+        bool empty_about(int place) const
+        {
+            const uint64_t columns = 0x000f000f000f000fu << (place & 12);
+            const uint64_t* word = &mask[size_t(place >> 10 << 4 | (place >> 6 & 3))];
+            return !((word[0] | word[4] | word[8] | word[12]) & columns);
+        }
+        bool has(int place) const { return mask[size_t(place) >> 6] >> (place & 63) & 1; }
     };
+    int32_t block(const Tile&, int place) const;
+
     const Blocks& blocks_;
     bool periodic_;
     Vec3i first_{0, 0, 0}, last_{-1, -1, -1};  // blocks
-    std::unordered_map<uint64_t, Tile> tiles_;
-    std::unordered_map<uint64_t, bool> supers_;  // 16^3 tiles
+    std::unordered_map<Vec3i, Tile, CoordHash> tiles_;
+    std::vector<int32_t> order_;  // blocks, tile by tile, by place
+    Emptiness emptiness_;
     // Dense table of tiles where their box is small: a hash look-up would be most of the cost of a step.
     std::vector<const Tile*> dense_;
     Vec3i dense_first_{0, 0, 0}, dense_size_{0, 0, 0};
