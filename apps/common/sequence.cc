@@ -148,9 +148,9 @@ void App::each_frame(const std::function<void(const PlaceFrame&)>& work)
         s.traced_inputs.clear();
         s.report = nlohmann::json();
         say("frame " + std::to_string(number));
+        // Without --json nobody reads the reports, which would grow with the frames.
         const auto keep = [&] {
-            join_report(whole, number);
-            s.report = whole;
+            if (!s.json.empty()) join_report(whole, number);
         };
         try {
             check_files();
@@ -158,10 +158,12 @@ void App::each_frame(const std::function<void(const PlaceFrame&)>& work)
             work([this](std::string& path) { path = at_frame(path); });
         } catch (...) {
             keep();
+            s.report = std::move(whole);
             throw;
         }
         keep();
     }
+    s.report = std::move(whole);
     s.frame.reset();
 }
 

@@ -17,6 +17,32 @@ namespace {
 
 const Words grids{"cloud.vdb", "solved.vdb", "moments.vdb", "air.vdb", "solid.vdb"};
 
+/// Whole numbers of one width, the lowest byte first.
+std::string little(size_t width, std::initializer_list<uint32_t> numbers)
+{
+    std::string bytes;
+    for (const uint32_t number : numbers)
+        for (size_t k = 0; k < width; ++k) bytes += char(number >> (8 * k));
+    return bytes;
+}
+
+/// Pictures of 8 x 4 pixels in formats that the programs do not write.
+std::map<std::string, std::string> made_pictures()
+{
+    const std::string grey(8 * 4, 'a'), colours(8 * 4 * 3, 'a');
+    std::string tags;  // of a .tif: number, type 3 or 4 (two or four bytes), count, value
+    for (const auto& [tag, value] : std::initializer_list<std::pair<uint32_t, uint32_t>>{
+             {256, 8}, {257, 4}, {258, 8}, {259, 1}, {262, 1}, {273, 8}, {277, 1}, {278, 4}, {279, 32}})
+        tags += little(2, {tag, tag == 273 || tag == 279 ? 4u : 3u}) + little(4, {1, value});
+    return {
+        {"map.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n" + std::string(8 * 4 * 4, '\x80')},
+        {"map.ppm", "P6\n8 4\n255\n" + colours},
+        {"map.bmp",
+         "BM" + little(4, {150, 0, 54, 40, 8, 4}) + little(2, {1, 24}) + little(4, {0, 96, 0, 0, 0, 0}) + colours},
+        {"map.tga", little(1, {0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0}) + little(2, {8, 4}) + little(1, {24, 0}) + colours},
+        {"map.tif", "II*" + little(1, {0}) + little(4, {8 + 32}) + grey + little(2, {9}) + tags + little(4, {0})}};
+}
+
 std::string extension_of(const std::string& name) { return name.substr(name.rfind('.') + 1); }
 
 Words names_in(const std::string& folder)
@@ -57,7 +83,10 @@ std::vector<Hostile::Slot> Hostile::slots(const std::string& tool)
     if (tool == "cloudsim")
         return {{"grids", {"air.vdb", "cloud.vdb", "solved.vdb"}, air + "--init @"},
                 {"grids", grids, air + flux},
-                {"picture", {"map.png", "map.exr", "map.hdr", "map.ppm"}, air + flux, false},
+                {"picture",
+                 {"map.png", "map.exr", "map.hdr", "map.ppm", "map.bmp", "map.tga", "map.tif"},
+                 air + flux,
+                 false},
                 {"text", {"sounding.txt"}, air + "--sounding @", false},
                 {"checkpoint",
                  {"state.bin"},
@@ -99,10 +128,14 @@ Words Hostile::refused_when_healthy()
     Words refused;
     for (const std::string& tool : tools())
         for (const Slot& slot : slots(tool)) {
-            Words words = split(slot.line);
-            std::replace(words.begin(), words.end(), std::string("@"), slot.healthy[0]);
-            if (programs_.run(tool, words, folder_).status != 0)
-                refused.push_back(tool + " " + slot.line + ": " + read_text(folder_ + "/stderr"));
+            // Grids of other programs may be refused.
+            const bool any = slot.kind != std::string("grids");
+            for (size_t k = 0; k < (any ? slot.healthy.size() : 1); ++k) {
+                Words words = split(slot.line);
+                std::replace(words.begin(), words.end(), std::string("@"), slot.healthy[k]);
+                if (programs_.run(tool, words, folder_).status != 0)
+                    refused.push_back(tool + " " + slot.line + ": " + read_text(folder_ + "/stderr"));
+            }
         }
     return refused;
 }
@@ -128,9 +161,7 @@ Hostile::Hostile(Programs& programs, const std::string& folder) : programs_(prog
         make(tool, "--print-config");
         write_text(folder_ + "/" + tool + ".toml", read_text(folder_ + "/stdout"));
     }
-    write_text(folder_ + "/map.hdr",
-               "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n" + std::string(4 * 8 * 4, '\x80'));
-    write_text(folder_ + "/map.ppm", "P6\n8 4\n255\n" + std::string(8 * 4 * 3, 'a'));
+    for (const auto& [name, bytes] : made_pictures()) write_text(folder_ + "/" + name, bytes);
     write_text(folder_ + "/sounding.txt", "pressure 1000\n0 290 10 1 2\n500 291 9\n1500 299 3 0 0 # an inversion\n");
     write_text(folder_ + "/table.txt", "0 1 2 3\n1 2 0.5 1e-3\n# clear\n0 0 0 4\n");
     write_text(folder_ + "/thickness.txt", "0 1 2 3\n1 2 0.5 1\n1 1 1 4.5\n");

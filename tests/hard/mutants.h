@@ -19,8 +19,8 @@ std::string many_grids(int count);
 /// Lines of text (configurations, tables, soundings) with numbers and lines that nobody writes.
 std::string hostile_text(const std::string& text, Dice&, std::string& what);
 
-/// A picture by its extension, exr, png, hdr or ppm, whose header claims another size or another number of channels.
-/// Checksums are those of the claim.
+/// A picture by its extension. The header of an exr, png, hdr or ppm claims another size or another number of channels,
+/// and checksums are those of the claim; others are damaged.
 std::string hostile_picture(const std::string& bytes, const std::string& extension, Dice&, std::string& what);
 
 /// A checkpoint of cloudsim with another value and the checksum of what it holds.

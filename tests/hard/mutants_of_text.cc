@@ -50,13 +50,13 @@ std::string hostile_png(std::string bytes, Dice& dice)
 std::string hostile_exr(std::string bytes, Dice& dice)
 {
     const std::string window = dice.one_of({"dataWindow", "displayWindow"});
-    const size_t at = bytes.find(window + std::string("\0box2i", 7));
+    const size_t at = bytes.find(window + std::string("\0box2i\0", 7));
     if (at == std::string::npos) return bytes;
     const size_t box = at + window.size() + 7 + 4;
     const int far = dice.one_of({0x7fffffff, 0x3fffffff, 1 << 20, 100000, -1, 0, int(0x80000000u)});
     for (size_t k = 0; k < 4; ++k)
         if (dice.chance(0.5)) put(bytes, box + 4 * k, int32_t(k < 2 ? -far : far));
-    if (const size_t packing = bytes.find(std::string("compression\0compression", 24));
+    if (const size_t packing = bytes.find(std::string("compression\0compression\0", 24));
         packing != std::string::npos && dice.chance(0.3))
         bytes[packing + 28] = char(dice.below(12));
     return bytes;
@@ -116,6 +116,8 @@ std::string hostile_text(const std::string& text, Dice& dice, std::string& what)
 
 std::string hostile_picture(const std::string& bytes, const std::string& extension, Dice& dice, std::string& what)
 {
+    if (extension != "png" && extension != "exr" && extension != "hdr" && extension != "ppm")
+        return what = "damaged", damaged(bytes, dice);
     what = "claims of a ." + extension;
     if (extension == "png") return hostile_png(bytes, dice);
     if (extension == "exr") return hostile_exr(bytes, dice);
