@@ -15,7 +15,7 @@ namespace vdbcloud::test {
 
 namespace {
 
-const Words grids{"cloud.vdb", "solved.vdb", "moments.vdb", "air.vdb", "solid.vdb"};
+const Words grids{"cloud.vdb", "solved.vdb", "moments.vdb", "air.vdb", "solid.vdb", "colours.vdb"};
 
 /// Whole numbers of one width, the lowest byte first.
 std::string little(size_t width, std::initializer_list<uint32_t> numbers)
@@ -149,6 +149,9 @@ void Hostile::make(const std::string& tool, const std::string& line)
 Hostile::Hostile(Programs& programs, const std::string& folder) : programs_(programs), folder_(folder)
 {
     make("fractalgen", "-q --size 6 --seed 3 --compression zip -o cloud.vdb");
+    const World cube;
+    write_own(folder_ + "/colours.vdb",
+              make_body(programs_, "noise n=5,5,5 seed=2 emission=0.1 cd=3", cube.axes, cube.origin, {}, folder_));
     make("fractalgen", "-q --mountain --size 13 -o solid.vdb");
     make("p1solve", "-q cloud.vdb --sun 0.3,1,0.2 --g 0.5 --reentry-rays 50 --series 3 -o solved.vdb");
     make("p1solve", "-q cloud.vdb --sun 0.3,1,0.2 --sky-zenith 0.1,0.2,0.3 --g 0.5 --albedo 0.9 --degree 3 "

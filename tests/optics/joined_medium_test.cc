@@ -378,5 +378,28 @@ TEST(JoinedMedium, RefusesWhatOneMediumCannotHoldByTheNamesOfBoth)
     EXPECT_NE(text.find("render"), std::string::npos) << text;
 }
 
+TEST(JoinedMedium, RefusesVoxelsThatHoldTooManyOfTheFinest)
+{
+    const auto coarse = box({2, 2, 2}, 1, [](Coord) { return 1.0; });
+    const auto refused = [&](double ratio, const Vec3d& away) {
+        const auto fine = placed(box({2, 2, 2}, 1 / ratio, [](Coord) { return 1.0; }), Vec3d(1), 0, away);
+        return sentence<UsageError>([&] {
+            joined_medium({{"coarse.vdb", coarse, medium(Vec3d(1)), nullptr, nullptr},
+                           {"fine.vdb", fine, medium(Vec3d(1)), nullptr, nullptr}});
+        });
+    };
+    // Eight bricks of 8^3 voxels hold the interpolant: 8 (8 x 10 + 2)^3 samples, 8 (8 x 64 + 2)^3 and so on.
+    EXPECT_EQ(refused(10, Vec3d(0.0)), "");
+    for (const double ratio : {64.0, 1e3, 1e4}) {
+        const std::string text = refused(ratio, Vec3d(0.0));
+        EXPECT_EQ(text.find("coarse.vdb: "), 0u) << text;
+        EXPECT_NE(text.find("2^28"), std::string::npos) << text;
+    }
+    // An index is a whole number of 32 bits.
+    EXPECT_EQ(refused(10, Vec3d(1e7, 0, 0)), "");
+    const std::string far = refused(10, Vec3d(2e8, 0, 0));
+    EXPECT_EQ(far.find("coarse.vdb: lies more than 2^30 voxels"), 0u) << far;
+}
+
 }  // namespace
 }  // namespace vdbcloud

@@ -12,6 +12,7 @@
 #include <tbb/parallel_for.h>
 
 #include <cmath>
+#include <sstream>
 
 namespace vdbcloud {
 
@@ -81,6 +82,38 @@ void require_finer(const Affine& from_target, const std::string& name)
                                  "takes any lattices and lights them together");
 }
 
+constexpr double most_samples = 1 << 28, farthest = 1 << 30;
+
+/// Throws unless the corners of the summand's box have indices on the target lattice.
+void require_near(const CoordBBox& box, const Affine& to_target, const std::string& name)
+{
+    for (int corner = 0; corner < 8; ++corner) {
+        Vec3d p;
+        for (int a = 0; a < 3; ++a) p[a] = corner >> a & 1 ? box.max()[a] + 8.0 : box.min()[a] - 8.0;
+        p = to_target.point(p);
+        for (int a = 0; a < 3; ++a)
+            if (!(std::abs(p[a]) < farthest))
+                throw UsageError(name + ": lies more than 2^30 voxels of the finest input from its voxel 0: expected "
+                                        "inputs that are nearer or of like voxels. render takes any lattices and "
+                                        "lights them together");
+    }
+}
+
+/// Throws if so many bricks of the summand hold too many voxels of the target.
+void require_few_samples(size_t bricks, const Affine& to_target, const std::string& name)
+{
+    double samples = double(bricks);
+    for (const Vec3d& row : to_target.a) samples *= 8 * (std::abs(row[0]) + std::abs(row[1]) + std::abs(row[2])) + 2;
+    if (samples > most_samples) {
+        std::ostringstream text;
+        text.precision(3);
+        text << name << ": its voxels hold about " << samples / double(bricks) / 512
+             << " voxels of the finest input each, " << samples
+             << " altogether: expected at most 2^28. render takes any lattices and lights them together";
+        throw UsageError(text.str());
+    }
+}
+
 /// Voxels of the target lattice whose centres lie in one brick of the interpolant, with their values.
 template<typename Value>
 struct Sampled {
@@ -89,11 +122,12 @@ struct Sampled {
 
 template<typename GridT>
 typename GridT::Ptr resampled(const GridT& grid, const Affine& to_target, const Affine& from_target, double scale,
-                              const Transform& to)
+                              const Transform& to, const std::string& name)
 {
     using Value = typename GridT::ValueType;
     const BrickMap map(grid);
     const std::vector<Vec3i>& bricks = map.bricks();
+    require_few_samples(bricks.size(), to_target, name);
     std::vector<Sampled<Value>> found(bricks.size());
     tbb::parallel_for(size_t(0), bricks.size(), [&](size_t n) {
         const Vec3i& b = bricks[n];
@@ -133,11 +167,12 @@ typename GridT::Ptr on_lattice(const Summand<GridT>& summand, const Transform& t
     const CoordBBox box = grid.evalActiveVoxelBoundingBox();
     if (box.empty()) return empty_grid<GridT>(to);
     const Affine to_target = index_map(grid.transform(), to);
+    require_near(box, to_target, summand.name);
     const auto shift = lattice_shift(to_target, box.min().asVec3d(), box.max().asVec3d());
     if (shift && is_whole(*shift)) return moved(grid, Coord::round(*shift), summand.scale, to);
     const Affine from_target = index_map(to, grid.transform());
     require_finer(from_target, summand.name);
-    auto out = resampled(grid, to_target, from_target, summand.scale, to);
+    auto out = resampled(grid, to_target, from_target, summand.scale, to, summand.name);
     const double before = summand.scale * sum_of(grid) * voxel_volume(grid.transform()),
                  after = sum_of(*out) * voxel_volume(to);
     if (after > 0) ratio = before / after;
