@@ -54,14 +54,14 @@ TEST_F(Hard, HostileFilesEndInASentence)
     Hostile hostile(programs, scratch.path());
     EXPECT_EQ(hostile.refused_when_healthy(), Words());
     for (const std::string& tool : Hostile::tools())
-        for (uint64_t seed = 1; seed <= 10; ++seed) hostile.run(tool, seed);
+        for (uint64_t seed = 1; seed <= 8; ++seed) hostile.run(tool, seed);
     for (const Row& row : hostile.rows())
         EXPECT_TRUE(row.passes() || (!Programs::start_once() && row.invariant != "ends")) << table({row}) << row.where;
     for (const Failure& failure : hostile.failures()) ADD_FAILURE() << failure.where << "\n" << failure.world;
     EXPECT_EQ(hostile.rows().size(), 3 * Hostile::tools().size());
     // Neither all files are refused nor are they all harmless.
     EXPECT_GE(hostile.statuses().at(0), 8);
-    EXPECT_GE(hostile.statuses().at(1), 25);
+    EXPECT_GE(hostile.statuses().at(1), 20);
 }
 
 TEST(HardHostile, EndsWithoutASentenceAreComplaints)

@@ -27,8 +27,8 @@ size_t finest(const std::vector<Summand<GridT>>&);
 /// over space; they are exactly 1 where voxels coincide.
 ///
 /// Throws UsageError that names a summand if a voxel of `to` is longer than a voxel of the summand along one of the
-/// summand's axes: samples would then miss values; if samples are more than 2^28; or if an index of `to` would be beyond
-/// 2^30.
+/// summand's axes: samples would then miss values; if samples are more than 2^28; or if an index of `to` would be
+/// beyond 2^30.
 template<typename GridT>
 std::shared_ptr<GridT> sum_on_lattice(const std::vector<Summand<GridT>>&, const Transform& to,
                                       std::vector<double>& kept);
