@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <sstream>
 
@@ -132,10 +133,14 @@ Log::Log(const std::string& path, int last) : path_(path)
     std::string kept;
     if (last >= 0) {
         std::ifstream old(path);
+        std::error_code none;
+        if (!old && std::filesystem::exists(path, none)) throw IoError(path + ": cannot read the log");
         for (std::string line; std::getline(old, line);) {
             const auto entry = nlohmann::json::parse(line, nullptr, false);
-            if (entry.is_object() && entry.value("frame", last + 1) <= last) kept += line + "\n";
+            const auto frame = entry.is_object() ? entry.value("frame", nlohmann::json()) : nlohmann::json();
+            if (frame.is_number() && frame.get<double>() <= last) kept += line + "\n";
         }
+        if (old.bad()) throw IoError(path + ": cannot read the log");
     }
     AtomicFile whole(path);
     std::ofstream again(whole.name(), std::ios::binary);

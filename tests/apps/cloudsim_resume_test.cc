@@ -128,6 +128,8 @@ TEST(CloudsimResume, LongerMinutesContinueTheSameFramesOrAreRefused)
     const Scratch scratch;
     const Words state{"--checkpoint", scratch / "state", "--resume", scratch / "state", "--log", scratch / "log"};
     ASSERT_EQ(dry(scratch, state, "1").status, 0);
+    // Lines that are none of a run's, with a frame that is no number among them, are not kept.
+    write_text(scratch / "log", read_text(scratch / "log") + "{\"frame\": \"x\"}\n[1]\n{\"frame\": null}\nno JSON\n");
     ASSERT_EQ(dry(scratch, state, "1.75").status, 0);  // the last frame is a quarter of a minute early
     EXPECT_EQ(times(read_text(scratch / "log")), (std::vector<double>{0, 30, 60, 90, 105}));
     const RunResult r = dry(scratch, state, "3");

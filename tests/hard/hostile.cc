@@ -92,6 +92,10 @@ std::vector<Hostile::Slot> Hostile::slots(const std::string& tool)
                  {"state.bin"},
                  "--cells 4 --minutes 0.05 --every 1s --unpruned -o out.vdb --resume @",
                  false},
+                {"text",
+                 {"frames.log"},
+                 "--cells 4 --minutes 0.05 --every 1s --unpruned -o out.vdb --resume state.bin --log @",
+                 false},
                 config};
     if (tool == "vdbimport")
         return {{"text", {"table.txt"}, "@ --cell 1,1,1 -o out.vdb"},
@@ -156,7 +160,8 @@ Hostile::Hostile(Programs& programs, const std::string& folder) : programs_(prog
     make("p1solve", "-q cloud.vdb --sun 0.3,1,0.2 --g 0.5 --reentry-rays 50 --series 3 -o solved.vdb");
     make("p1solve", "-q cloud.vdb --sun 0.3,1,0.2 --sky-zenith 0.1,0.2,0.3 --g 0.5 --albedo 0.9 --degree 3 "
                     "--iterations 2 --directions 8 --ground-albedo 0.3 --heating --compression none -o moments.vdb");
-    make("cloudsim", "-q --cells 4 --minutes 0.05 --every 1s --unpruned --checkpoint state.bin -o air.vdb");
+    make("cloudsim",
+         "-q --cells 4 --minutes 0.05 --every 1s --unpruned --checkpoint state.bin --log frames.log -o air.vdb");
     make("render", "-q solved.vdb --resolution 4 --integrator path --spp 1 -o part.exr");
     make("render", "-q solved.vdb --resolution 4 --integrator path --spp 1 --spp-offset 1 -o part2.exr");
     make("render", "-q solved.vdb --resolution 4 -o map.exr --png map.png");
