@@ -13,6 +13,7 @@
 #include "vdbcloud/fractal/cloud_grid.h"
 #include "vdbcloud/grid/grid_file.h"
 
+#include <algorithm>
 #include <cmath>
 
 using namespace vdbcloud;
@@ -38,6 +39,15 @@ FloatGridPtr make_mountain(app::App& app, const app::Options& o, const app::Doma
     return mountain_grid(mountain_heights(domain.box, domain.size, o.spectrum, o.relief), o.relief.half_width);
 }
 
+/// What to add to places of a domain before it is shaped: places are floats there, so a domain that lies farther from 0
+/// than 1000 of its sides is shaped about 0.
+Vec3d towards_origin(const Box& box)
+{
+    const Vec3d sides = box.sides();
+    const double longest = std::max({sides[0], sides[1], sides[2]});
+    return box.low.length() > 1000 * longest ? -box.low : Vec3d(0);
+}
+
 FloatGridPtr make_cloud(app::App& app, const app::Options& o, const app::Domain& domain, const FloatGrid* mask,
                         const MetaMap& medium)
 {
@@ -46,7 +56,19 @@ FloatGridPtr make_cloud(app::App& app, const app::Options& o, const app::Domain&
         auto phase = app.phase("noise");
         const auto noise = synthesize(domain.size, domain.box.sides(), o.spectrum);
         phase = app.phase("shape");
-        cloud = shape_cloud(noise, domain.box, *envelope_of(o, domain, mask), o.shape, app.progress("shape"));
+        const Vec3d shift = towards_origin(domain.box);
+        app::Domain near = domain;
+        near.box = {domain.box.low + shift, domain.box.high + shift};
+        FloatGridPtr moved;
+        if (mask) {
+            moved = FloatGrid::create(std::const_pointer_cast<openvdb::FloatTree>(mask->treePtr()));
+            moved->setGridClass(mask->getGridClass());
+            moved->setName(mask->getName());
+            moved->setTransform(mask->transform().copy());
+            moved->transform().postTranslate(shift);
+        }
+        cloud = shape_cloud(noise, near.box, *envelope_of(o, near, moved.get()), o.shape, app.progress("shape"));
+        cloud.domain = domain.box;
     }
     const auto phase = app.phase("grid");
     auto density = cloud_grid(cloud);

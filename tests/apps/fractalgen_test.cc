@@ -199,6 +199,28 @@ TEST_F(Fractalgen, EnvelopeFromFillsFogAndLevelSets)
     EXPECT_EQ(run_it({"--envelope-from", land, "--mountain", "-o", folder_ / "x.vdb"}).status, 2);
 }
 
+TEST_F(Fractalgen, ACloudFarFromZeroHasTheShapeOfOneThere)
+{
+    // Places as floats would be off by 64 voxels and more.
+    const auto here = density({"--bounds", "0,0,0,4,4,4", "--envelope", "sphere"});
+    const auto there = density({"--bounds", "1e9,-1e9,1e9,1000000004,-999999996,1000000004", "--envelope", "sphere"});
+    ASSERT_GT(here->activeVoxelCount(), 1000u);
+    EXPECT_EQ(here->activeVoxelCount(), there->activeVoxelCount());
+    for (auto v = here->cbeginValueOn(); v; ++v) ASSERT_EQ(there->tree().getValue(v.getCoord()), *v);
+    EXPECT_TRUE(there->indexToWorld(openvdb::Coord(0, 0, 0)).eq(Vec3d(1e9, -1e9, 1e9) + Vec3d(0.0625), 1e-6));
+    // A mask at these places, and the same one at 0.
+    const auto filled = [&](const char* bounds) {
+        const std::string mask = folder_ / "mask.vdb";
+        EXPECT_EQ(
+            run_it({"--envelope", "sphere", "--roughness", "0", "--bounds", bounds, "--size", "24", "-o", mask}).status,
+            0);
+        return density({"--envelope-from", mask, "--roughness", "0"}, "20")->activeVoxelCount();
+    };
+    const double near = double(filled("0,0,0,4,4,4"));
+    EXPECT_GT(near, 500);
+    EXPECT_NEAR(double(filled("1e9,-1e9,1e9,1000000004,-999999996,1000000004")) / near, 1, 0.02) << "rounding at 1e9";
+}
+
 TEST_F(Fractalgen, RefusesImpossibleOptions)
 {
     for (const Words& options : std::vector<Words>{{"--size", "0"},

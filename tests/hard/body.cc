@@ -98,10 +98,12 @@ bool set_voxels(const std::string& kind, const Values& values, const Visit& set)
     if (kind == "checker") return turns(values, 3, set), true;
     if (kind == "box" || kind == "stray") each_voxel(values.size(), [&](const Vec3i& i) { set(i, value); });
     if (kind == "stray") set(Vec3i(distance, 0, 0), value);
+    const int at = int(values.number("at", 10000000));
+    if (kind == "far") each_voxel(values.size(), [&](const Vec3i& i) { set(Vec3i(at) + i, value); });
     if (kind == "line")
         for (int i = 0; i < values.size()[0]; ++i) set(Vec3i(i), value);
     if (kind == "spread") each_voxel(values.size(), [&](const Vec3i& i) { set(distance * i, value); });
-    return kind == "box" || kind == "stray" || kind == "line" || kind == "spread" || kind == "empty";
+    return kind == "box" || kind == "stray" || kind == "far" || kind == "line" || kind == "spread" || kind == "empty";
 }
 
 FloatGridPtr named(const std::string& name)

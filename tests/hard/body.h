@@ -32,6 +32,7 @@ struct Change {
 ///     checker n=8,8,8 low=1 high=1e12                 two values by turns; layers, rows: along i; along i and j
 ///     line n=8                                        voxels along the diagonal
 ///     stray n=4,4,4 distance=100                      a box, and a voxel far away along i
+///     far n=5,5,5 at=1000000000                       a box whose first voxel has these indices
 ///     spread n=16 distance=600                        voxels far from each other
 ///     tile level=1                                    one active tile: 1 of 8, 2 of 128, 3 of 4096 voxels a side
 ///     empty                                           no active voxel

@@ -203,18 +203,15 @@ void compare(const BrickMap& density, const Medium& medium, const std::vector<st
     }
 }
 
-/// A grid with the topology of another tree, its leaf values from `value` (channels per voxel, leaves in tree order).
-template<typename GridT>
-typename GridT::Ptr make_grid(const openvdb::FloatTree& topology, const std::vector<float>& value)
+template<typename TreeT>
+void set_leaves(TreeT& tree, const std::vector<float>& value)
 {
-    using Tree = typename GridT::TreeType;
-    using Value = typename GridT::ValueType;
+    using Value = typename TreeT::ValueType;
     constexpr size_t channels = openvdb::VecTraits<Value>::Size;
-    const Value one(1.0f);
-    auto tree = std::make_shared<Tree>(topology, one, one, openvdb::TopologyCopy());
-    std::vector<typename Tree::LeafNodeType*> leaves;
-    tree->getNodes(leaves);
+    std::vector<typename TreeT::LeafNodeType*> leaves;
+    tree.getNodes(leaves);
     tbb::parallel_for(size_t(0), leaves.size(), [&](size_t b) {
+        for (auto v = leaves[b]->beginValueOff(); v; ++v) v.setValue(Value(1.0f));
         for (auto v = leaves[b]->beginValueOn(); v; ++v) {
             const float* from = &value[(b * 512 + v.pos()) * channels];
             if constexpr (channels == 1)
@@ -223,7 +220,21 @@ typename GridT::Ptr make_grid(const openvdb::FloatTree& topology, const std::vec
                 v.setValue(Value(from[0], from[1], from[2]));
         }
     });
-    return GridT::create(tree);
+}
+
+/// A grid with the topology of `tree`, its leaf values from `value` (channels per voxel, leaves in tree order), 1
+/// elsewhere. A grid of one channel takes the tree itself.
+GridBasePtr make_grid(const openvdb::FloatTree::Ptr& tree, const std::vector<float>& value, size_t channels)
+{
+    if (channels == 1) {
+        tree->root().setBackground(1.0f, /*updateChildNodes=*/true);
+        set_leaves(*tree, value);
+        return FloatGrid::create(tree);
+    }
+    const Vec3f one(1.0f);
+    auto coloured = std::make_shared<openvdb::Vec3STree>(*tree, one, one, openvdb::TopologyCopy());
+    set_leaves(*coloured, value);
+    return Vec3SGrid::create(coloured);
 }
 
 void check(const TransmittanceOptions& o)
@@ -233,15 +244,11 @@ void check(const TransmittanceOptions& o)
         throw InputError("rays per voxel " + std::to_string(o.rays_per_voxel) + ": expected 1 to 8");
 }
 
-/// The grid of the wanted points of a density, with the metadata of its light and medium.
+/// The grid of the wanted points of a density, which takes their tree, with the metadata of its light and medium.
 GridBasePtr made_grid(const FloatGrid& density, const Medium& medium, const Light& light, const Wanted& wanted,
                       const std::vector<float>& transmittance, size_t channels, const TransmittanceOptions& o)
 {
-    GridBasePtr grid;
-    if (channels == 1)
-        grid = make_grid<openvdb::FloatGrid>(*wanted.tree, transmittance);
-    else
-        grid = make_grid<openvdb::Vec3SGrid>(*wanted.tree, transmittance);
+    const GridBasePtr grid = make_grid(wanted.tree, transmittance, channels);
     grid->setName(transmittance_name(light));
     grid->setTransform(density.transform().copy());
     if (wanted.refine > 1) grid->transform().preScale(1.0 / wanted.refine);
@@ -278,18 +285,19 @@ GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, c
     check(o);
     require_light_that_leaves(light, index_from_world(density.transform(), density.getName()), o.periodic);
     const Period period = period_of(density, o.periodic);
-    const BrickMap bricks(density, 0, {}, period);
     const Wanted wanted(density, o.refine, period);
+    std::optional<BrickMap> bricks(std::in_place, density, 0.0f, BrickMap::Map(), period);
     const size_t channels = medium.grey() ? 1 : 3;
     const auto parts = light.parts(o.disc_samples);
-    const std::vector<float> transmittance = find_transmittance({{bricks, medium.sigma_t_per_density, Vec3d(0.0)}},
+    const std::vector<float> transmittance = find_transmittance({{*bricks, medium.sigma_t_per_density, Vec3d(0.0)}},
                                                                 parts, channels, false, o, wanted, progress);
     if (report) {
         *report = {};
         report->voxels = wanted.voxels;
         if (o.fidelity == Fidelity::Lattice && light->common_direction() && !period.any() && o.error_samples > 0)
-            compare(bricks, medium, parts, o, wanted, transmittance, channels, *report);
+            compare(*bricks, medium, parts, o, wanted, transmittance, channels, *report);
     }
+    bricks.reset();
     GridBasePtr grid = made_grid(density, medium, light, wanted, transmittance, channels, o);
     set_text(*grid, schema::density_digest, grid_digest(density));
     return grid;

@@ -4,8 +4,10 @@
 #include "vdbcloud/voxels/brick_map.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace vdbcloud {
 

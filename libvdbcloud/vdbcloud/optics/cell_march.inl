@@ -76,10 +76,8 @@ bool march_root(const BrickMap& map, const BrickMap::Root& root, const IndexRay&
     while (t < t1) {
         for (int a = 0; a < 3; ++a)
             if (cell[a] < root.first[a] || cell[a] > root.last[a]) return true;
-        const int32_t s =
-            root.supers[size_t(((cell[0] >> 7) & 31) << 10 | ((cell[1] >> 7) & 31) << 5 | ((cell[2] >> 7) & 31))];
-        const int32_t slot =
-            s < 0 ? -1 : map.super(s)[((cell[0] >> 3) & 15) << 8 | ((cell[1] >> 3) & 15) << 4 | ((cell[2] >> 3) & 15)];
+        const int32_t s = BrickMap::super_at(root, cell);
+        const int32_t slot = s < 0 ? -1 : map.slot_at(s, cell);
         if (slot >= 0) {
             if (!on_brick(slot, cell, t)) return false;
             continue;
@@ -92,34 +90,63 @@ bool march_root(const BrickMap& map, const BrickMap::Root& root, const IndexRay&
     return true;
 }
 
+/// A root that a ray meets, from t0 to t1.
+struct RootHit {
+    double t0, t1;
+    const BrickMap::Root* root;
+};
+
+/// The roots that a ray meets between t0 and t1: the first `few` in an array, all in a vector where there are more.
+struct RootHits {
+    static constexpr size_t few = 16;
+    std::array<RootHit, few> first;
+    std::vector<RootHit> more;
+    size_t count = 0;
+    size_t tested = 0;  ///< boxes
+
+    RootHit* begin() { return count > few ? more.data() : first.data(); }
+    void add(const RootHit& hit)
+    {
+        if (count < few)
+            first[count] = hit;
+        else {
+            if (count == few) more.assign(first.begin(), first.end());
+            more.push_back(hit);
+        }
+        ++count;
+    }
+};
+
+/// Finds the roots on a ray, in the order of the tree of boxes.
+inline void find_roots(const BrickMap& map, const IndexRay& ray, double t0, double t1, RootHits& hits)
+{
+    if (map.root_boxes().empty()) return;
+    int32_t open[64] = {0};  // a tree of 2^32 roots is no deeper
+    for (int left = 1; left > 0;) {
+        const BrickMap::RootBox& box = map.root_boxes()[size_t(open[--left])];
+        const Vec3d lo(box.first[0], box.first[1], box.first[2]);
+        const Vec3d hi(box.last[0] + 1.0, box.last[1] + 1.0, box.last[2] + 1.0);
+        RootHit hit{t0, t1, nullptr};
+        ++hits.tested;
+        if (!clip(ray, lo, hi, hit.t0, hit.t1)) continue;
+        if (box.child[0] < 0) {
+            hit.root = &map.roots()[size_t(~box.child[0])];
+            hits.add(hit);
+            continue;
+        }
+        open[left++] = box.child[0];
+        open[left++] = box.child[1];
+    }
+}
+
 template<typename OnBrick>
 bool march_roots(const BrickMap& map, const IndexRay& ray, double t0, double t1, OnBrick on_brick)
 {
-    // There are few boxes: test each box, then visit the boxes hit in order of distance.
-    struct Hit {
-        double t0, t1;
-        const BrickMap::Root* root;
-    };
-    constexpr size_t few = 16;
-    Hit first[few];
-    std::vector<Hit> more;
-    size_t hits = 0;
-    for (const auto& root : map.roots()) {
-        Hit hit{t0, t1, &root};
-        const Vec3d lo(root.first[0], root.first[1], root.first[2]);
-        const Vec3d hi(root.last[0] + 1.0, root.last[1] + 1.0, root.last[2] + 1.0);
-        if (!clip(ray, lo, hi, hit.t0, hit.t1)) continue;
-        if (hits < few)
-            first[hits] = hit;
-        else {
-            if (hits == few) more.assign(first, first + few);
-            more.push_back(hit);
-        }
-        ++hits;
-    }
-    Hit* hit = hits > few ? more.data() : first;
-    std::sort(hit, hit + hits, [](const Hit& p, const Hit& q) { return p.t0 < q.t0; });
-    for (size_t n = 0; n < hits; ++n)
+    RootHits hits;
+    find_roots(map, ray, t0, t1, hits);
+    RootHit* hit = hits.begin();
+    std::sort(hit, hit + hits.count, [](const RootHit& p, const RootHit& q) { return p.t0 < q.t0; });
+    for (size_t n = 0; n < hits.count; ++n)
         if (!march_root(map, *hit[n].root, ray, hit[n].t0, hit[n].t1, on_brick)) return false;
     return true;
 }

@@ -14,13 +14,6 @@ constexpr size_t most_dense = size_t(1) << 18;  // tiles in the dense table
 
 Vec3i shifted(const Vec3i& v, int bits) { return Emptiness::shifted(v, bits); }
 
-/// Places of a tile that hold a block before `place`.
-int rank(const std::array<uint64_t, 64>& mask, const std::array<uint16_t, 64>& before, int place)
-{
-    const size_t word = size_t(place) >> 6;
-    return before[word] + __builtin_popcountll(mask[word] & ((uint64_t(1) << (place & 63)) - 1));
-}
-
 int in_tile(const Vec3i& at) { return (at.x() & 15) * 256 + (at.y() & 15) * 16 + (at.z() & 15); }
 
 }  // namespace
@@ -37,24 +30,18 @@ VoidRays::VoidRays(const Blocks& blocks)
             first_[a] = std::min(first_[a], at[a]);
             last_[a] = std::max(last_[a], at[a]);
         }
-        const int place = in_tile(at);
-        tiles_[shifted(at, 4)].mask[size_t(place) >> 6] |= uint64_t(1) << (place & 63);
+        tiles_[shifted(at, 4)].places.set(in_tile(at));
     }
     if (!blocks.count()) return;
     uint32_t placed = 0;
     for (auto& [at, of] : tiles_) {
         of.first = placed;
-        uint16_t count = 0;
-        for (size_t word = 0; word < 64; ++word) {
-            of.before[word] = count;
-            count = uint16_t(count + __builtin_popcountll(of.mask[word]));
-        }
-        placed += count;
+        placed += uint32_t(of.places.count());
     }
     order_.resize(blocks.count());
     for (size_t b = 0; b < blocks.count(); ++b) {
         const Tile& of = tiles_.at(shifted(blocks.at(b), 4));
-        order_[size_t(rank(of.mask, of.before, in_tile(blocks.at(b)))) + of.first] = int32_t(b);
+        order_[of.first + size_t(of.places.rank(in_tile(blocks.at(b))))] = int32_t(b);
     }
     dense_first_ = shifted(first_, 4);
     dense_size_ = shifted(last_, 4) - dense_first_ + Vec3i(1);
@@ -83,7 +70,7 @@ const VoidRays::Tile* VoidRays::tile(const Vec3i& at) const
 
 int32_t VoidRays::block(const Tile& of, int place) const
 {
-    return of.has(place) ? order_[of.first + size_t(rank(of.mask, of.before, place))] : -1;
+    return of.places.has(place) ? order_[of.first + size_t(of.places.rank(place))] : -1;
 }
 
 int32_t VoidRays::find(const Vec3i& place) const
@@ -122,7 +109,7 @@ VoidRays::Hit VoidRays::trace(const Vec3d& point, const Vec3d& step) const
                 here = tile(at);
             }
             if (here)
-                if (const int place = in_tile(walk.block); here->has(place))
+                if (const int place = in_tile(walk.block); here->places.has(place))
                     found = block(*here, place);
                 else
                     bits = here->empty_about(place) ? 2 : 0;

@@ -1,6 +1,7 @@
 #pragma once
 // Rays through the void between blocks: where light that reaches a block's edge came from. Private to sweep/.
 #include "vdbcloud/voxels/emptiness.h"
+#include "vdbcloud/voxels/ranked_bits.h"
 
 #include <unordered_map>
 #include <vector>
@@ -34,20 +35,19 @@ public:
     size_t bytes() const;
 
 private:
-    /// 16^3 places of blocks, of which most may be empty.
+    /// 16^3 places of blocks, x slowest, of which most may be empty.
     struct Tile {
-        std::array<uint64_t, 64> mask{};    ///< places that hold a block, x slowest
-        std::array<uint16_t, 64> before{};  ///< places in the words before
-        uint32_t first = 0;                 ///< in order_
+        RankedBits<4096> places;
+        uint32_t first = 0;  ///< in order_
 
         /// Whether no block lies in the cell of 4^3 places about a place.
         bool empty_about(int place) const
         {
             const uint64_t columns = 0x000f000f000f000fu << (place & 12);
-            const uint64_t* word = &mask[size_t(place >> 10 << 4 | (place >> 6 & 3))];
-            return !((word[0] | word[4] | word[8] | word[12]) & columns);
+            const size_t word = size_t(place >> 10 << 4 | (place >> 6 & 3));
+            return !((places.word(word) | places.word(word + 4) | places.word(word + 8) | places.word(word + 12)) &
+                     columns);
         }
-        bool has(int place) const { return mask[size_t(place) >> 6] >> (place & 63) & 1; }
     };
     int32_t block(const Tile&, int place) const;
 

@@ -197,23 +197,42 @@ void BrickMap::build(const GridT& grid, const Map& map)
 
 void BrickMap::index_bricks(const std::vector<int32_t>& slots)
 {
-    for (size_t n = 0; n < bricks_.size(); ++n) {
-        const Vec3i b = bricks_[n], origin(b[0] >> 9, b[1] >> 9, b[2] >> 9);
-        const Vec3i first(b[0] * size, b[1] * size, b[2] * size), last = first + Vec3i(size - 1, size - 1, size - 1);
-        auto r = std::lower_bound(roots_.begin(), roots_.end(), origin,
-                                  [](auto& p, auto& q) { return before(p.origin, q); });
-        if (r == roots_.end() || r->origin != origin)
-            r = roots_.insert(r, {origin, first, last, std::vector<int32_t>(32 * 32 * 32, -1)});
+    const auto origin_of = [](const Vec3i& b) { return Vec3i(b[0] >> 9, b[1] >> 9, b[2] >> 9); };
+    const auto super_place = [](const Vec3i& b) {
+        return ((b[0] >> 4) & 31) << 10 | ((b[1] >> 4) & 31) << 5 | ((b[2] >> 4) & 31);
+    };
+    const auto place = [](const Vec3i& b) { return (b[0] & 15) << 8 | (b[1] & 15) << 4 | (b[2] & 15); };
+    std::map<std::array<int, 3>, Root> found;
+    for (const Vec3i& b : bricks_) {
+        const Vec3i origin = origin_of(b), first = b * size, last = first + Vec3i(size - 1);
+        Root& r = found.try_emplace({origin[0], origin[1], origin[2]}, Root{origin, first, last, {}, 0}).first->second;
+        r.supers.set(super_place(b));
         for (int a = 0; a < 3; ++a) {
-            r->first[a] = std::min(r->first[a], first[a]);
-            r->last[a] = std::max(r->last[a], last[a]);
+            r.first[a] = std::min(r.first[a], first[a]);
+            r.last[a] = std::max(r.last[a], last[a]);
         }
-        auto& s = r->supers[size_t(((b[0] >> 4) & 31) << 10 | ((b[1] >> 4) & 31) << 5 | ((b[2] >> 4) & 31))];
-        if (s < 0) {
-            s = int32_t(supers_.size() / 4096);
-            supers_.resize(supers_.size() + 4096, -1);
-        }
-        supers_[size_t(s) * 4096 + size_t((b[0] & 15) << 8 | (b[1] & 15) << 4 | (b[2] & 15))] = slots[n];
+    }
+    int32_t supers = 0;
+    for (auto& [origin, r] : found) {
+        r.first_super = supers;
+        supers += r.supers.count();
+        roots_.push_back(r);
+    }
+    found.clear();
+    supers_.resize(size_t(supers));
+    const auto super_of = [&](const Vec3i& b) -> Super& {
+        return supers_[size_t(super_at(*root(origin_of(b)), b * size))];
+    };
+    for (const Vec3i& b : bricks_) super_of(b).bricks.set(place(b));
+    int32_t first = 0;
+    for (Super& super : supers_) {
+        super.first = first;
+        first += super.bricks.count();
+    }
+    slots_.resize(bricks_.size());
+    for (size_t n = 0; n < bricks_.size(); ++n) {
+        const Super& super = super_of(bricks_[n]);
+        slots_[size_t(super.first + super.bricks.rank(place(bricks_[n])))] = slots[n];
     }
     for (auto& r : roots_)
         for (int a = 0; a < 3; ++a) {
@@ -225,6 +244,34 @@ void BrickMap::index_bricks(const std::vector<int32_t>& slots)
             first_cell_[a] = only ? r.first[a] : std::min(first_cell_[a], r.first[a]);
             last_cell_[a] = only ? r.last[a] : std::max(last_cell_[a], r.last[a]);
         }
+    std::vector<int32_t> order(roots_.size());
+    for (size_t n = 0; n < order.size(); ++n) order[n] = int32_t(n);
+    if (!order.empty()) add_root_box(order.data(), order.data() + order.size());
+}
+
+/// Adds the box about some roots, halved across its longest edge down to single roots. Returns its number.
+int32_t BrickMap::add_root_box(int32_t* begin, int32_t* end)
+{
+    RootBox box{roots_[size_t(*begin)].first, roots_[size_t(*begin)].last, {~*begin, ~*begin}};
+    for (const int32_t* n = begin; n < end; ++n)
+        for (int a = 0; a < 3; ++a) {
+            box.first[a] = std::min(box.first[a], roots_[size_t(*n)].first[a]);
+            box.last[a] = std::max(box.last[a], roots_[size_t(*n)].last[a]);
+        }
+    const auto number = int32_t(root_boxes_.size());
+    root_boxes_.push_back(box);
+    if (end - begin == 1) return number;
+    int longest = 0;
+    for (int a = 1; a < 3; ++a)
+        if (double(box.last[a]) - box.first[a] > double(box.last[longest]) - box.first[longest]) longest = a;
+    int32_t* middle = begin + (end - begin) / 2;
+    std::nth_element(begin, middle, end, [&](int32_t p, int32_t q) {
+        const Vec3i &a = roots_[size_t(p)].origin, &b = roots_[size_t(q)].origin;
+        return a[longest] != b[longest] ? a[longest] < b[longest] : p < q;
+    });
+    const int32_t low = add_root_box(begin, middle), high = add_root_box(middle, end);
+    root_boxes_[size_t(number)].child = {low, high};
+    return number;
 }
 
 const BrickMap::Root* BrickMap::root(const Vec3i& origin) const
@@ -243,9 +290,9 @@ const float* BrickMap::find(const Vec3i& b) const
 {
     const Root* r = root({b[0] >> 9, b[1] >> 9, b[2] >> 9});
     if (!r) return nullptr;
-    const int32_t s = r->supers[size_t(((b[0] >> 4) & 31) << 10 | ((b[1] >> 4) & 31) << 5 | ((b[2] >> 4) & 31))];
+    const int32_t s = super_at(*r, b * size);
     if (s < 0) return nullptr;
-    const int32_t slot = super(s)[(b[0] & 15) << 8 | (b[1] & 15) << 4 | (b[2] & 15)];
+    const int32_t slot = slot_at(s, b * size);
     return slot < 0 ? nullptr : brick(slot);
 }
 
@@ -290,7 +337,8 @@ Vec3d BrickMap::sample3(const Vec3d& index) const
 
 size_t BrickMap::bytes() const
 {
-    return values_.size() * sizeof(float) + supers_.size() * sizeof(int32_t) + bricks_.size() * sizeof(Vec3i);
+    return values_.size() * sizeof(float) + roots_.size() * (sizeof(Root) + 2 * sizeof(RootBox)) +
+           supers_.size() * sizeof(Super) + bricks_.size() * (sizeof(Vec3i) + sizeof(int32_t));
 }
 
 }  // namespace vdbcloud

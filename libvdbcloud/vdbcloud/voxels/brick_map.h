@@ -2,6 +2,7 @@
 // A grid repacked for trilinear sampling along rays: no tree access inside 8^3 cells, and rays skip empty space.
 #include "vdbcloud/core/affine.h"
 #include "vdbcloud/voxels/period.h"
+#include "vdbcloud/voxels/ranked_bits.h"
 
 #include <functional>
 #include <vector>
@@ -13,7 +14,8 @@ namespace vdbcloud {
 /// Cell (i,j,k) is the box between the voxel centres (i,j,k) and (i+1,j+1,k+1). Brick b covers the 8^3 cells 8b ..
 /// 8b+7. A brick stores 9^3 corner values, one channel after the other, corner (x,y,z) at (x*9 + y)*9 + z. Without a
 /// brick every corner value is outside(). Inactive voxels have the value outside(), whatever value the tree stores. A
-/// brick inside a constant tile costs one index, because bricks of one value share storage.
+/// brick inside a constant tile costs one index, because bricks of one value share storage. The tables about a brick
+/// that lies alone take 6 KB, whatever lies between it and others.
 ///
 /// With a period the interpolant repeats without end along the axes of that period: the cell after the last voxel lies
 /// between that voxel and the first one. The map then holds the cells first .. first + length - 1.
@@ -54,14 +56,34 @@ public:
     const std::vector<Vec3i>& bricks() const { return bricks_; }  ///< coordinates, sorted
     size_t bytes() const;
 
-    /// A box of 4096^3 cells, and the part of this box that bricks fill. Rays test the roots and skip space between.
+    /// A box of 4096^3 cells, and the part of this box that bricks fill.
     struct Root {
-        Vec3i origin;                 ///< in units of 4096 cells
-        Vec3i first, last;            ///< cells, inclusive
-        std::vector<int32_t> supers;  ///< 32^3 indices for super(), each of 16^3 bricks; -1: no bricks
+        Vec3i origin;              ///< in units of 4096 cells
+        Vec3i first, last;         ///< cells, inclusive
+        RankedBits<32768> supers;  ///< of 32^3 places, those that hold bricks
+        int32_t first_super = 0;   ///< number of the first of these
     };
     const std::vector<Root>& roots() const { return roots_; }
-    const int32_t* super(int32_t index) const { return supers_.data() + size_t(index) * 4096; }
+    /// A box about roots: two boxes of root_boxes(), or the root ~child[0].
+    struct RootBox {
+        Vec3i first, last;  ///< cells, inclusive
+        std::array<int32_t, 2> child{};
+    };
+    /// All roots as a tree of boxes, box 0 about all; rays test the boxes that they meet. Empty without bricks.
+    const std::vector<RootBox>& root_boxes() const { return root_boxes_; }
+    /// The number of the 16^3 bricks about a cell of a root; -1: no bricks.
+    static int32_t super_at(const Root& root, const Vec3i& cell)
+    {
+        const int place = ((cell[0] >> 7) & 31) << 10 | ((cell[1] >> 7) & 31) << 5 | ((cell[2] >> 7) & 31);
+        return root.supers.has(place) ? root.first_super + root.supers.rank(place) : -1;
+    }
+    /// The slot of the brick about a cell, for brick(); -1: no brick.
+    int32_t slot_at(int32_t super, const Vec3i& cell) const
+    {
+        const Super& in = supers_[size_t(super)];
+        const int place = ((cell[0] >> 3) & 15) << 8 | ((cell[1] >> 3) & 15) << 4 | ((cell[2] >> 3) & 15);
+        return in.bricks.has(place) ? slots_[size_t(in.first + in.bricks.rank(place))] : -1;
+    }
     const float* brick(int32_t slot) const { return values_.data() + size_t(slot) * 729 * size_t(channels_); }
 
 private:
@@ -71,6 +93,11 @@ private:
     const float* corners(const Vec3d& place, Vec3d& fraction) const;
     const Root* root(const Vec3i& origin) const;
     void index_bricks(const std::vector<int32_t>& slots);
+    int32_t add_root_box(int32_t* begin, int32_t* end);
+    struct Super {
+        RankedBits<4096> bricks;
+        int32_t first = 0;  // in slots_
+    };
 
     float outside_;
     int channels_;
@@ -80,7 +107,9 @@ private:
     Vec3i first_cell_{0, 0, 0}, last_cell_{-1, -1, -1};
     std::vector<Vec3i> bricks_;
     std::vector<Root> roots_;
-    std::vector<int32_t> supers_;
+    std::vector<RootBox> root_boxes_;
+    std::vector<Super> supers_;   // root by root, by place
+    std::vector<int32_t> slots_;  // super by super, by place
     std::vector<float> values_;
 };
 
