@@ -83,6 +83,55 @@ TEST(VoxelShapes, WeightsArePermutedWithTheAxes)
     }
 }
 
+/// Area of a body's exposed faces by their weights, and without.
+std::pair<double, double> leaking_area(const P1Case& c)
+{
+    const Vec3d h = c.index.spacing();
+    double weighted = 0, whole = 0;
+    for (const ExposedVoxel& voxel : c.exposed)
+        for (int face = 0; face < 6; ++face) {
+            if (!(voxel.faces >> face & 1)) continue;
+            const double size = h[0] * h[1] * h[2] / h[face / 2];
+            weighted += size * voxel.weight[face / 2];
+            whole += size;
+        }
+    return {weighted, whole};
+}
+
+TEST(VoxelShapes, ThinBodiesLeakThroughTheirOwnArea)
+{
+    // The faces of a box are its area. At an edge or a corner a normal in between lessens the weights, by 1 / sqrt(3)
+    // at most; the middle of a plate loses nothing.
+    const Vec3i sizes[] = {{1, 1, 1}, {2, 2, 1}, {3, 3, 1}, {1, 2, 5}, {4, 4, 4}, {7, 2, 7}, {3, 3, 7}, {1, 9, 9}};
+    for (const Vec3d& h : {Vec3d(1, 1, 1), Vec3d(13.4, 0.0757, 0.627), Vec3d(0.6, 13, 0.08), Vec3d(1, 200, 1),
+                           Vec3d(200, 1, 200), Vec3d(1, 1, 1e-5)})
+        for (const Vec3i& n : sizes) {
+            const P1Case c(test::voxel_field(n, h, [](const Vec3i&) { return 1.0; }));
+            const auto [weighted, whole] = leaking_area(c);
+            EXPECT_LE(weighted, whole * (1 + 1e-6)) << h << ' ' << n;
+            EXPECT_GE(weighted, whole / std::sqrt(3.0)) << h << ' ' << n;
+        }
+    // A plate with edges of two voxels in forty loses under a tenth, whatever its voxels.
+    for (const Vec3d& h : {Vec3d(1, 1, 1), Vec3d(1, 0.01, 3), Vec3d(5, 0.3, 0.5)}) {
+        const auto [weighted, whole] =
+            leaking_area(P1Case(test::voxel_field(Vec3i(40, 1, 40), h, [](const Vec3i&) { return 1.0; })));
+        EXPECT_LE(weighted, whole * (1 + 1e-6)) << h;
+        EXPECT_GE(weighted, 0.9 * whole) << h;
+    }
+}
+
+TEST(VoxelShapes, ThinSlantedSheetsLeakThroughTheAreaOfTheirPlane)
+{
+    // Voxels (i, j, k) with i = j along a diagonal, k across: staircases of 2 x 2 faces a voxel, sqrt(2) times as large
+    // as the sheet's two sides. Faces at the rim are few.
+    for (const Vec3d& h : {Vec3d(1, 1, 1), Vec3d(1, 1, 0.2), Vec3d(1, 0.9, 1)}) {
+        const P1Case c(test::voxel_field(Vec3i(40, 40, 40), h,
+                                         [](const Vec3i& p) { return p[0] == p[1] || p[0] == p[1] + 1 ? 1.0 : 0.0; }));
+        const double plane = 2 * 39.5 * std::hypot(h[0], h[1]) * 40 * h[2];
+        EXPECT_NEAR(leaking_area(c).first / plane, 1, 0.08) << h;
+    }
+}
+
 /// Relative error of the fluence at the voxel nearest to the centre, of a ball of even emission.
 double sphere_error(const Vec3d& h, double tau)
 {

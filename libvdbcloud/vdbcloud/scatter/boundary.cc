@@ -12,6 +12,9 @@ namespace {
 constexpr double radius = 3;         // of the gradient's window [longest edge of a voxel]
 constexpr double samples = 2;        // most samples of the window for each such edge, along shorter edges
 constexpr double least_edge = 1e-6;  // of a voxel as the window sees it, over the longest: keeps integers in range
+constexpr int near = 2;              // half-width of the window of faces [voxels]
+constexpr double cancelled = 0.5;    // least part of a half-space's gradient that a surface on one side has
+constexpr int most_run = 512;        // voxels of a thin part along an axis that are counted
 
 /// The gradient's window: voxels within a ball [world], seen from its middle voxel.
 class Window {
@@ -43,14 +46,20 @@ public:
                     taps_.push_back({voxel, u * u * place});
                     second += u * u * place * place;
                 }
-        for (Tap& tap : taps_) tap.moment *= second[0] / second;
+        for (Tap& tap : taps_) {
+            tap.moment *= second[0] / second;
+            if (tap.voxel[0] > 0) half_space_ += tap.moment[0];
+        }
     }
     const std::vector<Tap>& taps() const { return taps_; }
     const Vec3i& reach() const { return reach_; }  ///< [voxels]
+    /// Length of the gradient at the flat surface of a half-space of density 1.
+    double half_space() const { return half_space_; }
 
 private:
     std::vector<Tap> taps_;
     Vec3i reach_;
+    double half_space_ = 0;
 };
 
 /// The blocks about a block, each looked up when it is first asked for.
@@ -102,6 +111,63 @@ Vec3d gradient(const std::vector<float>& density, const Window& window, Surround
     return g;
 }
 
+/// Axes along which a body is thinner than the longest edge of a voxel: the window of the gradient sees both sides at
+/// once, and their gradients cancel.
+class ThinAxes {
+public:
+    explicit ThinAxes(const VoxelIndex& index) : blocks_(index.blocks())
+    {
+        const Vec3d h = index.spacing();
+        const double longest = std::max({h[0], h[1], h[2]});
+        for (int a = 0; a < 3; ++a) most_[a] = int(std::min(longest / h[a] * (1 + 1e-9), double(most_run)));
+    }
+    bool thin(size_t slot) const { return thin(slot, 0) || thin(slot, 1) || thin(slot, 2); }
+
+private:
+    bool thin(size_t slot, int axis) const
+    {
+        int run = 1;
+        for (int up = 0; up < 2; ++up)
+            for (size_t at = blocks_.neighbour(slot, 2 * axis + up); blocks_.active(at) && run <= most_[axis];
+                 at = blocks_.neighbour(at, 2 * axis + up))
+                ++run;
+        return run <= most_[axis];
+    }
+
+    const Blocks& blocks_;
+    Vec3i most_;  // voxels
+};
+
+/// Exposed faces, bits by Blocks::Face, of each slot.
+std::vector<uint8_t> faces_of(const Blocks& blocks)
+{
+    std::vector<uint8_t> faces(blocks.slots(), 0);
+    tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
+        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot)
+            for (int face = 0; face < 6 && blocks.active(slot); ++face)
+                if (!blocks.active(blocks.neighbour(slot, face))) faces[slot] |= uint8_t(1 << face);
+    });
+    return faces;
+}
+
+/// |components| of the normal by the area of the exposed faces about a voxel: of a flat piece
+/// of surface, the faces across an axis have the area |n_a| times that of the piece. Both sides of a thin body count.
+Vec3d normal_of_faces(const VoxelIndex& index, const std::vector<uint8_t>& faces, Surroundings& around, size_t in_block)
+{
+    const Vec3i middle(int(in_block / 64), int(in_block / 8 % 8), int(in_block % 8));
+    const Vec3d h = index.spacing();
+    Vec3d sum(0, 0, 0);
+    for (int i = -near; i <= near; ++i)
+        for (int j = -near; j <= near; ++j)
+            for (int k = -near; k <= near; ++k) {
+                const double u = 1 - (i * i + j * j + k * k) / double((near + 1) * (near + 1));
+                const uint8_t there = u > 0 ? faces[around.slot(middle + Vec3i(i, j, k))] : uint8_t(0);
+                for (int face = 0; face < 6; ++face)
+                    if (there >> face & 1) sum[face / 2] += u * u / h[face / 2];  // area over the voxel's volume
+            }
+    return sum.unit();
+}
+
 }  // namespace
 
 std::vector<ExposedVoxel> exposed_voxels(const VoxelIndex& index, const std::vector<float>& density)
@@ -109,21 +175,21 @@ std::vector<ExposedVoxel> exposed_voxels(const VoxelIndex& index, const std::vec
     const Blocks& blocks = index.blocks();
     std::vector<std::vector<ExposedVoxel>> found(blocks.count());
     const Window window(index.spacing());
+    const ThinAxes axes(index);
+    const std::vector<uint8_t> faces = faces_of(blocks);
     tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
         Surroundings around(blocks, window.reach());
         around.move_to(b);
         for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
-            if (!blocks.active(slot)) continue;
-            ExposedVoxel voxel{uint32_t(slot), 0, {1, 1, 1}, 0, 0};
-            for (int face = 0; face < 6; ++face)
-                if (!blocks.active(blocks.neighbour(slot, face))) voxel.faces |= uint8_t(1 << face);
-            if (!voxel.faces) continue;
+            if (!faces[slot]) continue;
+            ExposedVoxel voxel{uint32_t(slot), faces[slot], {1, 1, 1}, 0, 0};
             const Vec3d g = gradient(density, window, around, slot % 512);
-            const double length = g.length();
-            if (length > 1e-6 * density[slot]) {
-                voxel.falling = 8;
+            if (g.length() > 1e-6 * density[slot]) {
+                const bool cancels = g.length() < cancelled * window.half_space() * density[slot] && axes.thin(slot);
+                const Vec3d n = cancels ? normal_of_faces(index, faces, around, slot % 512) : g.unit();
+                voxel.falling = cancels ? 0 : 8;  // the faces have no sign
                 for (int a = 0; a < 3; ++a) {
-                    voxel.weight[a] = float(std::abs(g[a]) / length);
+                    voxel.weight[a] = float(std::abs(n[a]));
                     voxel.falling |= uint8_t((g[a] < 0) << a);
                 }
             }
