@@ -1,6 +1,7 @@
 #include "vdbcloud/sweep/block_sweep.h"
 #include "vdbcloud/core/clones.h"
 
+#include "vdbcloud/sweep/block_walk.h"
 #include "vdbcloud/sweep/characteristic.h"
 #include "vdbcloud/sweep/lanes.h"
 
@@ -41,7 +42,8 @@ Traversal::Traversal(const Vec3d& along) : step(along)
         region[n] = 0;
         for (int k = 0; k < 3; ++k) region[n] |= (region_axes[n] >> k & 1) << axis[k];
     }
-    const double ds = 1 / std::abs(step[w]), mu = std::abs(step[u]) * ds, mv = std::abs(step[v]) * ds;
+    const double ds = 1 / std::abs(step[w]);
+    const double mu = snapped(std::abs(step[u]) * ds), mv = snapped(std::abs(step[v]) * ds);
     c00 = float((1 - mu) * (1 - mv));
     c01 = float((1 - mu) * mv);
     c10 = float(mu * (1 - mv));

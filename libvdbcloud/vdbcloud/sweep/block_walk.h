@@ -10,6 +10,16 @@ namespace vdbcloud {
 
 inline constexpr double same_wall = 1e-7;  ///< walls this close [voxels] are met at once
 
+/// A number of voxels as a whole number where they differ by rounding alone.
+///
+/// A characteristic along a diagonal begins at a centre of a voxel. Rounding must not give the voxel beside it a weight
+/// of 1e-16: if the first voxel is void, q would be that of the second.
+inline double snapped(double voxels)
+{
+    const double whole = std::round(voxels);
+    return std::abs(voxels - whole) < same_wall ? whole : voxels;
+}
+
 /// A ray that goes from cell to cell of 2^bits blocks, against `step`. Coordinates are such that block b covers 8 b ..
 /// 8 b + 8.
 struct Walk {

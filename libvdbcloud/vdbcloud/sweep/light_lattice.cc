@@ -32,12 +32,11 @@ struct Frame {
     double ou, ov, ow;  // offset of the targets [voxels]
 };
 
-Frame frame_of(const BrickMap& density, const Vec3d& to_light, const Vec3d& offset)
+/// Along index axis w; `s`: the direction of travel in index space.
+Frame frame_along(int w, const Vec3d& s, const Vec3d& offset)
 {
-    const Vec3d s = density.index_from_world().vector(-to_light);
     Frame f{};
-    f.w = std::abs(s[0]) > std::abs(s[1]) ? (std::abs(s[0]) > std::abs(s[2]) ? 0 : 2)
-                                          : (std::abs(s[1]) >= std::abs(s[2]) ? 1 : 2);
+    f.w = w;
     f.u =
         f.w == 2 ? 1 : 2;  // rows of a plane buffer run along z, which is contiguous in a brick, where that is possible
     f.v = 3 - f.u - f.w;
@@ -49,6 +48,20 @@ Frame frame_of(const BrickMap& density, const Vec3d& to_light, const Vec3d& offs
     f.ov = offset[f.v];
     f.ow = f.sign * offset[f.w];
     return f;
+}
+
+constexpr double tie = 1e-7;  // relative: axes along which light is as fast but for rounding
+
+/// The frame along the axis that light crosses fastest, or each of these axes where light is as fast along two or
+/// three.
+std::vector<Frame> frames_of(const BrickMap& density, const Vec3d& to_light, const Vec3d& offset)
+{
+    const Vec3d s = density.index_from_world().vector(-to_light);
+    const double fastest = std::max({std::abs(s[0]), std::abs(s[1]), std::abs(s[2])});
+    std::vector<Frame> frames;
+    for (int a = 0; a < 3; ++a)
+        if (std::abs(s[a]) >= (1 - tie) * fastest) frames.push_back(frame_along(a, s, offset));
+    return frames;
 }
 
 /// One voxel's part in the integral over a plane step: value at ray's integer position + (du, dv), plane dw.
@@ -294,13 +307,11 @@ size_t run_tile(const BrickMap& density, const Frame& frame, int rays_per_voxel,
     return rays_of_tile.products();
 }
 
-/// Depths at voxel centre + offset. Counts products where `products` is not null.
-void fill(const BrickMap& density, const Vec3d& to_light, int rays_per_voxel, const Vec3d& offset, VoxelBlocks& targets,
-          const Progress& progress, std::atomic<size_t>* products)
+/// Depths at voxel centre + the offset of a frame. Counts products where `products` is not null.
+void fill_along(const BrickMap& density, const Frame& frame, int rays_per_voxel, VoxelBlocks& targets,
+                const Progress& progress, std::atomic<size_t>* products)
 {
     targets.value.assign(targets.block.size() * 512, 0.0f);
-    if (density.empty() || targets.block.empty()) return;
-    const Frame frame = frame_of(density, to_light, offset);
     std::vector<Visit> visits;
     for (const auto& b : density.bricks()) add_visits(frame, b, 2, -1, visits);
     for (size_t n = 0; n < targets.block.size(); ++n) add_visits(frame, targets.block[n], 0, int(n), visits);
@@ -320,6 +331,25 @@ void fill(const BrickMap& density, const Vec3d& to_light, int rays_per_voxel, co
         if (products) *products += added;
         report(progress, double(++done) / double(begin.size() - 1));
     });
+}
+
+/// As above, and the mean over the frames of a tie.
+void fill(const BrickMap& density, const Vec3d& to_light, int rays_per_voxel, const Vec3d& offset, VoxelBlocks& targets,
+          const Progress& progress, std::atomic<size_t>* products)
+{
+    targets.value.assign(targets.block.size() * 512, 0.0f);
+    if (density.empty() || targets.block.empty()) return;
+    const std::vector<Frame> frames = frames_of(density, to_light, offset);
+    if (frames.size() == 1) return fill_along(density, frames[0], rays_per_voxel, targets, progress, products);
+    std::vector<double> sum(targets.value.size(), 0.0);
+    for (size_t n = 0; n < frames.size(); ++n) {
+        const Progress part =
+            progress ? Progress([&](double f) { return progress((double(n) + f) / double(frames.size())); })
+                     : Progress();
+        fill_along(density, frames[n], rays_per_voxel, targets, part, products);
+        for (size_t k = 0; k < sum.size(); ++k) sum[k] += double(targets.value[k]);
+    }
+    for (size_t k = 0; k < sum.size(); ++k) targets.value[k] = float(sum[k] / double(frames.size()));
 }
 
 /// Refined targets are found for one offset within a voxel at a time: each such set is a lattice of whole voxels.

@@ -25,6 +25,10 @@ struct LatticeOptions {
 /// rays about them: that is the method's only error, O((1/rays_per_voxel)^2), as nothing is interpolated from plane to
 /// plane. A plane-to-plane sweep of the voxels themselves would smear every shadow's edge.
 ///
+/// Planes lie across the index axis along which light crosses most voxels. Along a diagonal there are two or three such
+/// axes: the depth is the mean over them, so that the axes' order does not count. Such lights cost two or three times
+/// as much.
+///
 /// `to_light`: unit, world space. `blocks`: of 8^3 targets, block b holding the targets 8b..8b+7. Returned are 512
 /// depths for each block, target (x,y,z) of it at (x*8 + y)*8 + z, the layout of an OpenVDB leaf. Offsets apply without
 /// refinement only. Cost: targets + voxels other than 0, wherever they lie; empty space is not visited.

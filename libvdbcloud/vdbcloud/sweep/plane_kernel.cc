@@ -1,5 +1,6 @@
 #include "vdbcloud/sweep/plane_kernel.h"
 
+#include "vdbcloud/sweep/block_walk.h"
 #include "vdbcloud/sweep/characteristic.h"
 
 #include <cmath>
@@ -34,7 +35,8 @@ VDBCLOUD_INLINE bool any(Lanes x)
 
 Offset::Offset(const Vec3d& step, int w, int along_u, int along_v, int nu, int nv)
 {
-    const double ds = 1 / std::abs(step[w]), pu = -step[along_u] * ds, pv = -step[along_v] * ds;
+    const double ds = 1 / std::abs(step[w]);
+    const double pu = snapped(-step[along_u] * ds), pv = snapped(-step[along_v] * ds);
     const double iu = std::floor(pu), iv = std::floor(pv), fu = pu - iu, fv = pv - iv;
     u = int(std::fmod(iu, nu));
     v = int(std::fmod(iv, nv));

@@ -1,4 +1,5 @@
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/sweep/block_walk.h"
 #include "vdbcloud/sweep/ground_sums.h"
 #include "vdbcloud/sweep/patch_light.h"
 #include "vdbcloud/sweep/transport_sweep.h"
@@ -150,7 +151,7 @@ private:
     {
         const double ds = 1 / std::abs(step_[w_]);  // length of a step from plane to plane
         const int u = (w_ + 1) % 3, v = (w_ + 2) % 3;
-        const double pu = voxel[u] - step_[u] * ds, pv = voxel[v] - step_[v] * ds;
+        const double pu = voxel[u] - snapped(step_[u] * ds), pv = voxel[v] - snapped(step_[v] * ds);
         const int iu = int(std::floor(pu)), iv = int(std::floor(pv));
         const double fu = pu - iu, fv = pv - iv;
         double radiance = 0, sigma = 0, source = 0;

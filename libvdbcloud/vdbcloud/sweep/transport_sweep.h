@@ -73,7 +73,7 @@ struct SweepResult {
 /// Solves s.grad L + sigma_t L = S for each direction, by short characteristics.
 ///
 /// L lives at voxel centres. A voxel's characteristic is followed back to the plane of centres before it, across the
-/// axis along which the direction crosses most voxels. There L, sigma_t and S are interpolated bilinearly from four
+/// axis along which the direction crosses most voxels (along a diagonal, any of these axes gives the same). There L, sigma_t and S are interpolated bilinearly from four
 /// voxels; from there on sigma_t and q = S / sigma_t are linear in length, as a picture's rays see them:
 ///
 ///     tau = (sigma_u + sigma) ds / 2,   L = L_u e^-tau + q (1 - e^-tau) + (q_u - q) w,
