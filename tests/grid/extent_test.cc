@@ -30,6 +30,50 @@ TEST(OccupiedCorners, BoxesAreTightAroundVoxels)
     EXPECT_LT((box_of(points).max() - Vec3d(5.25, 2.25, 2.75)).length(), 1e-12);
 }
 
+/// How far points reach along a direction.
+double support(const std::vector<Vec3d>& points, const Vec3d& along)
+{
+    double most = -1e300;
+    for (const Vec3d& p : points) most = std::max(most, p.dot(along));
+    return most;
+}
+
+TEST(OccupiedCorners, HaveTheHullOfAllVoxelsWhereverLeavesCutThem)
+{
+    // A body of 23 x 17 x 29 voxels with holes, by its place among the leaves. Along any direction the corners reach as
+    // far as the boxes of all voxels do; along diagonals one box for each leaf would reach up to 7 voxels further.
+    for (const Coord& at : {Coord(0, 0, 0), Coord(3, -5, 1), Coord(-8, 8, 15), Coord(-23, 6, -29)}) {
+        auto grid = openvdb::FloatGrid::create(0.0f);
+        std::vector<Vec3d> all;
+        for (int n = 0; n < 23 * 17 * 29; ++n) {
+            const Coord c(n / (17 * 29), n / 29 % 17, n % 29);
+            const Vec3d from = (c.asVec3d() - Vec3d(11, 8, 14)) / Vec3d(11.6, 8.7, 14.6);
+            if (from.length() > 1 || (c[0] * 7 + c[1] * 5 + c[2] * 3) % 4 == 0) continue;
+            grid->tree().setValueOn(c + at, 1.0f);
+            for (int corner = 0; corner < 8; ++corner)
+                all.push_back((c + at).asVec3d() +
+                              Vec3d(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5));
+        }
+        const auto points = occupied_corners(*grid);
+        EXPECT_LT(points.size(), 8u * 23 * 25) << "an ellipse of integers has few corners";
+        for (int i = -3; i <= 3; ++i)
+            for (int j = -3; j <= 3; ++j)
+                for (int k = -3; k <= 3; ++k) {
+                    const Vec3d along(i, j + 0.1, k - 0.2);
+                    EXPECT_NEAR(support(points, along), support(all, along), 1e-9) << along << " at " << at;
+                }
+    }
+}
+
+TEST(OccupiedCorners, OfManyVoxelsAreFew)
+{
+    // 64^3 voxels: 64 planes of 4 corners, whatever the order in which leaves come.
+    auto grid = openvdb::FloatGrid::create(0.0f);
+    grid->denseFill(CoordBBox(Coord(-5, 1, 2), Coord(58, 64, 65)), 1.0f);
+    grid->tree().voxelizeActiveTiles();
+    EXPECT_EQ(occupied_corners(*grid).size(), 8u * 4 * 64);
+}
+
 TEST(OccupiedCorners, ExcludeValuesBelowTheFraction)
 {
     auto grid = openvdb::FloatGrid::create(0.0f);

@@ -8,8 +8,9 @@ namespace vdbcloud {
 
 /// Corners [world] of boxes around all active voxels whose value is above `fraction` times the greatest value.
 ///
-/// Each leaf and each tile with such voxels gives the 8 corners of one box. The box is tight around those voxels; a
-/// voxel extends half its edge to each side of its centre. Empty if no value is above 0. Any transform.
+/// Their convex hull is that of all such voxels, wherever leaf blocks cut the body; a voxel extends half its edge to
+/// each side of its centre. Each voxel that is a corner of the hull of its plane x = const gives 8 corners, and so does
+/// each tile. Empty if no value is above 0. Any transform. Time: leaves and tiles; memory: the planes and their hulls.
 /// The threshold excludes fog too thin to see: a wide, thin veil would make the cloud small in the picture.
 std::vector<Vec3d> occupied_corners(const FloatGrid&, double fraction = 0.004);
 /// As above; the value of a vector is its greatest component.
