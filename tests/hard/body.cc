@@ -161,8 +161,10 @@ openvdb::math::Transform::Ptr transform_of(const std::array<Vec3d, 3>& axes, con
 {
     openvdb::math::Mat4d to_world = openvdb::math::Mat4d::identity();
     bool diagonal = true;
+    Vec3d at_zero = first;
     for (int c = 0; c < 3; ++c) {
         const Vec3d step = double(change.sign[size_t(c)]) * change.point(axes[size_t(change.axis[size_t(c)])]);
+        at_zero -= double(change.shift[c]) * step;
         for (int d = 0; d < 3; ++d) {
             to_world[c][d] = step[d];
             diagonal = diagonal && (c == d || step[d] == 0);
@@ -173,7 +175,7 @@ openvdb::math::Transform::Ptr transform_of(const std::array<Vec3d, 3>& axes, con
         transform->preScale(Vec3d(to_world[0][0], to_world[1][1], to_world[2][2]));
     else
         transform = openvdb::math::Transform::createLinearTransform(to_world);
-    transform->postTranslate(first);
+    transform->postTranslate(at_zero);
     return transform;
 }
 
@@ -195,7 +197,7 @@ GridFile make_body(Programs& programs, const std::string& line, const std::array
         file.grids.push_back(vectors(*grid, "Cd", 1, [&](const openvdb::Coord& c, float) {
             // By the voxel of the world, so that twins have the same colours.
             Vec3i i;
-            for (int k = 0; k < 3; ++k) i[change.axis[size_t(k)]] = change.sign[size_t(k)] * c[k];
+            for (int k = 0; k < 3; ++k) i[change.axis[size_t(k)]] = change.sign[size_t(k)] * (c[k] - change.shift[k]);
             Draw draw(uint64_t(seed) * 1000003u + uint64_t(i[0] * 10007 + i[1] * 101 + i[2] + 1000000));
             return openvdb::Vec3f(float(draw.uniform()), float(draw.uniform()), float(draw.uniform()));
         }));

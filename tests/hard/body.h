@@ -10,10 +10,11 @@
 
 namespace vdbcloud::test {
 
-/// What a twin of a world differs in. Index c of the twin is sign[c] times index axis[c] of the world; a point p of the
-/// world is at world * p in the twin.
+/// What a twin of a world differs in. Index c of the twin is shift[c] plus sign[c] times index axis[c] of the world; a
+/// point p of the world is at world * p in the twin.
 struct Change {
     std::array<int, 3> axis{0, 1, 2}, sign{1, 1, 1};
+    Vec3i shift{0, 0, 0};                                                        ///< [voxels]
     std::array<Vec3d, 3> world{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};  ///< rows
     double size = 1;                                                             ///< of the scaling in `world`
     double density = 1;                                                          ///< factor of density and emission
@@ -21,7 +22,10 @@ struct Change {
     bool flipped = false;  ///< the picture is seen in a mirror
 
     Vec3d point(const Vec3d& p) const { return {world[0].dot(p), world[1].dot(p), world[2].dot(p)}; }
-    Vec3i index(const Vec3i& i) const { return {sign[0] * i[axis[0]], sign[1] * i[axis[1]], sign[2] * i[axis[2]]}; }
+    Vec3i index(const Vec3i& i) const
+    {
+        return shift + Vec3i(sign[0] * i[axis[0]], sign[1] * i[axis[1]], sign[2] * i[axis[2]]);
+    }
 };
 
 /// The grids of a body. The line is a kind and NAME=VALUE words:

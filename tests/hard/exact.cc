@@ -133,12 +133,14 @@ Verdict beams(Chain& chain, const World& world, const Seen&)
 /// The picture's mean against that of light paths, beyond four standard errors.
 Verdict path(Chain& chain, const World& world, const Seen&)
 {
-    World smooth = world;  // light paths see the whole pixel, not its centre alone
+    World smooth = world;                   // light paths see the whole pixel, not its centre alone
+    remove_option(smooth.view, "--parts");  // of the picture by cells alone
+    const std::string view = smooth.view;
     smooth.view += " --samples 100";
     const Seen seen = chain.run(smooth);
     Words options = chain.camera(world, {});
     for (const std::string& more :
-         {world.view, std::string("--integrator path --samples 256 --aov standard_error --background none")})
+         {view, std::string("--integrator path --samples 256 --aov standard_error --background none")})
         for (const std::string& word : split(more)) options.push_back(word);
     const Seen other = chain.run_render(world, options);
     Verdict verdict;

@@ -7,6 +7,7 @@ namespace vdbcloud::test::invariant_of {
 Verdict turned(Chain&, const World&, const Seen&);
 Verdict mirrored(Chain&, const World&, const Seen&);
 Verdict relabelled(Chain&, const World&, const Seen&);
+Verdict shifted(Chain&, const World&, const Seen&);
 Verdict rescaled(Chain&, const World&, const Seen&);
 Verdict brighter(Chain&, const World&, const Seen&);
 Verdict threads(Chain&, const World&, const Seen&);

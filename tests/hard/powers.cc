@@ -49,13 +49,37 @@ void bound_fluence(const World& world, const Seen& seen, Verdict& verdict)
     });
 }
 
+/// Collided radiance along a ray is a mean of albedo (phi + 3 g s.F) / 4 pi of voxels and of 0, where |F| <= phi / 3
+/// and F = 0 where phi < 0.
+void bound_collided(const Seen& seen, Verdict& verdict)
+{
+    if (!seen.grids.count("phi")) return;
+    const Vectors phi(seen.grids.at("phi"));
+    Vec3d least(0), most(0);
+    phi.each([&](const openvdb::Coord& c) {
+        least = openvdb::math::minComponent(least, phi.colour(c));
+        most = openvdb::math::maxComponent(most, phi.colour(c));
+    });
+    const Vec3d scale = openvdb::math::maxComponent(most, -least);
+    const char* names[] = {"multiscatter.R", "multiscatter.G", "multiscatter.B"};
+    for (int c = 0; c < 3; ++c)
+        for (const float value : seen.picture.layer(names[c])) {
+            const double size = 4 * pi * double(value);
+            const double beyond = std::max(size - 2 * most[c], least[c] - size) - half_least;
+            if (beyond > 0) verdict.take(beyond / scale[c] - half_rounding, std::string("picture, ") + names[c]);
+        }
+}
+
 void bound_radiance(const World& world, const Picture& picture, Verdict& verdict)
 {
     for (size_t k = 0; k < picture.values.size(); ++k) {
         const std::string& channel = picture.channels[k % picture.channels.size()];
         const double value = picture.values[k];
         if (begins(channel, "transmittance") || channel == "A") verdict.take(value - 1, "picture, " + channel);
-        if (channel != "Z") verdict.take(-value, "picture, " + channel);
+        // Collided light has bounds of its own. The picture's sum has them, too.
+        const bool sum = channel == "R" || channel == "G" || channel == "B";
+        const bool collided = world.runs("p1solve") && (sum || begins(channel, "multiscatter"));
+        if (channel != "Z" && !collided) verdict.take(-value, "picture, " + channel);
     }
     if (has_lamps(world) || picture.values.empty()) return;
     // Light scattered once along a ray is at most albedo x phase function x E x (1 - T).
@@ -115,6 +139,7 @@ Verdict bounds(Chain&, const World& world, const Seen& seen)
     }
     bound_fluence(world, seen, verdict);
     bound_radiance(world, seen.picture, verdict);
+    bound_collided(seen, verdict);
     return verdict;
 }
 

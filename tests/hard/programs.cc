@@ -26,6 +26,7 @@ struct Programs::Started {
             ::dup2(in[0], 0);
             ::dup2(out[1], 1);
             ::setenv("LD_PRELOAD", VDBCLOUD_START_ONCE, 1);
+            ::setenv("LD_BIND_NOW", "1", 1);  // else each run looks up the same symbols
             ::execl(path.c_str(), path.c_str(), nullptr);
             ::_exit(127);
         }

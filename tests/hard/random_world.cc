@@ -166,7 +166,8 @@ void choose_options(Draw& draw, World& world)
         if (!world.runs("illuminate") && suns) world.solve += draw.one_of({"", "", " --rays-per-voxel 3"});
         if (kind != 3 && kind != 4) world.solve += draw.chance(0.8) ? " --reentry-rays 0" : " --reentry-rays 200";
         if (draw.chance(0.2)) world.sky = "--sky " + number(draw.logarithmic(0.01, 1));
-        if (draw.chance(0.06) && world.sky.empty())
+        const bool coloured = draw.chance(0.06);
+        if (coloured && world.sky.empty() && world.solve.find("--series") == std::string::npos)  // of one colour
             world.sky = "--sky-zenith 0.1,0.2,0.4 --sky-horizon 0.5 --sky-ground 0.1 --sky-haze 3";
     }
     if (world.runs("render")) {

@@ -65,6 +65,7 @@ void redirect(int file, const char* path, int flags)
 int serve(int, char**, char** environment)
 {
     ::unsetenv("LD_PRELOAD");
+    ::unsetenv("LD_BIND_NOW");
     for (uint32_t size = 0; read_all(&size, sizeof size);) {
         std::string text(size, '\0');
         if (!read_all(text.data(), size)) return 1;
