@@ -13,7 +13,7 @@ constexpr double radius = 3;         // of the gradient's window [longest edge o
 constexpr double samples = 2;        // most samples of the window for each such edge, along shorter edges
 constexpr double least_edge = 1e-6;  // of a voxel as the window sees it, over the longest: keeps integers in range
 constexpr int near = 2;              // half-width of the window of faces [voxels]
-constexpr double cancelled = 0.5;    // least part of a half-space's gradient that a surface on one side has
+constexpr double cancelled = 0.47;   // of a half-space's gradient; a surface on one side has more
 constexpr int most_run = 512;        // voxels of a thin part along an axis that are counted
 
 /// The gradient's window: voxels within a ball [world], seen from its middle voxel.
@@ -48,12 +48,13 @@ public:
                 }
         for (Tap& tap : taps_) {
             tap.moment *= second[0] / second;
-            if (tap.voxel[0] > 0) half_space_ += tap.moment[0];
+            for (int a = 0; a < 3; ++a)
+                if (tap.voxel[a] > 0) half_space_ += tap.moment[a] / 3;
         }
     }
     const std::vector<Tap>& taps() const { return taps_; }
     const Vec3i& reach() const { return reach_; }  ///< [voxels]
-    /// Length of the gradient at the flat surface of a half-space of density 1.
+    /// Length of the gradient at the flat surface of a half-space of density 1, the mean over surfaces across the axes.
     double half_space() const { return half_space_; }
 
 private:
