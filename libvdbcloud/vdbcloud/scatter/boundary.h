@@ -22,12 +22,12 @@ struct ExposedVoxel {
 /// (faces per area) times |n_e| (weight) is n.n = 1.
 ///
 /// The gradient is estimated from first moments under a smooth window of 5^3 voxels, in which void counts as 0. Where
-/// the gradient vanishes (a single voxel, a thin sheet) the weight is 1. Where a body is thinner than the longest edge of
-/// a voxel, the window sees both sides at once and their gradients cancel. Where less
-/// than half of the gradient of a half-space is left, n follows the area of the exposed faces in a window of 5^3 voxels:
-/// a plate leaks through its plane. The direction n converges where density falls
-/// smoothly to 0. The edge of a body of constant density keeps the bias of the fixed window (3^3: area +2.5 %).
-/// Source: none; measured against the closed form of a sphere in tests/scatter.
+/// the gradient vanishes (a single voxel, a thin sheet) the weight is 1. Where a body is thinner than the longest edge
+/// of a voxel, the window sees both sides at once and their gradients cancel. Where less than half of the gradient of a
+/// half-space is left, n follows the area of the exposed faces in a window of 5^3 voxels: a plate leaks through its
+/// plane. The direction n converges where density falls smoothly to 0. The edge of a body of constant density keeps the
+/// bias of the fixed window (3^3: area +2.5 %). Source: none; measured against the closed form of a sphere in
+/// tests/scatter.
 std::vector<ExposedVoxel> exposed_voxels(const VoxelIndex& index, const std::vector<float>& density);
 
 }  // namespace vdbcloud

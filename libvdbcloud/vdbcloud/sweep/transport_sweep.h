@@ -73,8 +73,9 @@ struct SweepResult {
 /// Solves s.grad L + sigma_t L = S for each direction, by short characteristics.
 ///
 /// L lives at voxel centres. A voxel's characteristic is followed back to the plane of centres before it, across the
-/// axis along which the direction crosses most voxels (along a diagonal, any of these axes gives the same). There L, sigma_t and S are interpolated bilinearly from four
-/// voxels; from there on sigma_t and q = S / sigma_t are linear in length, as a picture's rays see them:
+/// axis along which the direction crosses most voxels (along a diagonal, any of these axes gives the same). There L,
+/// sigma_t and S are interpolated bilinearly from four voxels; from there on sigma_t and q = S / sigma_t are linear in
+/// length, as a picture's rays see them:
 ///
 ///     tau = (sigma_u + sigma) ds / 2,   L = L_u e^-tau + q (1 - e^-tau) + (q_u - q) w,
 ///     w = (1 - e^-tau) / tau - e^-tau - (sigma - sigma_u) ds / (12 + 6 tau + 2 tau^2)
