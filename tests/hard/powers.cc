@@ -50,8 +50,9 @@ void bound_fluence(const World& world, const Seen& seen, Verdict& verdict)
 }
 
 /// Collided radiance along a ray is a mean of albedo (phi + 3 g s.F) / 4 pi of voxels and of 0, where |F| <= phi / 3
-/// and F = 0 where phi < 0.
-void bound_collided(const Seen& seen, Verdict& verdict)
+/// and F = 0 where phi < 0. Sweeps of degree d expand it in (d + 1)^2 harmonics, whose sum is at most (d + 1)^2 phi and
+/// at least phi less the others.
+void bound_collided(const World& world, const Seen& seen, Verdict& verdict)
 {
     if (!seen.grids.count("phi")) return;
     const Vectors phi(seen.grids.at("phi"));
@@ -60,12 +61,17 @@ void bound_collided(const Seen& seen, Verdict& verdict)
         least = openvdb::math::minComponent(least, phi.colour(c));
         most = openvdb::math::maxComponent(most, phi.colour(c));
     });
+    double times = 2;
+    if (world.solve.find("--iterations") != std::string::npos) {
+        times = std::pow(std::stoi(option(world.solve, "--degree", "1")) + 1, 2);
+        least -= (times - 1) * most;
+    }
     const Vec3d scale = openvdb::math::maxComponent(most, -least);
     const char* names[] = {"multiscatter.R", "multiscatter.G", "multiscatter.B"};
     for (int c = 0; c < 3; ++c)
         for (const float value : seen.picture.layer(names[c])) {
             const double size = 4 * pi * double(value);
-            const double beyond = std::max(size - 2 * most[c], least[c] - size) - half_least;
+            const double beyond = std::max(size - times * most[c], least[c] - size) - half_least;
             if (beyond > 0) verdict.take(beyond / scale[c] - half_rounding, std::string("picture, ") + names[c]);
         }
 }
@@ -139,7 +145,7 @@ Verdict bounds(Chain&, const World& world, const Seen& seen)
     }
     bound_fluence(world, seen, verdict);
     bound_radiance(world, seen.picture, verdict);
-    bound_collided(seen, verdict);
+    bound_collided(world, seen, verdict);
     return verdict;
 }
 

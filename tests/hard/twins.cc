@@ -30,7 +30,8 @@ std::vector<World> lights_apart(const World& world)
     // Options of suns are refused without a sun.
     for (World& part : all) {
         if (std::none_of(part.lights.begin(), part.lights.end(), [](const auto& light) { return !light.lamp; })) {
-            part.light.clear();
+            for (const char* of_suns : {"--fidelity", "--rays-per-voxel", "--error-samples"})
+                remove_option(part.light, of_suns);
             remove_option(part.solve, "--rays-per-voxel");
         }
         if (!has_discs(part)) {
