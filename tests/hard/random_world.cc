@@ -157,7 +157,7 @@ void choose_options(Draw& draw, World& world)
         const bool grey = std::all_of(world.lights.begin(), world.lights.end(),
                                       [](const auto& light) { return light.power == Vec3d(light.power[0]); });
         if (kind == 2 && grey && world.bodies[0].find("cd=") == std::string::npos &&
-            world.medium.find("--albedo 0.999 ") != std::string::npos)
+            world.medium.find("--albedo 0.999 ") != std::string::npos && world.medium.find(',') == std::string::npos)
             world.solve += " --series 2";
         if (kind == 3)
             world.solve += " --iterations 2 --change 1e-12 --directions 8 --degree " + std::to_string(draw.whole(1, 3));
