@@ -2,7 +2,7 @@
 # All other headers are the library's own; those that begin with "Private to MODULE/" serve one module alone.
 # tests/layering.cmake checks both.
 set(public_headers
-    core/atomic_file.h core/constants.h core/error.h core/progress.h core/shortest.h core/vdb.h
+    core/atomic_file.h core/constants.h core/error.h core/memory.h core/progress.h core/shortest.h core/vdb.h core/workload.h
     grid/compare.h grid/density.h grid/digest.h grid/emission.h grid/extent.h grid/grid_file.h grid/metadata.h grid/probe.h
     grid/registry.h grid/schema.h grid/select.h grid/sources.h grid/statistics.h grid/up_axis.h
     voxels/box_medium.h voxels/cloud_table.h voxels/voxel_mean.h
@@ -10,9 +10,9 @@ set(public_headers
     optics/automatic_extinction.h optics/joined_medium.h optics/medium.h optics/optical_depth.h optics/phase_function.h
     scene/camera.h scene/light.h scene/sky.h
     light/transmittance_grid.h
-    scatter/emission_cost.h scatter/multiple_scattering.h scatter/series_grids.h
-    render/image_in.h render/image_out.h render/integrator.h render/merge.h render/scene_digest.h
-    sim/checkpoint.h sim/effect.h sim/presets.h sim/simulation.h sim/snapshot.h sim/sounding.h sim/words.h
+    scatter/multiple_scattering.h scatter/scatter_plan.h scatter/series_grids.h
+    render/image_in.h render/image_out.h render/integrator.h render/merge.h render/render_plan.h render/scene_digest.h
+    sim/checkpoint.h sim/effect.h sim/presets.h sim/simulation.h sim/snapshot.h sim/sounding.h sim/step_plan.h sim/words.h
     fractal/cloud_grid.h fractal/cloud_shape.h fractal/cumulus.h fractal/mask_envelope.h fractal/mountain.h)
 
 # Sets `result` to public_headers and every header that they include, of the folder `from`.

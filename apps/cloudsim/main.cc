@@ -4,6 +4,7 @@
 #include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/sim/checkpoint.h"
+#include "vdbcloud/sim/step_plan.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -98,6 +99,7 @@ private:
 void simulate(app::App& app, const app::Options& o, const app::Run& run)
 {
     const sim::Preset& preset = run.preset;
+    app::require_memory(app::least_plan(o, run));
     const Marks marks(o);
     const bool resumed = !o.resume.empty() && std::filesystem::exists(o.resume);
     app::FirstAirFile air = app::first_air_of(app, o, resumed);
@@ -110,6 +112,7 @@ void simulate(app::App& app, const app::Options& o, const app::Run& run)
     if (!resumed) start(app, o, air, *sim);
     air = {};  // its memory is the run's
 
+    const uint64_t before = sim->budget().steps + sim->budget().retries;
     app::Log log(o.log, last);
     const int frames = schedule.last();
     if (!run.sequence && frames > 0 && o.output != "-")
@@ -132,6 +135,8 @@ void simulate(app::App& app, const app::Options& o, const app::Run& run)
         if (!o.checkpoint.empty() && (n % o.checkpoint_every == 0 || n == frames))
             sim::write_checkpoint(o.checkpoint, *sim, record, schedule, n);
     }
+    const sim::Budget done = sim->budget();
+    app.add_work(sim::simulation_work(preset.parameters, double(done.steps + done.retries - before), frames - last));
     app.report()["counts"] = {{"cells", preset.parameters.lattice.cells()},
                               {"frames", frames + 1},
                               {"steps", sim->budget().steps},

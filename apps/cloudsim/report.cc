@@ -3,6 +3,8 @@
 #include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/sim/effect.h"
+#include "vdbcloud/sim/snapshot.h"
+#include "vdbcloud/sim/step_plan.h"
 #include "vdbcloud/sim/words.h"
 
 #include <algorithm>
@@ -16,37 +18,26 @@ namespace vdbcloud::app {
 
 namespace {
 
-/// Steps of a run, by the limits of the first air and the speed of a lively cumulus: 15 m/s along all axes together.
-double steps_of(const Run& run)
+/// Times of the frames, that of the start left out.
+std::vector<double> times_of(const Run& run)
 {
-    const sim::Parameters& p = run.preset.parameters;
-    const sim::Column column = sim::make_column(p, run.preset.sounding);
-    double h = sim::never;
-    for (const int axis : {0, 1, 2})
-        if (!p.lattice.flat(axis)) h = std::min(h, p.lattice.h[size_t(axis)]);
-    const double rate = std::max(p.momentum ? 15 / h : 0, sim::courant_rate_of(p, column));
-    const bool huge = p.time_scheme == sim::TimeScheme::HugeStep;
-    double step = huge ? sim::never : sim::step_limit(p, rate, p.momentum ? sim::frequency_of(p, column) : 0);
-    if (p.dt > 0) step = std::min(step, p.dt);
-    double steps = 0;
-    const auto advance = [&](double seconds) {
-        steps += seconds > 0 ? std::max(1.0, std::ceil(seconds / step - 1e-9)) : 0;
-    };
-    for (int n = 1; n <= run.frames; ++n) {
-        const double from = run.time_of(n - 1), to = run.time_of(n), end = p.floor.until;
-        if (from < end && end < to)
-            advance(end - from), advance(to - end);
-        else
-            advance(to - from);
-    }
-    return steps;
+    std::vector<double> times;
+    for (int n = 1; n <= run.frames; ++n) times.push_back(run.time_of(n));
+    return times;
 }
 
-/// Cell-steps a second and core, as bench_cloudsim measures them.
-double speed_of(const sim::Parameters& p)
+/// Memory of the grids of one frame, for writing [bytes]: cloud, rain and dye fill a small part of the box.
+double frame_bytes(const Options& o, const Run& run)
 {
-    if (p.time_scheme == sim::TimeScheme::HugeStep) return p.maccormack ? 0.15e6 : 0.4e6;
-    return p.precision == sim::Precision::Double ? 4.5e6 : 8e6;
+    const sim::Parameters& p = run.preset.parameters;
+    const auto names = grid_names(o.grids);
+    const auto wanted = [&](const char* name) {
+        return names.empty() || std::count(names.begin(), names.end(), name) > 0;
+    };
+    const double dense = (wanted("temperature") && (p.buoyancy || p.moisture) ? 4 : 0) +
+                         (wanted("qt") && p.moisture ? 4 : 0) + (wanted("vel") ? 12 : 0),
+                 sparse = 4 * (1 + p.rain + p.dye);
+    return double(p.lattice.cells()) * (dense + 0.14 * sparse);
 }
 
 void say_effects(App& app, const sim::Parameters& p)
@@ -67,24 +58,38 @@ void plan(App& app, const Options& o, const Run& run)
     const sim::Parameters& p = run.preset.parameters;
     sim::check(p, run.preset.sounding);
     say_effects(app, p);
-    for (const sim::RunValue& value :
-         sim::describe(p, run.preset.sounding, plan_of(o, run, first_air_of(app, o))).values) {
+    const FirstAirFile air = first_air_of(app, o);
+    for (const sim::RunValue& value : sim::describe(p, run.preset.sounding, plan_of(o, run, air)).values) {
         if (app.verbose()) app.say(value.name + " = " + value.value);
         app.report()["in_force"][value.name] = value.value;
     }
     const auto& [n, h, sides] = p.lattice;
-    std::ostringstream box, cost;
+    std::ostringstream box;
     box << n[0] << " x " << n[1] << " x " << n[2] << " cells of " << h[0] << " x " << h[1] << " x " << h[2]
         << " m, z up, sides " << sim::side_words.word(sides[0]) << " in x and " << sim::side_words.word(sides[1])
         << " in y";
     app.say(box.str());
-    const double steps = steps_of(run), bytes = double(sim::memory_needed(p));
-    const double seconds = steps * double(p.lattice.cells()) / (speed_of(p) * app.threads());
-    cost << run.seconds() << " s in " << run.frames << " frames, about " << steps
-         << " steps: " << std::lround(bytes / 1e6) << " MB of fields, about " << std::lround(std::ceil(seconds))
-         << " s on " << app.threads() << " threads";
-    app.say(cost.str());
-    app.report()["estimate"] = {{"memory_bytes", bytes}, {"seconds", seconds}, {"steps", steps}};
+    const auto start = [&](sim::Simulation& pilot) {
+        if (!air.grids) return pilot.start();
+        sim::start_from(pilot, *air.grids, o.up);
+    };
+    Plan needs = least_plan(o, run);
+    const double steps = sim::expected_steps(p, run.preset.sounding, times_of(run), start);
+    const double frames = run.frames + 1, written = run.sequence ? frames : 1;
+    needs.work = sim::simulation_work(p, steps, frames);
+    needs.work.add("write_byte", written * frame_bytes(o, run));
+    app.report()["estimate"]["steps"] = steps;
+    tell(app, needs,
+         "simulate " + brief(run.seconds()) + " s in " + std::to_string(run.frames) + " frames and about " +
+             brief(steps) + " steps");
+}
+
+Plan least_plan(const Options& o, const Run& run)
+{
+    Plan plan;
+    plan.bytes = double(sim::memory_needed(run.preset.parameters)) + frame_bytes(o, run);
+    plan.way_out = "fewer --cells";
+    return plan;
 }
 
 nlohmann::json as_json(const sim::Budget& b, int frame)

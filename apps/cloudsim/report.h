@@ -1,6 +1,7 @@
 #pragma once
 // The report of a run: its plan, and for each frame a line of text and a JSON object.
 #include "options.h"
+#include "plan.h"
 
 #include "vdbcloud/sim/simulation.h"
 
@@ -11,6 +12,9 @@ namespace vdbcloud::app {
 
 /// Prints and reports the plan of a run: effects, parameters, memory, time. Throws InputError.
 void plan(App&, const Options&, const Run&);
+
+/// Memory of a run, without events.
+Plan least_plan(const Options&, const Run&);
 
 nlohmann::json as_json(const sim::Budget&, int frame);
 std::string as_line(const sim::Budget&, int frame);

@@ -19,6 +19,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <new>
+#include <utility>
 
 namespace vdbcloud::app {
 
@@ -173,6 +174,9 @@ void App::declare_common()
         ->group(common);
     CLI::App::add_option("--completion", s.completion)->configurable(false)->group("");
 }
+
+void App::add_work(const Workload& work) { shared_->work += work; }
+Workload App::take_work() { return std::exchange(shared_->work, {}); }
 
 bool App::dry_run() const { return shared_->dry_run; }
 bool App::verbose() const { return shared_->verbosity > 0; }

@@ -5,6 +5,7 @@
 #include "options.h"
 
 #include "vdbcloud/core/progress.h"
+#include "vdbcloud/core/workload.h"
 #include "vdbcloud/grid/grid_file.h"
 
 #include <CLI/App.hpp>
@@ -143,6 +144,11 @@ public:
     /// The report that --json writes: fill "counts", "accuracy", "estimate" and what the tool adds.
     /// A member that the tool does not fill is not in the report.
     nlohmann::json& report();
+
+    /// Events that a run counted: into the report as "events". read() and write() count theirs.
+    void add_work(const Workload&);
+    /// The events counted so far, which are forgotten.
+    Workload take_work();
 
     bool dry_run() const;
     bool verbose() const;

@@ -1,4 +1,5 @@
 // Reading and writing .vdb files under the shared options.
+#include "plan.h"
 #include "shared.h"
 
 #include "version.h"
@@ -58,6 +59,14 @@ nlohmann::json described(const GridFile& file)
     return all;
 }
 
+/// The values of all leaves of a file [bytes].
+double bytes_of(const GridFile& file)
+{
+    double bytes = 0;
+    for (const GridBasePtr& grid : file.grids) bytes += leaf_bytes(*grid);
+    return bytes;
+}
+
 /// Grids that no --keep drops: results of earlier stages, and the density they belong to.
 bool ours(const std::string& name)
 {
@@ -66,6 +75,13 @@ bool ours(const std::string& name)
 }
 
 }  // namespace
+
+double leaf_bytes(const GridBase& grid)
+{
+    const std::string type = grid.valueType();
+    const double value = type == "float" ? 4 : type == "vec3s" ? 12 : type == "vec3d" ? 24 : 8;
+    return 512 * value * double(grid.constBaseTree().leafCount());
+}
 
 GridFile App::read(const std::string& path)
 {
@@ -81,6 +97,7 @@ GridFile App::read(const std::string& path)
     GridFile file = read_grid_file(path, options, &cost);
     for (const std::string& sentence : passed_over(*file.metadata)) warnings()(printable(path, 4096) + ": " + sentence);
     for (const GridBasePtr& grid : file.grids) s.inherited_grids.insert(grid->getName());
+    s.work.add("read_byte", bytes_of(file));
     if (!get_text(*file.metadata, schema::history, "").empty()) s.traced_inputs.insert(path);
     nlohmann::json input = {{"path", path},
                             {"bytes", cost.bytes},
@@ -118,6 +135,7 @@ void App::write(const std::string& path, GridFile& file)
     options.no_clobber = s.no_clobber;
     options.warn = warnings();
     write_grid_file(path, kept, options);
+    s.work.add("write_byte", bytes_of(kept));
     nlohmann::json output = {{"path", path}};
     if (!s.json.empty()) output["grids"] = described(kept);
     report()["outputs"].push_back(output);

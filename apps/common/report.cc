@@ -110,6 +110,7 @@ nlohmann::json App::finished_report(const nlohmann::json& status, const std::str
     out["wall_seconds"] = wall_seconds() - s.wall_start;
     out["cpu_seconds"] = cpu_seconds();
     out["dry_run"] = s.dry_run;
+    if (!s.work.events().empty()) out["events"] = s.work.events();
     {
         const std::lock_guard<std::mutex> lock(s.mutex);
         out["warnings"] = s.warnings;

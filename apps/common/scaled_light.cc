@@ -8,12 +8,17 @@
 namespace vdbcloud::app {
 
 GridBasePtr scaled_light_grid(App& app, const FloatGrid& density, const Vec3SGrid* colour, const Medium& medium,
-                              const DeltaScaling& delta, const Light& light, const TransmittanceOptions& options)
+                              const DeltaScaling& delta, const Light& light, const TransmittanceOptions& asked)
 {
+    TransmittanceOptions options = asked;
+    options.error_samples = 0;
+    TransmittanceReport found;
     Medium scaled = medium;
     if (!colour) {
         for (int c = 0; c < 3; ++c) scaled.sigma_t_per_density[c] *= delta.extinction(medium.albedo[c]);
-        return transmittance_grid(density, scaled, light, options, app.progress("light"));
+        const GridBasePtr grid = transmittance_grid(density, scaled, light, options, app.progress("light"), &found);
+        app.add_work(found.work);
+        return grid;
     }
     Vec3SGridPtr all;
     for (int c = 0; c < 3; ++c) {
@@ -26,7 +31,8 @@ GridBasePtr scaled_light_grid(App& app, const FloatGrid& density, const Vec3SGri
         }
         scaled.sigma_t_per_density = Vec3d(medium.sigma_t_per_density[c]);
         const auto one = openvdb::gridPtrCast<FloatGrid>(
-            transmittance_grid(*scaled_density, scaled, light, options, app.progress("light")));
+            transmittance_grid(*scaled_density, scaled, light, options, app.progress("light"), &found));
+        app.add_work(found.work);
         if (!all) {
             all = Vec3SGrid::create(Vec3f(1.0f));
             all->setTree(std::make_shared<openvdb::Vec3STree>(one->tree(), Vec3f(1.0f), openvdb::TopologyCopy()));

@@ -51,6 +51,7 @@ struct App::Shared {
     std::shared_ptr<Toml> toml;
     nlohmann::json report;
     nlohmann::json parameters;
+    Workload work;  // events of the run so far
     std::vector<std::string> warnings;
     std::mutex mutex;  // of warnings
     Meter meter;

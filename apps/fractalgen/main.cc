@@ -7,6 +7,7 @@
 // Spectral synthesis of 1/f^beta noise (Voss 1985) shapes the surface of an envelope, by default a cumulus of
 // towers.
 #include "envelope_grid.h"
+#include "estimate.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
@@ -14,29 +15,21 @@
 #include "vdbcloud/grid/grid_file.h"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
+#include <utility>
 
 using namespace vdbcloud;
 
 namespace {
 
-/// Bytes at the peak: the noise, the distances of a mask, and at most as much as the noise for the blocks and
-/// the grid.
-void estimate(app::App& app, const app::Options& o, const app::Domain& domain)
-{
-    const double voxels = double(domain.size[0]) * domain.size[1] * domain.size[2];
-    const double fields = o.mountain ? 0.2 : o.envelope_from.empty() ? 2 : 3.25;
-    const double bytes = fields * double(fft::RealField<float>::bytes(domain.size)), seconds = 3e-8 * voxels;
-    app.report()["estimate"] = {{"memory_bytes", bytes}, {"seconds", seconds}};
-    app.say(std::to_string(domain.size[0]) + " x " + std::to_string(domain.size[1]) + " x " +
-            std::to_string(domain.size[2]) + " voxels: at most " + std::to_string(std::lround(bytes / 1e6)) +
-            " MB, about " + std::to_string(std::lround(std::ceil(seconds))) + " s");
-}
-
 FloatGridPtr make_mountain(app::App& app, const app::Options& o, const app::Domain& domain)
 {
     const auto phase = app.phase("mountain");
-    return mountain_grid(mountain_heights(domain.box, domain.size, o.spectrum, o.relief), o.relief.half_width);
+    auto grid = mountain_grid(mountain_heights(domain.box, domain.size, o.spectrum, o.relief), o.relief.half_width);
+    Workload work = app::least_plan(o, domain).work;
+    work.add("mountain_voxel", double(grid->activeVoxelCount()));
+    app.add_work(work);
+    return grid;
 }
 
 /// What to add to places of a domain before it is shaped: places are floats there, so a domain that lies farther from 0
@@ -48,6 +41,23 @@ Vec3d towards_origin(const Box& box)
     return box.low.length() > 1000 * longest ? -box.low : Vec3d(0);
 }
 
+/// The domain and the mask where they are shaped.
+std::pair<app::Domain, FloatGridPtr> near_origin(const app::Domain& domain, const FloatGrid* mask)
+{
+    const Vec3d shift = towards_origin(domain.box);
+    app::Domain near = domain;
+    near.box = {domain.box.low + shift, domain.box.high + shift};
+    FloatGridPtr moved;
+    if (mask) {
+        moved = FloatGrid::create(std::const_pointer_cast<openvdb::FloatTree>(mask->treePtr()));
+        moved->setGridClass(mask->getGridClass());
+        moved->setName(mask->getName());
+        moved->setTransform(mask->transform().copy());
+        moved->transform().postTranslate(shift);
+    }
+    return {near, moved};
+}
+
 FloatGridPtr make_cloud(app::App& app, const app::Options& o, const app::Domain& domain, const FloatGrid* mask,
                         const MetaMap& medium)
 {
@@ -56,20 +66,11 @@ FloatGridPtr make_cloud(app::App& app, const app::Options& o, const app::Domain&
         auto phase = app.phase("noise");
         const auto noise = synthesize(domain.size, domain.box.sides(), o.spectrum);
         phase = app.phase("shape");
-        const Vec3d shift = towards_origin(domain.box);
-        app::Domain near = domain;
-        near.box = {domain.box.low + shift, domain.box.high + shift};
-        FloatGridPtr moved;
-        if (mask) {
-            moved = FloatGrid::create(std::const_pointer_cast<openvdb::FloatTree>(mask->treePtr()));
-            moved->setGridClass(mask->getGridClass());
-            moved->setName(mask->getName());
-            moved->setTransform(mask->transform().copy());
-            moved->transform().postTranslate(shift);
-        }
+        const auto [near, moved] = near_origin(domain, mask);
         cloud = shape_cloud(noise, near.box, *envelope_of(o, near, moved.get()), o.shape, app.progress("shape"));
         cloud.domain = domain.box;
     }
+    app.add_work(app::work_of(cloud));
     const auto phase = app.phase("grid");
     auto density = cloud_grid(cloud);
     density->insertMeta(medium);
@@ -94,7 +95,13 @@ void run(app::App& app, app::Options& o)
     o.up = app::settled_up(app, o.up_asked, file, false);
     o.cumulus.up = o.shape.up = o.relief.up = index_of(o.up);
     const auto domain = domain_of(o, mask ? bounds_around(*mask, o) : default_bounds(o));
-    if (app.dry_run()) return estimate(app, o, domain);
+    if (app.dry_run()) {
+        const auto [near, moved] = near_origin(domain, mask.get());
+        const auto [nx, ny, nz] = std::array<int, 3>{domain.size[0], domain.size[1], domain.size[2]};
+        const std::string box = std::to_string(nx) + " x " + std::to_string(ny) + " x " + std::to_string(nz);
+        return app::tell(app, app::plan_of(o, near, moved.get()), "make a density of " + box + " voxels");
+    }
+    app::require_memory(app::least_plan(o, domain));
 
     const auto grid = o.mountain ? make_mountain(app, o, domain) : make_cloud(app, o, domain, mask.get(), medium);
     app.report()["counts"]["voxels"] = grid->activeVoxelCount();

@@ -10,6 +10,7 @@
 #include "accuracy_line.h"
 #include "inputs.h"
 #include "options.h"
+#include "plan.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
@@ -19,7 +20,6 @@
 #include "vdbcloud/grid/sources.h"
 
 #include <algorithm>
-#include <cmath>
 
 using namespace vdbcloud;
 
@@ -69,18 +69,22 @@ std::vector<Light> computed(const std::vector<Task>& tasks)
     return lights;
 }
 
-/// Seconds and bytes from the counts of voxels; constants measured on one core of a 2.5 GHz server.
-void estimate(app::App& app, const IlluminateOptions& o, const FloatGrid& density, size_t lights)
+/// Events and memory. Without `count` memory alone, in no time.
+app::Plan plan_of(const IlluminateOptions& o, const app::MediumInput& in, const std::vector<Task>& tasks, bool count)
 {
-    const double voxels = 1.5 * double(density.activeVoxelCount()) * std::pow(o.accuracy.refine, 3);
-    const double path = std::cbrt(double(density.evalActiveVoxelBoundingBox().volume()));
-    const bool lattice = uses_lattice(o);
-    const double each = lattice ? 15e-9 * o.accuracy.rays_per_voxel * o.accuracy.rays_per_voxel : 20e-9 * path;
-    const double seconds = double(lights) * voxels * each, bytes = voxels * (24 + 8 * double(lights));
-    app.report()["estimate"] = {{"memory_bytes", bytes}, {"seconds", seconds}};
-    app.say(std::to_string(std::lround(voxels)) + " light-grid voxels, " + std::to_string(lights) + " lights: about " +
-            std::to_string(std::lround(bytes / 1e6)) + " MB and " + std::to_string(std::lround(std::ceil(seconds))) +
-            " s of processor time");
+    app::Plan plan;
+    plan.way_out = "a coarser density" + std::string(o.accuracy.refine > 1 ? ", a smaller --refine" : "");
+    double kept = 0;
+    for (const GridBasePtr& grid : in.file.grids) plan.work.add("write_byte", app::leaf_bytes(*grid));
+    for (const Task& task : tasks) {
+        if (task.done) continue;
+        const TransmittancePlan light = transmittance_plan(*in.density, in.medium, task.light, o.accuracy, count);
+        plan.work += light.work;
+        plan.work.add("write_byte", light.leaf_bytes);
+        plan.bytes = std::max(plan.bytes, kept + light.bytes);
+        kept += light.grid_bytes;
+    }
+    return plan;
 }
 
 void illuminate(app::App& app, IlluminateOptions& o)
@@ -93,7 +97,11 @@ void illuminate(app::App& app, IlluminateOptions& o)
     const auto tasks = app::of_file(in.file.path, [&] { return tasks_of(app, o, asked, in); });
     check_effects(o, computed(tasks));
     app::tell_darkness(app, lights_of(tasks), false);
-    if (app.dry_run()) return estimate(app, o, *in.density, tasks.size());
+    if (app.dry_run())
+        return app::tell(app, plan_of(o, in, tasks, true),
+                         "light " + std::to_string(in.density->activeVoxelCount()) + " voxels by " +
+                             std::to_string(tasks.size()) + " lights");
+    app::require_memory(plan_of(o, in, tasks, false));
 
     for (const auto& task : tasks) {
         app.uses(transmittance_name(task.light));
@@ -106,6 +114,7 @@ void illuminate(app::App& app, IlluminateOptions& o)
         app::tell_accuracy(app, grid->getName(), accuracy_of(found), *grid);
         auto& report = app.report();
         report["counts"][task.light.name + "_voxels"] = found.voxels;
+        app.add_work(found.work);
         if (found.compared > 0)
             report["accuracy"][task.light.name] = {{"compared_voxels", found.compared},
                                                    {"mean_transmittance_error", found.mean_error},

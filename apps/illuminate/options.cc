@@ -52,11 +52,6 @@ void declare(app::App& app, IlluminateOptions& o)
                    "illuminate cloud.vdb --sun 0,1,0 --sun-diameter 10 --json - -o haze.vdb"}});
 }
 
-bool uses_lattice(const IlluminateOptions& o)
-{
-    return o.accuracy.fidelity == Fidelity::Lattice && o.accuracy.periodic == app::Axes{};
-}
-
 void check_effects(const IlluminateOptions& o, const std::vector<Light>& computed)
 {
     const auto any = [&](auto holds) { return std::any_of(computed.begin(), computed.end(), holds); };

@@ -20,9 +20,6 @@ struct IlluminateOptions : app::StageOptions {
 
 void declare(app::App&, IlluminateOptions&);
 
-/// True if suns are computed by the lattice.
-bool uses_lattice(const IlluminateOptions&);
-
 /// Throws UsageError for an accuracy option that has no effect on any of the lights that are computed.
 void check_effects(const IlluminateOptions&, const std::vector<Light>& computed);
 

@@ -9,6 +9,15 @@
 
 namespace vdbcloud {
 
+bool has_light(const app::MediumInput& in, const Light& light)
+{
+    const GridBasePtr there = find_grid(in.file, transmittance_name(light));
+    const auto theirs = there ? read_light(*there, there->getName()) : std::nullopt;
+    return theirs && same_place(*theirs, light) && theirs->strength() == light.strength() &&
+           app::same_extinction(*there, in.medium) && read_periodic(*there) == in.periodic &&
+           get_text(*there, schema::density_digest, "") == grid_digest(*in.density);
+}
+
 std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, app::MediumInput& in)
 {
     GridFile& file = in.file;
@@ -24,12 +33,7 @@ std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, app::Mediu
     for (const Light& light : lights) {
         app.uses(transmittance_name(light));
         if (app.dry_run()) continue;
-        const GridBasePtr there = find_grid(file, transmittance_name(light));
-        const auto theirs = there ? read_light(*there, there->getName()) : std::nullopt;
-        if (theirs && same_place(*theirs, light) && theirs->strength() == light.strength() &&
-            app::same_extinction(*there, medium) && read_periodic(*there) == in.periodic &&
-            get_text(*there, schema::density_digest, "") == grid_digest(density))
-            continue;
+        if (has_light(in, light)) continue;
         const auto phase = app.phase(transmittance_name(light));
         TransmittanceOptions accuracy;
         accuracy.disc_samples = o.scatter.disc_samples;

@@ -1,10 +1,12 @@
 #include "report.h"
 
+#include "lights.h"
+
 #include "vdbcloud/core/vdb.h"
-#include "vdbcloud/scatter/emission_cost.h"
+#include "vdbcloud/light/transmittance_grid.h"
+#include "vdbcloud/scatter/scatter_plan.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace vdbcloud {
 
@@ -95,6 +97,7 @@ void fill_report(app::App& app, const ScatterReport& report)
                    {"exposed_voxels", report.exposed},
                    {"solves", report.solves},
                    {"levels", report.levels}};
+    app.add_work(report.work);
     r["memory"] = {{"array_bytes", report.bytes},
                    {"bytes_per_active_voxel", report.voxels ? double(report.bytes) / double(report.voxels) : 0.0}};
     const char* const channels[] = {"r", "g", "b"};
@@ -102,32 +105,35 @@ void fill_report(app::App& app, const ScatterReport& report)
         r["channels"][channels[c]] = described(report.channel[c], report.top, report.endless_ground);
 }
 
-void estimate(app::App& app, const P1solveOptions& o, const Medium& medium, const FloatGrid& density,
-              const Vec3SGrid* emission, size_t lights)
+app::Plan plan_of(app::App& app, const P1solveOptions& o, const app::MediumInput& in, const Vec3SGrid* tint,
+                  const Vec3SGrid* emission, const std::vector<Light>& lights)
 {
-    const double voxels = double(density.activeVoxelCount()), slots = 512.0 * density.tree().leafCount();
-    double bytes = 90 * slots + 60 * voxels, seconds = voxels * (1e-6 * double(lights) + 1e-6);
-    if (emission) seconds += seconds_of_rays(density, *emission, o.scatter);
-    if (const ClosureOptions& c = o.scatter.closure; c.iterations > 0) {
-        const size_t directions = ordinates(c.kind, c.directions, c.degree).count();
-        const DeltaScaling scaling =
-            o.scatter.delta ? delta_scaling(medium.phase, c.degree) : no_scaling(medium.phase, c.degree);
-        const int terms = harmonic_count(scaling.last_degree()), moments = harmonic_count(std::max(c.degree, 2));
-        bytes += slots * (4 * (2 * terms + moments) + 12 + 90) + 12 * voxels +
-                 double(mixing_bytes(size_t(slots), medium.phase.mean_cosine()));
-        seconds += voxels * c.iterations * (20e-9 * double(directions) + 1e-6) + voxels * 1e-6 * double(lights);
-        app.report()["estimate"]["directions"] = directions;
-    } else if (o.scatter.flux_map) {
-        const size_t directions = ordinates(c.kind, c.directions, 1).count();
-        bytes += slots * 60;
-        seconds += voxels * (25e-9 * double(directions) + 1e-6 * double(lights));
-        app.report()["estimate"]["directions"] = directions;
+    app::Plan plan;
+    const bool count = app.dry_run();
+    const FloatGrid& density = *in.density;
+    plan.way_out = std::string("a coarser density") +
+                   (o.scatter.closure.iterations > 0 ? ", a smaller --degree, or --iterations 0" : "");
+    const ScatterPlan scatter = scatter_plan(density, tint, emission, in.medium, lights, o.scatter, count);
+    plan.work = scatter.work;
+    plan.bytes = scatter.bytes;
+    if (!count) return plan;
+    // Of grids that are replaced the new ones count twice: a file with the light of an earlier run is rare.
+    for (const GridBasePtr& grid : in.file.grids) plan.work.add("write_byte", app::leaf_bytes(*grid));
+    plan.work.add("write_byte", scatter.leaf_bytes);
+    for (const Light& light : lights) {
+        if (has_light(in, light)) continue;
+        TransmittanceOptions accuracy;
+        accuracy.disc_samples = o.scatter.disc_samples;
+        accuracy.periodic = in.periodic;
+        const TransmittancePlan stored = transmittance_plan(density, in.medium, light, accuracy, true);
+        plan.work += stored.work;
+        plan.work.add("write_byte", stored.leaf_bytes);
+        plan.bytes += stored.grid_bytes;
     }
-    app.report()["estimate"]["bytes_per_active_voxel"] = voxels > 0 ? bytes / voxels : 0.0;
-    app.report()["estimate"]["memory_bytes"] = bytes;
-    app.report()["estimate"]["seconds"] = seconds;
-    app.say("would solve for " + std::to_string(std::lround(voxels)) + " voxels in about " +
-            app::brief(std::ceil(seconds)) + " s of processor time and " + app::brief(std::ceil(bytes / 1e6)) + " MB");
+    auto& estimate = app.report()["estimate"];
+    if (scatter.directions > 0) estimate["directions"] = scatter.directions;
+    estimate["bytes_per_active_voxel"] = plan.bytes / std::max(1.0, double(density.activeVoxelCount()));
+    return plan;
 }
 
 bool glows(const ScatterReport& report)

@@ -1,6 +1,8 @@
 #pragma once
 // The report of p1solve: its own members of --json, and the estimates of --dry-run.
+#include "inputs.h"
 #include "options.h"
+#include "plan.h"
 
 namespace vdbcloud {
 
@@ -8,10 +10,9 @@ namespace vdbcloud {
 /// phi.
 void fill_report(app::App&, const ScatterReport&);
 
-/// Estimates memory and processor seconds of a run, within a factor of two: from the numbers of voxels and from costs
-/// per voxel that the benchmarks measured. `emission`: null for none.
-void estimate(app::App&, const P1solveOptions&, const Medium&, const FloatGrid& density, const Vec3SGrid* emission,
-              size_t lights);
+/// Memory of a run, and under --dry-run its events. `tint`, `emission`: null for none.
+app::Plan plan_of(app::App&, const P1solveOptions&, const app::MediumInput&, const Vec3SGrid* tint,
+                  const Vec3SGrid* emission, const std::vector<Light>&);
 
 /// True if a sky or emission brings light into the medium.
 bool glows(const ScatterReport&);

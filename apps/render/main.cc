@@ -10,6 +10,7 @@
 #include "output.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/render/render_plan.h"
 
 using namespace vdbcloud;
 
@@ -53,9 +54,10 @@ void render(app::App& app, RenderOptions& o)
         app.say("accuracy of the light: " + accuracy);
 
     Film film(size, render_layers(loaded.scene, wanted_layers(o), o.integrator.kind));
-    if (app.dry_run()) return report_estimate(app, o, loaded, film);
+    if (app.dry_run()) return report_estimate(app, o, loaded, film, view);
     for (const std::string& path : {o.output, o.png})
         if (!path.empty()) require_image_writer(path);
+    app::require_memory(least_plan(o, loaded, film));
     RenderCost cost;
     {
         const auto phase = app.phase("render");
@@ -63,7 +65,7 @@ void render(app::App& app, RenderOptions& o)
     }
 
     if (!o.option.exposure.given()) o.view.exposure = auto_exposure(film);
-    report_cost(app, cost, o.view.exposure);
+    report_cost(app, cost, render_work(film, loaded.scene, o.integrator, cost), o.view.exposure);
     if (traces_paths(o)) report_passes(app, cost.passes);
     write_pictures(app, o, loaded, film, view, background.in_exr, cost.passes);
 }

@@ -5,6 +5,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/sources.h"
 #include "vdbcloud/render/merge.h"
+#include "vdbcloud/render/render_plan.h"
 #include "vdbcloud/render/scene_digest.h"
 
 #include <algorithm>
@@ -14,16 +15,13 @@ namespace vdbcloud {
 
 namespace {
 
+/// Memory of the library that writes pictures other than .exr, which is loaded when it is needed [bytes].
+constexpr double writer_of_pictures = 95e6;
+
 /// "irradiance" for a sun, "intensity" for a lamp.
 std::string strength_name(const Light& light) { return light.kind().parameters[0].name; }
 
 nlohmann::json triple(const Vec3d& v) { return {v[0], v[1], v[2]}; }
-
-/// Seconds that a ray takes to cross a cell: measured on one core, for rough estimates.
-constexpr double seconds_per_cell = 40e-9;
-
-/// A light path crosses about as many cells as this number of camera rays.
-constexpr double rays_of_path = 40;
 
 }  // namespace
 
@@ -103,8 +101,9 @@ void report_picture(app::App& app, const RenderOptions& o, const LoadedScene& lo
                                    {"active_voxels", volume.density->activeVoxelCount()}});
 }
 
-void report_cost(app::App& app, const RenderCost& cost, double exposure)
+void report_cost(app::App& app, const RenderCost& cost, const Workload& work, double exposure)
 {
+    app.add_work(work);
     app.report()["counts"] = {{"rays", cost.rays}, {"cells", cost.cells}};
     app.report()["accuracy"] = {{"unconverged_rays", cost.unconverged}};
     app.report()["exposure"] = exposure;
@@ -113,23 +112,30 @@ void report_cost(app::App& app, const RenderCost& cost, double exposure)
                        " rays met the finest level before their tolerance");
 }
 
-void report_estimate(app::App& app, const RenderOptions& o, const LoadedScene& loaded, const Film& film)
+app::Plan least_plan(const RenderOptions& o, const LoadedScene& loaded, const Film& film)
 {
+    app::Plan plan;
+    plan.way_out = "a coarser density, or fewer pixels";
+    plan.bytes = render_bytes(film, loaded.scene, o.integrator);
+    // The allocator keeps what the maps for rays took.
+    if (!o.png.empty() || image_format(o.output) != ImageFormat::Exr) plan.bytes += writer_of_pictures;
+    return plan;
+}
+
+void report_estimate(app::App& app, const RenderOptions& o, const LoadedScene& loaded, const Film& film,
+                     const CameraView& view)
+{
+    app::Plan plan = least_plan(o, loaded, film);
+    plan.bytes += loaded.planned.grid_bytes;
+    plan.bytes = std::max(plan.bytes, loaded.planned.bytes);
+    const RenderCost cost = expected_cost(film, loaded.scene, view, o.sampling, o.integrator);
+    plan.work = render_work(film, loaded.scene, o.integrator, cost);
+    plan.work += loaded.planned.work;
     const PixelWindow w = film.window();
-    const double pixels = double(w.width()) * w.height();
-    const double kept = traces_paths(o) ? 8.0 * (film.channels() + 7) : 0;  // sums and spreads, in double
-    double bytes = pixels * (film.channels() * sizeof(float) + kept), cells = 0;
-    for (const Volume& volume : loaded.scene.volumes) {
-        bytes += 4.0 * double(volume.density->memUsage());  // density and transmittance, each as grid and as bricks
-        const auto box = volume.density->evalActiveVoxelBoundingBox();
-        if (!box.empty()) cells += box.dim().asVec3d().length();
-    }
-    const double rays = pixels * o.sampling.samples * (traces_paths(o) ? rays_of_path : 1);
-    double seconds = rays * cells * seconds_per_cell / std::max(1, app.threads());
-    if (o.integrator.passes.time_limit > 0) seconds = std::min(seconds, o.integrator.passes.time_limit);
-    app.report()["estimate"] = {{"memory_bytes", bytes}, {"seconds", seconds}};
-    app.say("would render " + std::to_string(w.width()) + "x" + std::to_string(w.height()) + " pixels in about " +
-            app::brief(std::ceil(seconds * 10) / 10) + " s and " + app::brief(std::ceil(bytes / 0x1p20)) + " MiB");
+    std::string task = "render " + std::to_string(w.width()) + "x" + std::to_string(w.height()) + " pixels";
+    if (o.integrator.passes.time_limit > 0)
+        task += " for " + app::brief(o.integrator.passes.time_limit) + " s or up to all samples";
+    app::tell(app, plan, task);
 }
 
 }  // namespace vdbcloud

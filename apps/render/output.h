@@ -1,5 +1,6 @@
 #pragma once
 // What render writes into its pictures and its report: how the picture was made, counts, and estimates.
+#include "plan.h"
 #include "scene.h"
 
 namespace vdbcloud {
@@ -16,9 +17,12 @@ void report_passes(app::App&, const PassReport&);
 /// Adds camera, picture, lights and media to the report.
 void report_picture(app::App&, const RenderOptions&, const LoadedScene&, const CameraView&);
 /// Adds counts, accuracy and exposure to the report. Warns of rays that missed their tolerance.
-void report_cost(app::App&, const RenderCost&, double exposure);
+void report_cost(app::App&, const RenderCost&, const Workload&, double exposure);
 
-/// Reports what --dry-run estimates from boxes and pixels: memory [bytes] and time [s]. The time is rough.
-void report_estimate(app::App&, const RenderOptions&, const LoadedScene&, const Film&);
+/// Memory of the picture, without events.
+app::Plan least_plan(const RenderOptions&, const LoadedScene&, const Film&);
+
+/// Reports what --dry-run estimates, by a pilot of rays.
+void report_estimate(app::App&, const RenderOptions&, const LoadedScene&, const Film&, const CameraView&);
 
 }  // namespace vdbcloud

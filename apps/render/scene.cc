@@ -18,6 +18,7 @@
 #include "vdbcloud/grid/select.h"
 #include "vdbcloud/grid/sources.h"
 #include "vdbcloud/optics/collided_light.h"
+#include "vdbcloud/scatter/scatter_plan.h"
 #include "vdbcloud/scatter/series_grids.h"
 
 #include <algorithm>
@@ -103,14 +104,24 @@ bool brings_all(const std::vector<GridFile>& files, const Scene& scene)
     return true;
 }
 
+/// In place of a grid that a run would compute, whose plan is added to `planned`.
+GridBasePtr planned_grid(const Volume& volume, const Light& light, const RenderOptions& o, TransmittancePlan& planned)
+{
+    const TransmittancePlan plan = transmittance_plan(*volume.density, volume.medium, light, o.light, true);
+    planned.work += plan.work;
+    planned.bytes = std::max(planned.bytes, planned.grid_bytes + plan.bytes);
+    planned.grid_bytes += plan.grid_bytes;
+    return FloatGrid::create(1.0f);
+}
+
 /// The transmittance grid of volume `v` towards a light: the input's if that is usable, else computed, through all
 /// media where there are several. A dry run computes none.
 GridBasePtr light_grid(app::App& app, const GridFile& file, const Scene& scene, size_t v, const Light& light,
-                       const RenderOptions& o)
+                       const RenderOptions& o, TransmittancePlan& planned)
 {
     const Volume& volume = scene.volumes[v];
     if (volume.collided.scaling.delta_f > 0) {
-        if (app.dry_run()) return FloatGrid::create(1.0f);
+        if (app.dry_run()) return planned_grid(volume, light, o, planned);
         const auto phase = app.phase("scaled light");
         return app::scaled_light_grid(app, *volume.density, volume.colour.get(), volume.medium, volume.collided.scaling,
                                       light, o.light);
@@ -122,17 +133,32 @@ GridBasePtr light_grid(app::App& app, const GridFile& file, const Scene& scene, 
                            "; the grid is computed again for the " + app::described(light));
             own = nullptr;
         }
+    if (has_several_media(scene) && app.dry_run()) return planned_grid(volume, light, o, planned);
     if (has_several_media(scene)) return shared_light_grid(app, scene, v, light, own, o);
     if (own) return own;
-    if (app.dry_run()) return FloatGrid::create(1.0f);
+    if (app.dry_run()) return planned_grid(volume, light, o, planned);
     const auto phase = app.phase("light");
-    return transmittance_grid(*volume.density, volume.medium, light, o.light, app.progress("light"));
+    TransmittanceOptions options = o.light;
+    options.error_samples = 0;
+    TransmittanceReport found;
+    const GridBasePtr grid =
+        transmittance_grid(*volume.density, volume.medium, light, options, app.progress("light"), &found);
+    app.add_work(found.work);
+    return grid;
 }
 
 /// Sets the collided light of a volume without phi from the input's series in albedo, if the input has one.
 void relight_volume(app::App& app, const GridFile& file, Volume& volume, const std::vector<Light>& lights)
 {
-    if (volume.collided.phi || !find_grid(file, schema::series_phi_name(0)) || app.dry_run()) return;
+    if (volume.collided.phi || !find_grid(file, schema::series_phi_name(0))) return;
+    if (app.dry_run()) {  // without a solve, which the tolerance stands for
+        ScatterOptions given;
+        given.reentry_rays = 0;
+        given.solve.tolerance = 0.5;
+        app.add_work(
+            scatter_plan(*volume.density, nullptr, volume.emission.get(), volume.medium, lights, given, true).work);
+        return;
+    }
     if (!has_series(file, sources_behind(volume), volume.medium, lights))
         throw UsageError(file.path +
                          ": its series was computed for another density, emission, medium or light: run p1solve again");
@@ -254,8 +280,8 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
                                    "--periodic none: rays of a periodic medium are exact");
     for (size_t v = 0; v < files.size(); ++v)
         for (const Light& light : out.scene.lights) {
-            GridBasePtr grid =
-                app::of_file(files[v].path, [&] { return light_grid(app, files[v], out.scene, v, light, o); });
+            GridBasePtr grid = app::of_file(
+                files[v].path, [&] { return light_grid(app, files[v], out.scene, v, light, o, out.planned); });
             out.scene.volumes[v].transmittance.push_back(std::move(grid));
         }
     return out;

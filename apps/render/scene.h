@@ -15,6 +15,7 @@ struct LoadedScene {
     std::optional<Sky> sky;      ///< the sky of the first input whose phi has one
     std::string history;         ///< of all inputs
     bool automatic_light = false;
+    TransmittancePlan planned;  ///< of a dry run: light that the run would compute
 };
 
 /// Reads every input, chooses media and lights, and computes each transmittance grid that no input has.

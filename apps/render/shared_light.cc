@@ -52,7 +52,6 @@ void require_one_solution(const std::vector<GridFile>& files, const Scene& scene
 GridBasePtr shared_light_grid(app::App& app, const Scene& scene, size_t v, const Light& light, const GridBasePtr& own,
                               const RenderOptions& o)
 {
-    if (app.dry_run()) return FloatGrid::create(1.0f);
     const auto phase = app.phase("light");
     std::vector<CrossedMedium> media;
     for (const Volume& volume : scene.volumes) media.push_back({volume.density, volume.medium});

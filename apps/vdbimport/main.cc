@@ -8,6 +8,7 @@
 // The first two layouts are those of phase I of the I3RC (Cahalan et al. 2005). The grid holds extinction: sigma_t is
 // density times 1, unless --extinction says otherwise.
 #include "medium_options.h"
+#include "plan.h"
 #include "stage_options.h"
 
 #include "vdbcloud/core/error.h"
@@ -152,13 +153,16 @@ double cells_of(const Options& o, const Table& table)
     return volume / (o.cell[0] * o.cell[1] * o.cell[2]);
 }
 
-/// A cell takes 16 bytes in a leaf that is half full, and a tenth of a microsecond.
-void estimate(app::App& app, const Options& o, const Table& table)
+/// A cell takes up to 16 bytes: 8 in a leaf that is half full, and as much while the grid is made.
+app::Plan plan_of(const Options& o, const Table& table)
 {
+    app::Plan plan;
     const double cells = cells_of(o, table);
-    app.report()["estimate"] = {{"memory_bytes", 16 * cells}, {"seconds", 1e-7 * cells}};
-    app.say(std::to_string(table.rows) + " rows of " + std::to_string(table.columns) + " numbers: up to about " +
-            app::brief(cells) + " voxels");
+    plan.way_out = "larger cells (--cell)";
+    plan.bytes = 16 * cells;
+    plan.work.add("table_cell", cells);
+    plan.work.add("write_byte", 8 * cells);
+    return plan;
 }
 
 /// The grids of a table: density, and emission if there is any.
@@ -188,7 +192,15 @@ void import(app::App& app, const Options& o)
 {
     const Table table = read_table(o.input);
     app.report()["table"] = {{"rows", table.rows}, {"columns", table.columns}};
-    if (app.dry_run()) return estimate(app, o, table);
+    const app::Plan plan = plan_of(o, table);
+    if (app.dry_run())
+        return app::tell(app, plan,
+                         "make up to " + app::brief(plan.work.of("table_cell")) + " voxels of " +
+                             std::to_string(table.rows) + " rows of " + std::to_string(table.columns) + " numbers");
+    app::require_memory(plan);
+    Workload cells;
+    cells.add("table_cell", plan.work.of("table_cell"));
+    app.add_work(cells);
     GridFile file;
     file.metadata = std::make_shared<MetaMap>();
     file.grids = imported(app, o, table);

@@ -6,6 +6,7 @@
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/grid/sources.h"
+#include "vdbcloud/optics/cell_march.h"
 #include "vdbcloud/optics/optical_depth.h"
 #include "vdbcloud/optics/periodic_light.h"
 #include "vdbcloud/sweep/light_lattice.h"
@@ -112,13 +113,15 @@ std::vector<float> shifted_depths(const BrickMap& density, const Vec3d& to_light
 /// Depths at all wanted points to one light without extent, through one medium. `centres`: the density whose voxels the
 /// points belong to.
 std::vector<float> find_depths(const Crossed& medium, const BrickMap& centres, const LightModel& light,
-                               const TransmittanceOptions& o, const Wanted& wanted, const Progress& progress)
+                               const TransmittanceOptions& o, const Wanted& wanted, const Progress& progress,
+                               std::atomic<size_t>* products = nullptr)
 {
     const BrickMap& density = medium.density;
     const auto to_light = light.common_direction();
     if (to_light && o.fidelity == Fidelity::Lattice && medium.shift && !density.repeats()) {
         if (*medium.shift == Vec3d(0.0))
-            return lattice_depths(density, *to_light, wanted.leaf, {o.rays_per_voxel, Vec3d(0), o.refine}, progress);
+            return lattice_depths(density, *to_light, wanted.leaf, {o.rays_per_voxel, Vec3d(0), o.refine, products},
+                                  progress);
         if (o.refine == 1)
             return shifted_depths(density, *to_light, wanted.leaf, *medium.shift, o.rays_per_voxel, progress);
     }
@@ -145,14 +148,14 @@ bool shades(const std::vector<float>& depth, const Wanted& wanted)
 std::vector<float> find_transmittance(const std::vector<Crossed>& media,
                                       const std::vector<std::shared_ptr<const LightModel>>& parts, size_t channels,
                                       bool only_if_shaded, const TransmittanceOptions& o, const Wanted& wanted,
-                                      const Progress& progress)
+                                      const Progress& progress, std::atomic<size_t>* products = nullptr)
 {
     const double steps = double(parts.size() * media.size());
     const auto depths = [&](size_t p, size_t m) {
         const double before = double(p * media.size() + m);
         const Progress of_step =
             progress ? Progress([&, before](double f) { return progress((before + f) / steps); }) : Progress();
-        return find_depths(media[m], media[0].density, *parts[p], o, wanted, of_step);
+        return find_depths(media[m], media[0].density, *parts[p], o, wanted, of_step, products);
     };
     std::vector<float> transmittance(wanted.leaf.size() * 512 * channels, 0.0f);
     bool shaded = !only_if_shaded;
@@ -201,6 +204,22 @@ void compare(const BrickMap& density, const Medium& medium, const std::vector<st
         report.mean_error += e / double(error.size());
         report.max_error = std::max(report.max_error, e);
     }
+}
+
+/// Cells that a ray from a wanted point to a light crosses, the mean of some hundred points.
+double mean_cells(const BrickMap& density, const LightModel& light, const Wanted& wanted)
+{
+    const size_t step = std::max<size_t>(1, size_t(wanted.voxels) / 300);
+    size_t seen = 0, rays = 0, cells = 0;
+    for (size_t n = 0; n < wanted.leaf.size() * 512; ++n) {
+        if (!wanted.has(n) || seen++ % step != step / 2) continue;
+        const Vec3d x = wanted.world(n, density);
+        const Sight sight = light.towards(x);
+        ++rays;
+        march_cells(density, IndexRay(density.index_from_world(), {x, sight.direction}), 0, sight.distance,
+                    [&](double, double, const float*, const Vec3i&) { return ++cells, true; });
+    }
+    return rays ? double(cells) / double(rays) : 0;
 }
 
 template<typename TreeT>
@@ -289,10 +308,13 @@ GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, c
     std::optional<BrickMap> bricks(std::in_place, density, 0.0f, BrickMap::Map(), period);
     const size_t channels = medium.grey() ? 1 : 3;
     const auto parts = light.parts(o.disc_samples);
+    std::atomic<size_t> products{0};
     const std::vector<float> transmittance = find_transmittance({{*bricks, medium.sigma_t_per_density, Vec3d(0.0)}},
-                                                                parts, channels, false, o, wanted, progress);
+                                                                parts, channels, false, o, wanted, progress, &products);
     if (report) {
         *report = {};
+        report->work.add("light_point", double(wanted.leaf.size() * 512 * parts.size()));
+        report->work.add("lattice_product", double(products));
         report->voxels = wanted.voxels;
         if (o.fidelity == Fidelity::Lattice && light->common_direction() && !period.any() && o.error_samples > 0)
             compare(*bricks, medium, parts, o, wanted, transmittance, channels, *report);
@@ -301,6 +323,40 @@ GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, c
     GridBasePtr grid = made_grid(density, medium, light, wanted, transmittance, channels, o);
     set_text(*grid, schema::density_digest, grid_digest(density));
     return grid;
+}
+
+TransmittancePlan transmittance_plan(const FloatGrid& density, const Medium& medium, const Light& light,
+                                     const TransmittanceOptions& o, bool count)
+{
+    check(o);
+    const Period period = period_of(density, o.periodic);
+    const size_t channels = medium.grey() ? 1 : 3;
+    const double parts = double(light.parts(o.disc_samples).size());
+    const bool lattice = o.fidelity == Fidelity::Lattice && light->common_direction() && !period.any();
+    // The fringe meets further blocks; with `count` these are found.
+    const double occupied = double(density.tree().leafCount()) + double(density.tree().activeTileCount());
+    double leaves = occupied * std::pow(o.refine, 3);
+    TransmittancePlan plan;
+    if (count) {
+        const BrickMap map(density, 0, {}, period);
+        const Wanted wanted(density, o.refine, period);
+        leaves = double(wanted.leaf.size());
+        plan.work.add("light_point", 512 * leaves * parts);
+        if (lattice)
+            for (const auto& part : light.parts(o.disc_samples))
+                plan.work.add("lattice_product",
+                              double(lattice_products(map, *part->common_direction(),
+                                                      {o.rays_per_voxel, Vec3d(0), o.refine, nullptr})));
+        else
+            plan.work.add("exact_cell", parts * double(wanted.voxels) * mean_cells(map, *light, wanted));
+    }
+    // Bricks of the density, the topology and the transmittance; then the depths, and after them the grid.
+    const double values = 2048.0 * double(channels);
+    plan.leaf_bytes = leaves * values;
+    plan.grid_bytes = plan.leaf_bytes + 96 * leaves + 3e5;
+    plan.bytes = 1.2 * double(density.tree().leafCount()) * 4 * 729 + leaves * (2144 + values) +
+                 std::max(plan.grid_bytes, leaves * 2048);
+    return plan;
 }
 
 GridBasePtr transmittance_grid(const std::vector<CrossedMedium>& media, size_t at, const Light& light,

@@ -1,6 +1,7 @@
 #pragma once
 // Pass one: the light that reaches each voxel, as a transmittance grid for each light.
 #include "vdbcloud/core/progress.h"
+#include "vdbcloud/core/workload.h"
 #include "vdbcloud/grid/accuracy.h"
 #include "vdbcloud/optics/medium.h"
 #include "vdbcloud/scene/light.h"
@@ -33,6 +34,7 @@ struct TransmittanceReport {
     int compared = 0;       ///< voxels that were compared with exact rays
     double mean_error = 0;  ///< mean |T - T_exact| over them
     double max_error = 0;
+    Workload work;  ///< events of data/unit_costs.txt, but for cells of exact rays
 };
 
 /// What bounds the error of a light's grid. Nothing is known of a grid that was not compared.
@@ -57,6 +59,19 @@ Accuracy accuracy_of(const TransmittanceReport&);
 GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, const Light& light,
                                const TransmittanceOptions& options, const Progress& progress = {},
                                TransmittanceReport* report = nullptr);
+
+/// What transmittance_grid() would do and hold.
+struct TransmittancePlan {
+    Workload work;
+    double bytes = 0;       ///< at the peak, the grid included
+    double grid_bytes = 0;  ///< of the grid
+    double leaf_bytes = 0;  ///< of the values of its leaves
+};
+
+/// The plan for one light. With `count` the events are counted, too, from the medium's blocks and some rays, in a small
+/// part of the time of the light itself.
+TransmittancePlan transmittance_plan(const FloatGrid& density, const Medium& medium, const Light& light,
+                                     const TransmittanceOptions& options, bool count);
 
 /// One of several media that light crosses.
 struct CrossedMedium {

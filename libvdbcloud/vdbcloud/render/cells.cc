@@ -190,6 +190,7 @@ private:
             b_.t = -1;
             return;
         }
+        ++result.lit;
         set_depth(m_, tau_mid);
         set_depth(b_, tau_end);
         for (size_t v = 0; v < whole_.size(); ++v) whole_[v] = first_half_[v] + second_half_[v];

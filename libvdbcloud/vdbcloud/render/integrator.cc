@@ -99,7 +99,7 @@ RenderCost render_image(Film& film, const Scene& scene, const CameraView& view, 
     const PreparedScene prepared(scene, options);
     const GroundLight ground(scene);
     const LayerPlaces places(film, scene);
-    std::atomic<uint64_t> rays{0}, cells{0}, unconverged{0};
+    std::atomic<uint64_t> rays{0}, cells{0}, lit{0}, unconverged{0};
 
     const SamplerFactory factory = [&]() -> SampleFunction {
         std::shared_ptr<RayIntegrator> integrate = make_integrator(prepared, options);
@@ -111,11 +111,12 @@ RenderCost render_image(Film& film, const Scene& scene, const CameraView& view, 
             places.put(*result, view, scene.background, x, y, ray.direction, out);
             rays.fetch_add(1, std::memory_order_relaxed);
             cells.fetch_add(result->cells, std::memory_order_relaxed);
+            lit.fetch_add(result->lit, std::memory_order_relaxed);
             if (!result->converged) unconverged.fetch_add(1, std::memory_order_relaxed);
         };
     };
     expose(film, sampling, factory, progress);
-    return {rays, cells, unconverged, {}};
+    return {rays, cells, lit, unconverged, {}};
 }
 
 }  // namespace vdbcloud

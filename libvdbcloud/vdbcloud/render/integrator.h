@@ -96,6 +96,7 @@ std::vector<LayerSpec> render_layers(const Scene&, const std::vector<std::string
 struct RenderCost {
     uint64_t rays = 0;
     uint64_t cells = 0;        ///< cells (or steps, or evaluations) visited; Path: collisions
+    uint64_t lit = 0;          ///< Cells: of these, parts that are not hidden by an opaque medium before them
     uint64_t unconverged = 0;  ///< Romberg: rays that reached the finest level before the tolerance
     PassReport passes;         ///< Path: samples of each pixel, and the noise that they leave
 };

@@ -114,12 +114,12 @@ struct RayResult {
     std::vector<Vec3d> direct;  ///< single scattering, by light
     Vec3d multiple{0, 0, 0};
     Vec3d emission{0, 0, 0};
-    Vec3d ground{0, 0, 0};    ///< from the ground
-    double to_ground = 1e30;  ///< t at which the ray meets the ground, which hides what is behind it; 1e30: nowhere
-    Vec3d tau{0, 0, 0};       ///< optical depth of the whole ray, scaled where delta scaling applies
-    Vec3d true_tau{0, 0, 0};  ///< optical depth of the whole ray, unscaled
-    double half_way = 1e30;   ///< t at which the mean transmittance falls to 0.5
-    uint64_t cells = 0;
+    Vec3d ground{0, 0, 0};        ///< from the ground
+    double to_ground = 1e30;      ///< t at which the ray meets the ground, which hides what is behind it; 1e30: nowhere
+    Vec3d tau{0, 0, 0};           ///< optical depth of the whole ray, scaled where delta scaling applies
+    Vec3d true_tau{0, 0, 0};      ///< optical depth of the whole ray, unscaled
+    double half_way = 1e30;       ///< t at which the mean transmittance falls to 0.5
+    uint64_t cells = 0, lit = 0;  ///< as RenderCost
     bool converged = true;
 
     void clear(size_t lights);

@@ -40,7 +40,7 @@ RenderCost render_paths(Film& film, const Scene& scene, const CameraView& view, 
         };
     };
     const PassReport report = expose_in_passes(film, sampling, options, factory, progress);
-    return {rays, collisions, 0, report};
+    return {rays, collisions, 0, 0, report};
 }
 
 }  // namespace vdbcloud

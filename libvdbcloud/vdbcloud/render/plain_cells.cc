@@ -38,6 +38,7 @@ public:
             ++result.cells;
             if (tau < log_2 && tau_end >= log_2) result.half_way = t0 + length * (log_2 - tau) / whole;
             if (tau < opaque) {
+                ++result.lit;
                 const Vec3i b(cell[0] >> 3, cell[1] >> 3, cell[2] >> 3);
                 if (!in_brick || b != brick) {
                     brick = b;

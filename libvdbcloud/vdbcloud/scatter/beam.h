@@ -4,6 +4,7 @@
 #include "vdbcloud/scene/light.h"
 #include "vdbcloud/voxels/brick_map.h"
 
+#include <atomic>
 #include <utility>
 #include <vector>
 
@@ -25,9 +26,10 @@ struct BeamDepths {
 
 /// Depths by the light lattice (sweep/) for a light of one direction, by one ray per face for any other light. Of a
 /// light with a disc: from its centre (points_of() takes it apart). `density` is the trilinear medium, `index` its
-/// voxels. Threads: parallel; values do not depend on the number of threads.
+/// voxels. `products`: as LatticeOptions::products. Threads: parallel; values do not depend on the number of threads.
 BeamDepths beam_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed, const BrickMap& density,
-                       const Light& light, int rays_per_voxel = 2, const Progress& progress = {});
+                       const Light& light, int rays_per_voxel = 2, const Progress& progress = {},
+                       std::atomic<size_t>* products = nullptr);
 
 /// Depths in a medium that repeats along the periodic axes of `index`, by rays that wrap. Density is constant in each
 /// voxel. Throws InputError if the light has more than one direction, or if its rays never leave the medium.
@@ -41,7 +43,7 @@ double periodic_depth(const VoxelIndex& index, const std::vector<float>& density
 
 /// Depths at the centres of the active slots, for beam_fluence(): in the trilinear medium, and in a periodic one.
 std::vector<float> centre_depths(const VoxelIndex& index, const BrickMap& density, const Light& light,
-                                 int rays_per_voxel = 2);
+                                 int rays_per_voxel = 2, std::atomic<size_t>* products = nullptr);
 std::vector<float> periodic_centre_depths(const VoxelIndex& index, const std::vector<float>& density,
                                           const Light& light);
 

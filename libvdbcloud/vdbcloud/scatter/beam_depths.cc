@@ -118,7 +118,8 @@ namespace {
 
 /// By the lattice, for all voxels of a block at once.
 void depths_by_lattice(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed, const BrickMap& density,
-                       const Vec3d& to_light, int rays_per_voxel, const Progress& progress, BeamDepths& depths)
+                       const Vec3d& to_light, int rays_per_voxel, const Progress& progress,
+                       std::atomic<size_t>* products, BeamDepths& depths)
 {
     const Blocks& blocks = index.blocks();
     std::vector<Vec3i> all;
@@ -130,7 +131,8 @@ void depths_by_lattice(const VoxelIndex& index, const std::vector<ExposedVoxel>&
     };
     const Vec3d travel = index_travel(index, -to_light);
     for (int a = 0; a < 3; ++a) {
-        depths.lower[a] = lattice_depths(density, to_light, all, {rays_per_voxel, unit_vector(a, -0.5)}, part());
+        depths.lower[a] =
+            lattice_depths(density, to_light, all, {rays_per_voxel, unit_vector(a, -0.5), 1, products}, part());
         depths.lower[a].resize(blocks.slots(), 0.0f);
         for (int up = 0; up < 2; ++up) {
             const int face = 2 * a + up;
@@ -143,7 +145,8 @@ void depths_by_lattice(const VoxelIndex& index, const std::vector<ExposedVoxel>&
                 }
             if (wanted.empty() || travel[a] == 0) continue;
             const Vec3d offset = unit_vector(a, up ? 0.5 : -0.5) + beyond_face(travel, a, up);
-            const auto beyond = lattice_depths(density, to_light, wanted, {rays_per_voxel, offset}, part());
+            const auto beyond =
+                lattice_depths(density, to_light, wanted, {rays_per_voxel, offset, 1, products}, part());
             for (size_t k = 0; k < exposed.size(); ++k)
                 if (exposed[k].faces >> face & 1)
                     depths.exposed[k][face] = beyond[place[exposed[k].slot / 512] * 512 + exposed[k].slot % 512];
@@ -205,12 +208,12 @@ Light clear_of_faces(const Light& light, const VoxelIndex& index)
 }  // namespace
 
 BeamDepths beam_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed, const BrickMap& density,
-                       const Light& light, int rays_per_voxel, const Progress& progress)
+                       const Light& light, int rays_per_voxel, const Progress& progress, std::atomic<size_t>* products)
 {
     BeamDepths depths(clear_of_faces(light, index));
     depths.exposed.resize(exposed.size());
     if (const auto to_light = light->common_direction())
-        depths_by_lattice(index, exposed, density, *to_light, rays_per_voxel, progress, depths);
+        depths_by_lattice(index, exposed, density, *to_light, rays_per_voxel, progress, products, depths);
     else
         depths_by_rays(index, exposed, density, *depths.light, depths);
     return depths;
@@ -246,14 +249,14 @@ double periodic_depth(const VoxelIndex& index, const std::vector<float>& density
 }
 
 std::vector<float> centre_depths(const VoxelIndex& index, const BrickMap& density, const Light& light,
-                                 int rays_per_voxel)
+                                 int rays_per_voxel, std::atomic<size_t>* products)
 {
     const Blocks& blocks = index.blocks();
     std::vector<float> centre(blocks.slots(), 0.0f);
     if (const auto to_light = light->common_direction()) {
         std::vector<Vec3i> all;
         for (size_t b = 0; b < blocks.count(); ++b) all.push_back(blocks.at(b));
-        centre = lattice_depths(density, *to_light, all, {rays_per_voxel, Vec3d(0.0)}, {});
+        centre = lattice_depths(density, *to_light, all, {rays_per_voxel, Vec3d(0.0), 1, products}, {});
         centre.resize(blocks.slots(), 0.0f);
     } else {
         const Light clear = clear_of_faces(light, index);

@@ -36,15 +36,15 @@ BeamMedium::BeamMedium(const VoxelIndex& index, const FloatGrid& grid, const std
 }
 
 BeamDepths BeamMedium::depths(const std::vector<ExposedVoxel>& exposed, const Light& light, int rays_per_voxel,
-                              const Progress& progress) const
+                              const Progress& progress, std::atomic<size_t>* products) const
 {
-    return bricks_ ? beam_depths(index_, exposed, *bricks_, light, rays_per_voxel, progress)
+    return bricks_ ? beam_depths(index_, exposed, *bricks_, light, rays_per_voxel, progress, products)
                    : periodic_beam_depths(index_, exposed, values(), light);
 }
 
-std::vector<float> BeamMedium::centres(const Light& light, int rays_per_voxel) const
+std::vector<float> BeamMedium::centres(const Light& light, int rays_per_voxel, std::atomic<size_t>* products) const
 {
-    return bricks_ ? centre_depths(index_, *bricks_, light, rays_per_voxel)
+    return bricks_ ? centre_depths(index_, *bricks_, light, rays_per_voxel, products)
                    : periodic_centre_depths(index_, values(), light);
 }
 

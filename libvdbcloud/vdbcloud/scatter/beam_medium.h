@@ -19,9 +19,11 @@ public:
     /// The trilinear density of which extinction() is the factor; null for a periodic medium.
     const BrickMap* bricks() const { return bricks_ ? &*bricks_ : nullptr; }
 
-    BeamDepths depths(const std::vector<ExposedVoxel>&, const Light&, int rays_per_voxel, const Progress&) const;
+    /// `products`: as LatticeOptions::products.
+    BeamDepths depths(const std::vector<ExposedVoxel>&, const Light&, int rays_per_voxel, const Progress&,
+                      std::atomic<size_t>* products = nullptr) const;
     /// Depths at the centres of the active slots, for beam_fluence().
-    std::vector<float> centres(const Light&, int rays_per_voxel) const;
+    std::vector<float> centres(const Light&, int rays_per_voxel, std::atomic<size_t>* products = nullptr) const;
     /// Power that a light of strength 1 loses, by lines. Requires a light of one direction.
     double lost_by_lines(const Light&) const;
     /// Density depth from a point (voxel coordinates) to a light.

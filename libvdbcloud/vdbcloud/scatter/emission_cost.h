@@ -1,5 +1,5 @@
 #pragma once
-// Whether rays follow the light of emission up to its first collision, and what they cost.
+// Private to scatter/. Whether rays follow the light of emission up to its first collision, and what they cost.
 #include "vdbcloud/scatter/multiple_scattering.h"
 
 namespace vdbcloud {
@@ -18,8 +18,8 @@ bool allows_rays(const ScatterOptions&);
 /// of 2^20 cells, or of 16 for each voxel, are; else few voxels lie far apart, and P1 and sweeps take their emission.
 bool box_allows_rays(const Blocks&);
 
-/// Processor time that the rays take [s], within a factor of about two; 0 where no rays follow. It grows with the
-/// voxels and with the logarithm of the emitting voxels.
-double seconds_of_rays(const FloatGrid& density, const Vec3SGrid& emission, const ScatterOptions&);
+/// What the time of the rays is in proportion to, within a factor of about two: the voxels times the logarithm to base
+/// 2 of 1 and the emitting voxels; 0 where no rays follow.
+double emission_steps(const FloatGrid& density, const Vec3SGrid& emission, const ScatterOptions&);
 
 }  // namespace vdbcloud

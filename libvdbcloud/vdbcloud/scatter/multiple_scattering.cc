@@ -120,6 +120,7 @@ void Scattering::solve_group(const ChannelGroup& group, int& done, int count, co
         if (ground_) ground_->add_direct(p1, ground_->direct(beam_medium(p1), beams_, c), sources[k]);
     }
     std::optional<Multigrid> multigrid;
+    note_work("p1_setup_voxel", 1);
     if (o_.solver == P1Solver::Multigrid) {
         multigrid.emplace(p1.stencil());
         report_.levels = std::max(report_.levels, multigrid->levels());
@@ -134,6 +135,7 @@ void Scattering::solve_group(const ChannelGroup& group, int& done, int count, co
         const auto solve_for = [&](P1Source& source) {
             report.solve = multigrid ? solve_p1(p1, *multigrid, source, phi, solve)
                                      : relax_p1(p1, o_.relaxation, source, phi, solve);
+            note_work("p1_iteration_voxel", report.solve.iterations);
         };
         if (given) {
             phi = (*given)(index_, c);
@@ -158,6 +160,7 @@ void Scattering::solve_group(const ChannelGroup& group, int& done, int count, co
         share_[c] = {c, 1};
         for (const auto& [channel, scale] : group.solves[k].shared) share(c, channel, scale);
         ++report_.solves;
+        note_work("p1_channel_voxel", 1);
     }
 }
 

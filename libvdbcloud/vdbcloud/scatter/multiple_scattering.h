@@ -1,5 +1,6 @@
 #pragma once
 // Multiple scattering by P1: from a density and its lights to phi and flux, all three channels.
+#include "vdbcloud/core/workload.h"
 #include "vdbcloud/grid/accuracy.h"
 #include "vdbcloud/optics/collided_light.h"
 #include "vdbcloud/optics/medium.h"
@@ -81,6 +82,7 @@ struct ScatterReport {
     std::array<ChannelReport, 3> channel;
     size_t voxels = 0, blocks = 0, exposed = 0;
     size_t bytes = 0;  ///< peak memory of the solve's arrays
+    Workload work;     ///< events of data/unit_costs.txt
     int levels = 0;
     int solves = 0;
     bool converged = true;

@@ -13,6 +13,7 @@
 #include "vdbcloud/scatter/ground.h"
 #include "vdbcloud/scatter/heating.h"
 #include "vdbcloud/scatter/multiple_scattering.h"
+#include "vdbcloud/scatter/scatter_plan.h"
 
 #include <functional>
 #include <optional>
@@ -69,6 +70,12 @@ private:
     /// Emission as the sweeps take it.
     void add_emission_to(SecondMoment& closure, int c) const;
     void note_bytes(const P1Operator& p1, size_t sources, size_t besides);
+    void count_sweeps(const SecondMoment& closure, double sweeps);
+    /// Adds `times` events for each voxel of the blocks.
+    void note_work(const char* event, double times)
+    {
+        report_.work.add(event, times * 512 * double(index_.blocks().count()));
+    }
     void solve_group(const ChannelGroup& group, int& done, int count, const Progress& progress);
     void add_sky_and_glow(const P1Operator& p1, int c, P1Source& source) const;
     void keep_p1(const P1Operator& p1, const P1Source& source, int c, const std::vector<double>& phi,

@@ -52,6 +52,8 @@ void Scattering::limit(const P1Operator& p1, const P1Source& p1_source, int c, s
         Multigrid multigrid(limited.stencil());
         const std::vector<double> before = phi;
         report.solve = solve_p1(limited, multigrid, source, phi, o_.solve);
+        note_work("p1_setup_voxel", 1);
+        note_work("p1_iteration_voxel", report.solve.iterations);
         done.change = relative_change(phi, before);
         done.converged = done.change < o_.limiter_change;
         if (++done.iterations < o_.limiter_iterations && !done.converged && report.solve.converged) {
@@ -62,6 +64,13 @@ void Scattering::limit(const P1Operator& p1, const P1Source& p1_source, int c, s
         report_.converged = report_.converged && done.converged;
         return keep_p1(limited, source, c, phi, report);
     }
+}
+
+void Scattering::count_sweeps(const SecondMoment& closure, double sweeps)
+{
+    const auto directions = double(closure.set().count());
+    note_work("sweep_voxel", sweeps * directions);
+    note_work("sweep_moment_voxel", sweeps * directions * double(closure.moments().size()));
 }
 
 SecondMoment Scattering::plane_sweep(const P1Operator& p1, int c, ChannelReport& report)
@@ -93,6 +102,7 @@ void Scattering::sweep_planes(const P1Operator& p1, int c, const std::vector<dou
     auto ground = swept_ground(p1, c);
     if (ground) closure.set_ground(&*ground);
     closure.sweep_planes(phi, &planes);
+    count_sweeps(closure, 1);
     note_patch(ground);
 }
 
@@ -113,6 +123,7 @@ void Scattering::add_patch(const P1Operator& p1, const P1Source& unlit, int c,
         const auto flux = cell_flux(p1, source, phi);
         closure.start_with_flux(flux, 0.5);
         closure.sweep_planes(phi, nullptr);
+        count_sweeps(closure, 1);
         closure.start_with_flux(flux, -0.5);  // the next round has its own
     }
 }
@@ -158,13 +169,18 @@ void Scattering::close(const P1Operator& p1, const P1Source& p1_source, int c, s
     auto ground = swept_ground(fine, c);
     if (ground) closure.set_ground(&*ground);
     Multigrid multigrid(fine.stencil());
+    note_work("p1_setup_voxel", 1);
     note_bytes(fine, 3, multigrid.bytes() + closure.bytes() + 20 * index_.blocks().slots());
     P1Source source(fine);
     PlaneLight planes = requested_planes();
     report.closure = closure.run(multigrid, o_.solve, base, phi, source, &planes);
     note_patch(ground);
-    for (const SolveResult& solve : report.closure.solves)
+    for (const SolveResult& solve : report.closure.solves) {
         if (!solve.converged) report.solve = solve;
+        note_work("p1_iteration_voxel", solve.iterations);
+    }
+    count_sweeps(closure, report.closure.iterations);
+    note_work("closure_voxel", report.closure.iterations);
     finish(fine, source, c, phi, nullptr, &planes, report);
     const int kept = std::min(o_.closure.degree, std::max(o_.keep_moments, 1));
     auto moments = closure.moments();

@@ -17,6 +17,11 @@ void Scattering::finish(const P1Operator& p1, const P1Source& source, int c, con
     const PlaneGround ground = ground_under(p1, source, c, phi, flux != nullptr);
     const OutflowRays rays =
         trace_outflow(p1, source, phi, flux, o_.sky.dark() ? nullptr : &o_.sky, c, hemisphere(), o_.reentry_rays);
+    if (o_.reentry_rays > 0) {
+        report_.work.add("outflow_ray", o_.reentry_rays);
+        if (!o_.sky.dark())
+            report_.work.add("outflow_sky_voxel", double(std::min(exposed_.size(), size_t(o_.reentry_rays))));
+    }
     report.reentry = rays.reentry;
     P1Budget collided = report.budget;
     for (size_t face = 0; face < 6; ++face) collided.out[face] -= source.emission_out[face];

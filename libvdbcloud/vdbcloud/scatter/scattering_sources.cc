@@ -16,12 +16,15 @@ void Scattering::add_beams(
         const Progress part =
             progress ? Progress([&](double f) { return progress((double(l) + f) / double(beams_.size())); })
                      : Progress();
-        const BeamDepths depths = medium.depths(exposed_, light, o_.rays_per_voxel, part);
+        std::atomic<size_t> products{0};
+        const BeamDepths depths = medium.depths(exposed_, light, o_.rays_per_voxel, part, &products);
         note_bytes(p1, sources.size(), 20 * index_.blocks().slots());
         std::vector<std::pair<P1Source*, double>> channels;
         for (const auto& [source, channel] : sources) channels.emplace_back(source, light.strength()[channel]);
         add_beam(p1, depths, medium.extinction(), channels);
-        if (note) note(depths, medium.centres(light, o_.rays_per_voxel), medium.extinction(), towards_[l]);
+        if (note) note(depths, medium.centres(light, o_.rays_per_voxel, &products), medium.extinction(), towards_[l]);
+        note_work("beam_voxel", note ? sets_of_beam + 1 : sets_of_beam);
+        report_.work.add("lattice_product", double(products));
         if (!light->common_direction() || !o_.line_rays) continue;
         const double lost = medium.lost_by_lines(light);
         for (const auto& [source, channel] : sources) {

@@ -165,6 +165,16 @@ public:
                 }
     }
 
+    /// The part of a voxel plane that reaches rays of one lattice phase [values].
+    size_t values(int w)
+    {
+        const Plane& p = plane(w);
+        if (!p.any()) return 0;
+        const int rows = std::min(rays - 1, p.v_high - margin) - std::max(0, p.v_low - margin) + 1;
+        const int columns = std::min(rays - 1, p.u_high - margin) - std::max(0, p.u_low - margin) + 1;
+        return rows > 0 && columns > 0 ? size_t(rows) * size_t(columns) : 0;
+    }
+
     /// Values of voxels that were added to rays.
     size_t products() const { return products_; }
 
@@ -307,6 +317,41 @@ size_t run_tile(const BrickMap& density, const Frame& frame, int rays_per_voxel,
     return rays_of_tile.products();
 }
 
+/// The mean number of taps of a step: a ray of each phase, at 16 places between planes.
+double mean_taps(const Frame& f, int rays_per_voxel)
+{
+    size_t taps = 0;
+    constexpr int places = 16;
+    for (int n = 0; n < places; ++n)
+        for (int q = 0; q < rays_per_voxel; ++q)
+            for (int p = 0; p < rays_per_voxel; ++p) {
+                const double w0 = n + f.ow;
+                taps += step_taps(f, double(p) / rays_per_voxel + f.mu * w0, double(q) / rays_per_voxel + f.mv * w0, w0)
+                            .size();
+            }
+    return double(taps) / (places * rays_per_voxel * rays_per_voxel);
+}
+
+/// The visits of a lattice, sorted and each once.
+std::vector<Visit> sorted_visits(std::vector<Visit> visits)
+{
+    std::sort(visits.begin(), visits.end());
+    visits.erase(
+        std::unique(visits.begin(), visits.end(), [](const Visit& p, const Visit& q) { return !(p < q) && !(q < p); }),
+        visits.end());
+    return visits;
+}
+
+/// Where the visits of each tile begin, and the end of the last.
+std::vector<size_t> tiles_of(const std::vector<Visit>& visits)
+{
+    std::vector<size_t> begin;
+    for (size_t n = 0; n < visits.size(); ++n)
+        if (n == 0 || visits[n].tu != visits[n - 1].tu || visits[n].tv != visits[n - 1].tv) begin.push_back(n);
+    begin.push_back(visits.size());
+    return begin;
+}
+
 /// Depths at voxel centre + the offset of a frame. Counts products where `products` is not null.
 void fill_along(const BrickMap& density, const Frame& frame, int rays_per_voxel, VoxelBlocks& targets,
                 const Progress& progress, std::atomic<size_t>* products)
@@ -315,15 +360,8 @@ void fill_along(const BrickMap& density, const Frame& frame, int rays_per_voxel,
     std::vector<Visit> visits;
     for (const auto& b : density.bricks()) add_visits(frame, b, 2, -1, visits);
     for (size_t n = 0; n < targets.block.size(); ++n) add_visits(frame, targets.block[n], 0, int(n), visits);
-    std::sort(visits.begin(), visits.end());
-    visits.erase(
-        std::unique(visits.begin(), visits.end(), [](const Visit& p, const Visit& q) { return !(p < q) && !(q < p); }),
-        visits.end());
-
-    std::vector<size_t> begin;  // of each tile's visits
-    for (size_t n = 0; n < visits.size(); ++n)
-        if (n == 0 || visits[n].tu != visits[n - 1].tu || visits[n].tv != visits[n - 1].tv) begin.push_back(n);
-    begin.push_back(visits.size());
+    visits = sorted_visits(std::move(visits));
+    const std::vector<size_t> begin = tiles_of(visits);
     std::atomic<size_t> done{0};
     tbb::parallel_for(size_t(0), begin.size() - 1, [&](size_t n) {
         const size_t added =
@@ -401,6 +439,45 @@ std::vector<float> lattice_depths(const BrickMap& density, const Vec3d& to_light
     VoxelBlocks targets{blocks, {}};
     fill(density, to_light, options.rays_per_voxel, options.offset, targets, progress, options.products);
     return std::move(targets.value);
+}
+
+double lattice_taps(const BrickMap& density, const Vec3d& to_light, const LatticeOptions& options)
+{
+    double taps = 0;
+    for (const Frame& frame : frames_of(density, to_light, options.offset))
+        taps += mean_taps(frame, options.rays_per_voxel);
+    return taps;
+}
+
+size_t lattice_products(const BrickMap& density, const Vec3d& to_light, const LatticeOptions& options)
+{
+    if (density.empty()) return 0;
+    const Frame frame = frames_of(density, to_light, options.offset).front();
+    std::vector<Visit> visits;
+    for (const auto& b : density.bricks()) add_visits(frame, b, 2, -1, visits);
+    visits = sorted_visits(std::move(visits));
+    const std::vector<size_t> begin = tiles_of(visits);
+    std::atomic<size_t> values{0};
+    tbb::parallel_for(size_t(0), begin.size() - 1, [&](size_t n) {
+        const Visit& first = visits[begin[n]];
+        Tile rays_of_tile(density, frame, 1, first.tu * tile, first.tv * tile);
+        int done = 8 * first.layer - 4;
+        for (size_t v = begin[n]; v < begin[n + 1]; ++v)
+            for (int w = std::max(done + 1, 8 * visits[v].layer); w <= 8 * visits[v].layer + 7; ++w) {
+                values += rays_of_tile.values(w);
+                done = w;
+            }
+    });
+    const double phases = double(options.rays_per_voxel) * options.rays_per_voxel;
+    const double offsets = double(options.refine) * options.refine * options.refine;
+    double taps = 0;  // the mean over the offsets of refined targets
+    for (int n = 0; n < int(offsets); ++n) {
+        const int m = options.refine;
+        LatticeOptions of_offset = options;
+        if (m > 1) of_offset.offset = Vec3d(n / (m * m), n / m % m, n % m) / m;
+        taps += lattice_taps(density, to_light, of_offset) / offsets;
+    }
+    return size_t(double(values) * phases * offsets * taps);
 }
 
 }  // namespace vdbcloud

@@ -1,0 +1,199 @@
+#include "vdbcloud/scatter/scatter_plan.h"
+
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/scatter/channel_groups.h"
+#include "vdbcloud/scatter/emission_cost.h"
+#include "vdbcloud/scatter/harmonics.h"
+#include "vdbcloud/scatter/ordinates.h"
+#include "vdbcloud/sweep/light_lattice.h"
+#include "vdbcloud/voxels/brick_map.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbcloud {
+
+namespace {
+
+/// Values of the colour channels of a grid that no channel shares: one address for each, the same if all are grey.
+std::array<const std::vector<float>*, 3> channels_of(const Vec3SGrid* grid)
+{
+    static const std::array<std::vector<float>, 3> address;
+    if (!grid) return {};
+    for (auto v = grid->cbeginValueOn(); v; ++v)
+        if ((*v)[0] != (*v)[1] || (*v)[0] != (*v)[2]) return {&address[0], &address[1], &address[2]};
+    return {&address[0], &address[0], &address[0]};
+}
+
+/// Channels as Scattering::groups() joins them.
+std::vector<ChannelGroup> groups_of(const Vec3SGrid* tint, const Vec3SGrid* emission, const Medium& medium,
+                                    const std::vector<Light>& lights, const Sky& sky)
+{
+    const auto tints = channels_of(tint), emissions = channels_of(emission);
+    std::array<ChannelInput, 3> input;
+    for (int c = 0; c < 3; ++c) {
+        ChannelInput& of = input[size_t(c)];
+        of.matrix = {medium.sigma_t_per_density[c], medium.albedo[c]};
+        of.tint = tints[size_t(c)];
+        of.emission = emissions[size_t(c)];
+        for (const Light& light : lights) of.light.push_back(light.strength()[c]);
+        for (const Vec3d& radiance : {sky.zenith, sky.horizon, sky.ground}) of.light.push_back(radiance[c]);
+        of.light.push_back(emission ? 1.0 : 0.0);
+    }
+    return group_channels(input);
+}
+
+/// Voxels with a face outside; no more than `enough` are counted.
+double exposed_count(const FloatGrid& density, double enough)
+{
+    const auto at = density.getConstAccessor();
+    double count = 0;
+    for (auto v = density.cbeginValueOn(); v && count < enough; ++v) {
+        if (!v.isVoxelValue()) continue;
+        const openvdb::Coord p = v.getCoord();
+        for (int face = 0; face < 6; ++face) {
+            openvdb::Coord q = p;
+            q[face / 2] += face % 2 ? 1 : -1;
+            if (at.isValueOn(q)) continue;
+            ++count;
+            break;
+        }
+    }
+    return std::min(count, enough);
+}
+
+/// Values added to rays of the lattice for one set of depths: at centres, and in the mean at lower faces.
+struct Products {
+    double centres, faces;
+
+    Products(const BrickMap& bricks, const Vec3d& to_light, const ScatterOptions& o)
+        : centres(double(lattice_products(bricks, to_light, {o.rays_per_voxel, Vec3d(0.0), 1, nullptr})))
+    {
+        const auto taps = [&](const Vec3d& offset) {
+            return lattice_taps(bricks, to_light, {o.rays_per_voxel, offset, 1, nullptr});
+        };
+        const double at_faces = taps(Vec3d(-0.5, 0, 0)) + taps(Vec3d(0, -0.5, 0)) + taps(Vec3d(0, 0, -0.5));
+        faces = centres * at_faces / (3 * taps(Vec3d(0.0)));
+    }
+};
+
+/// Sets of depths that the lattice finds for a light: none beyond faces along which it travels.
+double sets_across(const BrickMap& bricks, const Vec3d& to_light)
+{
+    const Vec3d travel = bricks.index_from_world().vector(to_light);
+    double sets = sets_of_beam;
+    for (int a = 0; a < 3; ++a)
+        if (travel[a] == 0) sets -= 2;
+    return sets;
+}
+
+struct Counts {
+    double solves = 0, groups = 0, at_once = 0, blocks = 0, beams = 0;
+    double terms = 1, moments = 1;  // harmonics of the source, and of a sweep's result
+    bool sweeps = false, anisotropic = false;
+};
+
+/// Memory of the arrays [bytes a voxel of the blocks].
+double bytes_a_voxel(const Counts& n, const ScatterOptions& o, double g)
+{
+    // Matrix and hierarchy with their vectors; for each source 8 bytes, and 12 of the flux where it has a part.
+    const double matrix = 45 + 4 + 20, source = n.anisotropic ? 20 : 8;
+    const double kept = 4 + (n.anisotropic ? 12 : 0);  // of a channel that is solved
+    double peak = matrix + source * n.at_once + kept * (n.solves - 1) + 28;
+    if (n.sweeps) {
+        const double depth = g == 0 ? 8 : 5, states = std::min(double(o.closure.iterations), depth);
+        const double history = double(mixing_bytes(1, g)) * (2 * states + 3) / (2 * depth + 3);
+        const double closure = 4 * (2 * n.terms + n.beams + n.moments + 2) + history;
+        peak = matrix + 3 * source + closure + 4 * n.moments * n.solves + 80;
+    } else if (o.flux_map) {
+        peak += 60;
+    }
+    return peak + (o.heating ? 16 : 0);
+}
+
+}  // namespace
+
+double expected_iterations(double extent, double tolerance)
+{
+    // Of fractal clouds of 64 to 512 voxels: 1.6 to 2.2 iterations for each factor of ten.
+    const double each = 0.65 + 0.17 * std::log2(std::max(2.0, extent));
+    return std::max(1.0, each * -std::log10(std::min(0.5, tolerance)));
+}
+
+ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission,
+                         const Medium& medium, const std::vector<Light>& lights, const ScatterOptions& o, bool count)
+{
+    ScatterPlan plan;
+    const auto box = density.evalActiveVoxelBoundingBox();
+    if (box.empty()) return plan;
+    const auto leaves = double(density.tree().leafCount());
+    const double in_tiles = double(density.activeVoxelCount()) - double(density.tree().activeLeafVoxelCount());
+    Counts n;
+    n.blocks = leaves + in_tiles / 512;
+    plan.voxels = 512 * n.blocks;
+    const auto groups = groups_of(tint, emission, medium, lights, o.sky);
+    n.groups = double(groups.size());
+    for (const ChannelGroup& group : groups) {
+        n.solves += double(group.solves.size());
+        n.at_once = std::max(n.at_once, double(group.solves.size()));
+    }
+    const std::vector<Light> beams = points_of(lights, o.disc_samples);
+    n.beams = double(beams.size());
+    n.sweeps = o.closure.iterations > 0;
+    const int degree = n.sweeps ? o.closure.degree : 1;
+    const DeltaScaling scaling = o.delta ? delta_scaling(medium.phase, degree) : no_scaling(medium.phase, degree);
+    n.anisotropic = medium.phase.mean_cosine() != 0;
+    n.terms = harmonic_count(scaling.last_degree());
+    n.moments = harmonic_count(std::max(degree, 2));
+    const bool endless = o.ground_albedo && o.periodic == std::array<bool, 3>{};
+    if (n.sweeps || o.flux_map || endless)
+        plan.directions = ordinates(o.closure.kind, o.closure.directions, degree).count();
+
+    const double values = (n.solves > 1 ? 3 : 1) * (n.anisotropic ? 4.0 : 1.0);
+    const double kept = std::min(scaling.last_degree(), o.keep_moments);
+    const double higher = kept > 1 ? (n.solves > 1 ? 3 : 1) * (harmonic_count(int(kept)) - 4.0) : 0;
+    // Blocks that the fringe meets: those of a compact body and one layer about a part of them.
+    const double fringe = 1 + 2.5 / std::cbrt(std::max(8.0, n.blocks));
+    plan.leaf_bytes = fringe * n.blocks * 2048 * (values + higher + (o.heating ? 1 : 0));
+    plan.grid_bytes = 1.03 * plan.leaf_bytes + 1e6 * (1 + higher / 3);
+    plan.bytes = plan.voxels * bytes_a_voxel(n, o, medium.phase.mean_cosine()) + leaves * 4 * 729 * 1.2;
+    // The grids are made when matrix and sweeps are gone.
+    const double solutions = 4 * n.solves * (n.anisotropic ? 4.0 : 1.0) + (n.sweeps ? 4 * n.moments * n.solves : 0);
+    plan.bytes = std::max(plan.bytes, plan.voxels * (solutions + 8) + plan.grid_bytes);
+    if (!count) return plan;
+
+    double extent = 0;
+    for (int a = 0; a < 3; ++a) extent = std::max(extent, double(box.dim()[a]));
+    const double iterations = expected_iterations(extent, o.solve.tolerance);
+    const double sweeps = n.sweeps ? o.closure.iterations : 0, planes = n.sweeps ? 0 : o.flux_map || endless ? 1 : 0;
+    const double rounds = endless && !n.sweeps && *o.ground_albedo > 0 ? 6 : 1;
+    // A solve that starts from the last sweep's light needs fewer and fewer iterations.
+    double later = 0;
+    for (int k = 0; k < o.closure.iterations; ++k) later += iterations * std::max(0.6, 0.95 - 0.05 * k);
+    const auto voxels = [&](const char* event, double times) { plan.work.add(event, plan.voxels * times); };
+    // P1's beams of a group serve its channels; sweeps find theirs for each channel, and the depths of centres.
+    const double of_p1 = n.groups + (sweeps > 0 || planes > 0 ? n.solves : 0), centres = of_p1 - n.groups;
+    voxels("beam_voxel", n.beams * (of_p1 * sets_of_beam + centres));
+    if (o.periodic == std::array<bool, 3>{} && n.beams > 0) {
+        const BrickMap bricks(density);
+        for (const Light& beam : beams)
+            if (const auto to_light = beam->common_direction()) {
+                const Products products(bricks, *to_light, o);
+                plan.work.add("lattice_product",
+                              of_p1 * sets_across(bricks, *to_light) * products.faces + centres * products.centres);
+            }
+    }
+    voxels("p1_setup_voxel", n.groups + (sweeps > 0 ? n.solves : 0));
+    voxels("p1_iteration_voxel", n.solves * (rounds * iterations + later));
+    voxels("p1_channel_voxel", n.solves);
+    voxels("sweep_voxel", n.solves * (sweeps + rounds * planes) * double(plan.directions));
+    voxels("sweep_moment_voxel", n.solves * (sweeps + rounds * planes) * double(plan.directions) * n.moments);
+    voxels("closure_voxel", n.solves * sweeps);
+    plan.work.add("outflow_ray", n.solves * o.reentry_rays);
+    if (!o.sky.dark() && o.reentry_rays > 0)
+        plan.work.add("outflow_sky_voxel", n.solves * exposed_count(density, o.reentry_rays));
+    if (emission) plan.work.add("emission_step", n.solves * emission_steps(density, *emission, o));
+    return plan;
+}
+
+}  // namespace vdbcloud

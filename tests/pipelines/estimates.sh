@@ -1,0 +1,42 @@
+#!/usr/bin/env bash
+# The commands of the pipelines count as many events as their --dry-run says, within a quarter: pilots have few rays, and
+# the solver's iterations are whole numbers of about ten. Counts do not depend on the machine; seconds do and are compared
+# by `make -C tests bench`. Memory at the peak is what --dry-run says within 1.3 from 60 MB on.
+# Usage: estimates.sh BIN. At SIZE=full with the grids and pictures of the pipelines.
+set -euo pipefail
+bin=$(realpath "$1") tests=$(cd "$(dirname "$0")/.." && pwd)
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+fail() { echo "estimates.sh: $*" >&2; exit 1; }
+
+export SAID=$folder/said
+picture=small
+[ "${SIZE:-}" = full ] && picture=full
+made() {
+    local pipeline=$1
+    shift
+    local targets=("${@/#/$folder/$pipeline/}")
+    make -s -C "$tests/../pipelines/$pipeline" BIN="$bin" OUT="$folder/$pipeline" PICTURE=$picture SPP=4 PARTS=1 \
+        LAUNCH="$tests/bench/said_and_taken.sh" "${targets[@]}" > "$folder/log" 2>&1 || { cat "$folder/log" >&2; fail "$pipeline"; }
+}
+made multiple-scattering cumulus.both.png
+made cumulus cumulus.path.exr
+made ladder with.3.png
+made cumulus-growth growth.simulated
+
+# Counts: said over taken of each event that a run counts.
+awk '
+    $1 != "event" || $6 == "-" { next }
+    { ratio = $6 > 0 ? $5 / $6 : $5 > 0 ? 1e9 : 1; ++rows[$4] }
+    ratio > 1.25 || ratio < 0.8 { printf "estimates.sh: %s -o %s: %s said %g, taken %g\n", $2, $3, $4, $5, $6; bad = 1 }
+    END {
+        split("noise_point shape_block lattice_product light_point beam_voxel p1_setup_voxel p1_iteration_voxel p1_channel_voxel " \
+              "sweep_voxel sweep_moment_voxel closure_voxel outflow_ray ray plain_cell plain_light cell cell_light cell_value " \
+              "path_ray path_collision sim_cell read_byte write_byte", wanted)
+        for (k in wanted) if (!rows[wanted[k]]) { print "estimates.sh: no run counted " wanted[k]; bad = 1 }
+        exit bad
+    }' "$SAID" >&2 || fail "counts"
+# Memory, of programs without a sanitizer.
+[ -n "${ASAN_OPTIONS:-}${UBSAN_OPTIONS:-}${TSAN_OPTIONS:-}" ] || awk '
+    $1 == "run" && $7 > 6e7 && ($6 / $7 > 1.3 || $6 / $7 < 1 / 1.3) { printf "estimates.sh: %s -o %s: %.0f MB said, %.0f MB taken\n", $2, $3, $6 / 1e6, $7 / 1e6; bad = 1 }
+    END { exit bad }' "$SAID" >&2 || fail "memory"
