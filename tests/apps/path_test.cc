@@ -164,12 +164,17 @@ TEST_F(PathProgram, TheSkyThatLitTheInputMakesAFurnace)
 
 TEST_F(PathProgram, NoiseAndTimeEndTheRunAndAreTold)
 {
-    const RunResult r = in_folder(path("--noise 0.5 -o a.exr").replace(0, 9, "render"));
+    const RunResult r = in_folder(path("--noise 0.2 -o a.exr").replace(0, 9, "render"));
     EXPECT_EQ(r.status, 0);
-    EXPECT_NE(r.err.find(" samples a pixel, noise 0.4"), std::string::npos) << r.err;
+    const std::string before = " samples a pixel, noise ";
+    ASSERT_NE(r.err.find(before), std::string::npos) << r.err;
+    // A pass doubles the samples at most, which halves the variance.
+    const double noise = std::stod(r.err.substr(r.err.find(before) + before.size()));
+    EXPECT_LE(noise, 0.2);
+    EXPECT_GT(noise, 0.1);
     const PictureFile p = picture(*folder_ / "a.exr");
     const int samples = int(p.spec.get_float_attribute("vdbcloud:samples"));
-    EXPECT_GE(samples, 16);
+    EXPECT_GT(samples, 16);
     EXPECT_EQ(p.text("vdbcloud:sample_ranges"), "0-" + std::to_string(samples - 1));
     // The same number of samples, asked for, is the same picture.
     EXPECT_EQ(p.pixels, traced("--spp " + std::to_string(samples)).pixels);

@@ -128,7 +128,7 @@ TEST(Bounds, NoInputIsReadWithoutABound)
         const char* said;
     } table[] = {
         {cloudsim + "--sounding /dev/zero", 1, "has more than"},
-        {cloudsim + "--init /dev/zero", 1, "expected a file of the first air"},
+        {cloudsim + "--init /dev/zero", 1, "not a .vdb"},
         {cloudsim + "--heat-flux 1 --floor-map /dev/zero", 1, "no regular file"},
         {cloudsim + "--heat-flux 1 --floor-map '" + scratch / "huge.png'", 1, "huge.png"},
         {cloudsim + "--heat-flux 1 --floor-map '" + scratch / "huge.pgm'", 1,
