@@ -1,5 +1,7 @@
 #include "vdbcloud/sweep/light_lattice.h"
+
 #include "vdbcloud/core/clones.h"
+#include "vdbcloud/sweep/lattice_frame.h"
 
 #include <tbb/parallel_for.h>
 
@@ -22,94 +24,6 @@ constexpr int span = rays + 2 * margin + 3;
 
 int floor_div(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 int ifloor(double x) { return int(std::floor(x)); }
-
-/// Index space turned so that light travels along +w: index[axis.w] = sign * w, slopes |mu|, |mv| <= 1.
-struct Frame {
-    int u, v, w;        // which index axes
-    int sign;           // of index[w] along w
-    double mu, mv;      // du/dw, dv/dw along a ray
-    double length;      // world units per unit of w
-    double ou, ov, ow;  // offset of the targets [voxels]
-};
-
-/// Along index axis w; `s`: the direction of travel in index space.
-Frame frame_along(int w, const Vec3d& s, const Vec3d& offset)
-{
-    Frame f{};
-    f.w = w;
-    f.u =
-        f.w == 2 ? 1 : 2;  // rows of a plane buffer run along z, which is contiguous in a brick, where that is possible
-    f.v = 3 - f.u - f.w;
-    f.sign = s[f.w] > 0 ? 1 : -1;
-    f.length = 1 / std::abs(s[f.w]);
-    f.mu = s[f.u] * f.length;
-    f.mv = s[f.v] * f.length;
-    f.ou = offset[f.u];
-    f.ov = offset[f.v];
-    f.ow = f.sign * offset[f.w];
-    return f;
-}
-
-constexpr double tie = 1e-7;  // relative: axes along which light is as fast but for rounding
-
-/// The frame along the axis that light crosses fastest, or each of these axes where light is as fast along two or
-/// three.
-std::vector<Frame> frames_of(const BrickMap& density, const Vec3d& to_light, const Vec3d& offset)
-{
-    const Vec3d s = density.index_from_world().vector(-to_light);
-    const double fastest = std::max({std::abs(s[0]), std::abs(s[1]), std::abs(s[2])});
-    std::vector<Frame> frames;
-    for (int a = 0; a < 3; ++a)
-        if (std::abs(s[a]) >= (1 - tie) * fastest) frames.push_back(frame_along(a, s, offset));
-    return frames;
-}
-
-/// One voxel's part in the integral over a plane step: value at ray's integer position + (du, dv), plane dw.
-struct Tap {
-    int du, dv, dw;
-    double weight;
-};
-
-/// The exact integral of trilinear density from (u0, v0, w0) along (mu, mv, 1) over s in [0, 1], as taps. Between two
-/// walls the density is a cubic in s, for which two Gauss points are exact.
-std::vector<Tap> step_taps(const Frame& f, double u0, double v0, double w0)
-{
-    std::vector<double> cuts{0, 1};
-    const auto cut = [&](double start, double slope) {
-        if (slope == 0) return;
-        const int lo = ifloor(std::min(start, start + slope)), hi = ifloor(std::max(start, start + slope)) + 1;
-        for (int wall = lo; wall <= hi; ++wall)
-            if (const double s = (wall - start) / slope; s > 0 && s < 1) cuts.push_back(s);
-    };
-    cut(u0, f.mu);
-    cut(v0, f.mv);
-    cut(w0, 1);
-    std::sort(cuts.begin(), cuts.end());
-
-    std::vector<Tap> taps;
-    const auto add = [&](int du, int dv, int dw, double weight) {
-        if (weight == 0) return;
-        for (auto& t : taps)
-            if (t.du == du && t.dv == dv && t.dw == dw) {
-                t.weight += weight;
-                return;
-            }
-        taps.push_back({du, dv, dw, weight});
-    };
-    for (size_t n = 0; n + 1 < cuts.size(); ++n) {
-        const double a = cuts[n], b = cuts[n + 1], mid = (a + b) / 2;
-        if (b - a < 1e-14) continue;
-        const int iu = ifloor(u0 + mid * f.mu), iv = ifloor(v0 + mid * f.mv), iw = ifloor(w0 + mid);
-        for (const double x : {-0.57735026918962576, 0.57735026918962576}) {
-            const double s = mid + x * (b - a) / 2, half = (b - a) / 2 * f.length;
-            const double pu = u0 + s * f.mu - iu, pv = v0 + s * f.mv - iv, pw = w0 + s - iw;
-            for (int c = 0; c < 8; ++c)
-                add(iu + (c & 1), iv + ((c >> 1) & 1), iw + (c >> 2),
-                    half * (c & 1 ? pu : 1 - pu) * (c & 2 ? pv : 1 - pv) * (c & 4 ? pw : 1 - pw));
-        }
-    }
-    return taps;
-}
 
 /// The voxels of one plane w about a tile: value (v, u) at value[v * span + u], the first voxel being (v0, u0).
 struct Plane {
@@ -136,7 +50,7 @@ VDBCLOUD_CLONES void add_scaled(double* sum, const float* x, double weight, int 
 /// A tile's rays and their depths, advanced along w.
 class Tile {
 public:
-    Tile(const BrickMap& density, const Frame& frame, int rays_per_voxel, int a0, int b0)
+    Tile(const BrickMap& density, const LatticeFrame& frame, int rays_per_voxel, int a0, int b0)
         : density_(density), f_(frame), r_(rays_per_voxel), a0_(a0), b0_(b0), depth_(size_t(r_) * r_ * rays * row, 0.0)
     {
     }
@@ -252,7 +166,7 @@ private:
     }
 
     const BrickMap& density_;
-    const Frame& f_;
+    const LatticeFrame& f_;
     int r_, a0_, b0_;
     size_t products_ = 0;
     std::vector<double> depth_;  // [phase q, p][b][a], density x world unit
@@ -272,7 +186,7 @@ struct Visit {
 };
 
 /// The tiles that hold rays through block b, widened by `wide` voxels.
-void add_visits(const Frame& f, const Vec3i& b, int wide, int target, std::vector<Visit>& visits)
+void add_visits(const LatticeFrame& f, const Vec3i& b, int wide, int target, std::vector<Visit>& visits)
 {
     const int w0 = f.sign > 0 ? 8 * b[f.w] : -(8 * b[f.w] + 7);
     const auto range = [&](int index, double slope, double offset, int& first, int& last) {
@@ -295,8 +209,8 @@ struct VoxelBlocks {
 };
 
 /// Advances one tile through all blocks on its way; its visits are sorted by layer. Returns Tile::products().
-size_t run_tile(const BrickMap& density, const Frame& frame, int rays_per_voxel, const Visit* visit, const Visit* end,
-                VoxelBlocks& targets)
+size_t run_tile(const BrickMap& density, const LatticeFrame& frame, int rays_per_voxel, const Visit* visit,
+                const Visit* end, VoxelBlocks& targets)
 {
     Tile rays_of_tile(density, frame, rays_per_voxel, visit->tu * tile, visit->tv * tile);
     int done = 8 * visit->layer - 4;  // the last plane reached; nothing lies before it
@@ -315,21 +229,6 @@ size_t run_tile(const BrickMap& density, const Frame& frame, int rays_per_voxel,
         done = last;
     }
     return rays_of_tile.products();
-}
-
-/// The mean number of taps of a step: a ray of each phase, at 16 places between planes.
-double mean_taps(const Frame& f, int rays_per_voxel)
-{
-    size_t taps = 0;
-    constexpr int places = 16;
-    for (int n = 0; n < places; ++n)
-        for (int q = 0; q < rays_per_voxel; ++q)
-            for (int p = 0; p < rays_per_voxel; ++p) {
-                const double w0 = n + f.ow;
-                taps += step_taps(f, double(p) / rays_per_voxel + f.mu * w0, double(q) / rays_per_voxel + f.mv * w0, w0)
-                            .size();
-            }
-    return double(taps) / (places * rays_per_voxel * rays_per_voxel);
 }
 
 /// The visits of a lattice, sorted and each once.
@@ -353,7 +252,7 @@ std::vector<size_t> tiles_of(const std::vector<Visit>& visits)
 }
 
 /// Depths at voxel centre + the offset of a frame. Counts products where `products` is not null.
-void fill_along(const BrickMap& density, const Frame& frame, int rays_per_voxel, VoxelBlocks& targets,
+void fill_along(const BrickMap& density, const LatticeFrame& frame, int rays_per_voxel, VoxelBlocks& targets,
                 const Progress& progress, std::atomic<size_t>* products)
 {
     targets.value.assign(targets.block.size() * 512, 0.0f);
@@ -377,7 +276,7 @@ void fill(const BrickMap& density, const Vec3d& to_light, int rays_per_voxel, co
 {
     targets.value.assign(targets.block.size() * 512, 0.0f);
     if (density.empty() || targets.block.empty()) return;
-    const std::vector<Frame> frames = frames_of(density, to_light, offset);
+    const std::vector<LatticeFrame> frames = frames_of(density, to_light, offset);
     if (frames.size() == 1) return fill_along(density, frames[0], rays_per_voxel, targets, progress, products);
     std::vector<double> sum(targets.value.size(), 0.0);
     for (size_t n = 0; n < frames.size(); ++n) {
@@ -444,7 +343,7 @@ std::vector<float> lattice_depths(const BrickMap& density, const Vec3d& to_light
 double lattice_taps(const BrickMap& density, const Vec3d& to_light, const LatticeOptions& options)
 {
     double taps = 0;
-    for (const Frame& frame : frames_of(density, to_light, options.offset))
+    for (const LatticeFrame& frame : frames_of(density, to_light, options.offset))
         taps += mean_taps(frame, options.rays_per_voxel);
     return taps;
 }
@@ -452,7 +351,7 @@ double lattice_taps(const BrickMap& density, const Vec3d& to_light, const Lattic
 size_t lattice_products(const BrickMap& density, const Vec3d& to_light, const LatticeOptions& options)
 {
     if (density.empty()) return 0;
-    const Frame frame = frames_of(density, to_light, options.offset).front();
+    const LatticeFrame frame = frames_of(density, to_light, options.offset).front();
     std::vector<Visit> visits;
     for (const auto& b : density.bricks()) add_visits(frame, b, 2, -1, visits);
     visits = sorted_visits(std::move(visits));
