@@ -2,10 +2,13 @@
 #include "vdbcloud/render/exr_file.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/memory.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -135,6 +138,27 @@ TEST_F(ExrFile, RefusesAttributesThatClaimMoreThanTheFile)
     for (const char c : empty + second) parts.push_back((unsigned char)c);
     EXPECT_NE(refusal(write("parts.exr", parts)).find("attribute 'more' claims 2147483647"), std::string::npos)
         << refusal(write("parts.exr", parts));
+}
+
+// Twice the memory that is left, in a file of the size that could hold it.
+TEST_F(ExrFile, RefusesPixelsThatMemoryCannotHold)
+{
+    const auto left = memory_left();
+    if (!left) GTEST_SKIP() << "the system does not say how much memory is left";
+    const int side = int(std::sqrt(2 * left->bytes / 4));
+    Imf::Header header(side, 16);
+    header.compression() = Imf::ZIP_COMPRESSION;
+    const std::vector<float> values(size_t(side) * 16);
+    Bytes bytes = encoded_exr("t.exr", header, {{"Y", false, values.data(), 1}});
+    const std::string key("dataWindow\0box2i\0", 17);
+    const auto at = std::search(bytes.begin(), bytes.end(), key.begin(), key.end());
+    ASSERT_NE(at, bytes.end());
+    const int32_t last = side - 1;
+    std::copy_n(reinterpret_cast<const unsigned char*>(&last), 4, at + int(key.size()) + 4 + 12);
+    const std::string file = write("large.exr", bytes);
+    fs::resize_file(file, uintmax_t(left->bytes / 1000));
+    const std::string said = refusal(file);
+    EXPECT_NE(said.find("not enough memory: its pixels take"), std::string::npos) << said;
 }
 
 }  // namespace

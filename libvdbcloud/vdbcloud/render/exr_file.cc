@@ -121,6 +121,7 @@ ExrPicture read_exr(const std::string& path)
         for (auto c = header.channels().begin(); c != header.channels().end(); ++c, ++channels)
             pixel_bytes += c.channel().type == Imf::HALF ? sizeof(half) : sizeof(float);
         check_claim(path, file_bytes, width_of(header), height_of(header), pixel_bytes);
+        check_memory(path, 4.0 * double(width_of(header)) * double(height_of(header)) * double(channels));
         picture.values.resize(width_of(header) * height_of(header) * channels);
         Imf::FrameBuffer frame;
         size_t at = 0;

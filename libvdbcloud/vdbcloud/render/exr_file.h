@@ -40,8 +40,8 @@ struct ExrPicture {
     std::vector<float> values;
 };
 
-/// Throws IoError, path first: the file cannot be read, is no regular file, or claims more pixels than its bytes can
-/// hold (picture_bytes.h).
+/// Throws IoError, path first: the file cannot be read, is no regular file, claims more pixels than its bytes can hold,
+/// or more than the memory that is left (picture_bytes.h).
 ExrPicture read_exr(const std::string& path);
 
 }  // namespace vdbcloud

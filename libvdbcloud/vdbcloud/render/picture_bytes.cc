@@ -2,6 +2,7 @@
 
 #include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/memory.h"
 
 #include <sys/stat.h>
 
@@ -59,6 +60,15 @@ void check_claim(const std::string& path, uint64_t file_bytes, uint64_t width, u
     if (!sides || width * height > most / pixel_bytes)
         throw IoError(printable(path) + ": malformed picture: it claims " + std::to_string(width) + " x " +
                       std::to_string(height) + " pixels in " + std::to_string(file_bytes) + " bytes");
+}
+
+void check_memory(const std::string& path, double bytes)
+{
+    const auto left = memory_left();
+    if (left && bytes > left->bytes)
+        throw IoError(printable(path) + ": not enough memory: its pixels take " +
+                      std::to_string(uint64_t(bytes / 1e6)) + " MB, and " + left->limit + " leaves " +
+                      std::to_string(uint64_t(left->bytes / 1e6)) + " MB: expected a smaller picture, or more memory");
 }
 
 }  // namespace vdbcloud

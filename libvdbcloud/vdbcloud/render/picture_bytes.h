@@ -13,4 +13,8 @@ uint64_t bytes_of_picture(const std::string& path);
 /// packs 1032 bytes into one at most; other methods of pictures come to less than four times that.
 void check_claim(const std::string& path, uint64_t file_bytes, uint64_t width, uint64_t height, uint64_t pixel_bytes);
 
+/// Throws IoError, path first, for pixels of more bytes than the system has memory left: what is not there would be
+/// found missing only page by page, by the end of some process.
+void check_memory(const std::string& path, double bytes);
+
 }  // namespace vdbcloud
