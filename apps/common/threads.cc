@@ -1,5 +1,7 @@
 #include "threads.h"
 
+#include "vdbcloud/core/control_groups.h"
+
 #include <sched.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -10,7 +12,6 @@
 #include <exception>
 #include <fstream>
 #include <mutex>
-#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -44,33 +45,12 @@ int by_quota(const std::string& folder, int otherwise)
     return otherwise;
 }
 
-/// Over this process's control group and those that hold it.
-int by_control_groups(int count)
-{
-    std::ifstream groups("/proc/self/cgroup");
-    for (std::string line; std::getline(groups, line);) {
-        std::istringstream fields(line);
-        std::string id, controllers, path;
-        std::getline(fields, id, ':');
-        std::getline(fields, controllers, ':');
-        std::getline(fields, path);
-        const bool first = controllers.find("cpu") != std::string::npos, second = controllers.empty();
-        if (!first && !second) continue;
-        const std::string root = second ? "/sys/fs/cgroup" : "/sys/fs/cgroup/" + controllers;
-        while (!path.empty() && path != "/") {
-            count = std::min(count, by_quota(root + path, count));
-            path.erase(path.rfind('/'));
-        }
-        count = std::min(count, by_quota(root, count));
-    }
-    return count;
-}
-
 }  // namespace
 
 int allowed_threads()
 {
-    int count = by_control_groups(by_affinity());
+    int count = by_affinity();
+    for (const std::string& folder : control_groups("cpu")) count = std::min(count, by_quota(folder, count));
     if (const char* slurm = std::getenv("SLURM_CPUS_PER_TASK")) {
         const long given = std::strtol(slurm, nullptr, 10);
         if (given > 0) count = int(std::min<long>(count, given));

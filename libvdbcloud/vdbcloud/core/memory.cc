@@ -1,11 +1,12 @@
 #include "vdbcloud/core/memory.h"
 
+#include "vdbcloud/core/control_groups.h"
+
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
-#include <functional>
 #include <sstream>
 
 namespace vdbcloud {
@@ -44,9 +45,10 @@ std::optional<double> number_in(const std::string& path)
 }
 
 /// What one control group leaves: pages of files that it caches are given back on demand.
-std::optional<double> left_in_group(const std::string& folder, const char* limit, const char* used)
+std::optional<double> left_in_group(const std::string& folder)
 {
-    const auto most = number_in(folder + "/" + limit), now = number_in(folder + "/" + used);
+    auto most = number_in(folder + "/memory.max"), now = number_in(folder + "/memory.current");
+    if (!now) most = number_in(folder + "/memory.limit_in_bytes"), now = number_in(folder + "/memory.usage_in_bytes");
     if (!most || !now || *most > 0x1p60) return std::nullopt;
     double cached = 0;
     std::ifstream statistics(folder + "/memory.stat");
@@ -54,29 +56,6 @@ std::optional<double> left_in_group(const std::string& folder, const char* limit
     for (double value = 0; statistics >> name >> value;)
         if (name == "inactive_file" || name == "total_inactive_file") cached = value;
     return std::max(0.0, *most - *now + cached);
-}
-
-/// Over this process's control group and those that hold it.
-void limit_by_control_groups(const std::function<void(double)>& limit)
-{
-    std::ifstream groups("/proc/self/cgroup");
-    for (std::string line; std::getline(groups, line);) {
-        std::istringstream fields(line);
-        std::string id, controllers, path;
-        std::getline(fields, id, ':');
-        std::getline(fields, controllers, ':');
-        std::getline(fields, path);
-        const bool second = controllers.empty();
-        if (!second && controllers.find("memory") == std::string::npos) continue;
-        const std::string root = second ? "/sys/fs/cgroup" : "/sys/fs/cgroup/memory";
-        for (;;) {
-            const auto left = second ? left_in_group(root + path, "memory.max", "memory.current")
-                                     : left_in_group(root + path, "memory.limit_in_bytes", "memory.usage_in_bytes");
-            if (left) limit(*left);
-            if (path.empty() || path == "/") break;
-            path.erase(path.rfind('/'));
-        }
-    }
 }
 
 }  // namespace
@@ -103,7 +82,8 @@ std::optional<MemoryLeft> memory_left()
             const double used = resource == RLIMIT_AS ? statm(0) : kilobytes("/proc/self/status", "VmData").value_or(0);
             limit(std::max(0.0, double(space.rlim_cur) - used), "the limit of this process (ulimit -v or -d)");
         }
-    limit_by_control_groups([&](double bytes) { limit(bytes, "the control group"); });
+    for (const std::string& folder : control_groups("memory"))
+        if (const auto in_group = left_in_group(folder)) limit(*in_group, "the control group");
     return left;
 }
 
