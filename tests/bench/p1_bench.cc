@@ -1,5 +1,5 @@
-// The P1 solver against hypre's conjugate gradients with BoomerAMG on the same matrix, its growth with the grid, memory
-// and threads. Seconds are processor seconds of the process; all ratios are of one run.
+// The P1 solver against hypre's conjugate gradients with the best of some settings of BoomerAMG on the same matrix, its
+// growth with the grid, memory and threads. Seconds are processor seconds of the process; all ratios are of one run.
 #include "vdbcloud/fractal/noise.h"
 #include "vdbcloud/scatter/p1_problem.h"
 
@@ -19,6 +19,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <string>
 
 namespace vdbcloud {
 namespace {
@@ -93,9 +94,57 @@ Cost ours(const Problem& problem)
 }
 
 #ifdef VDBCLOUD_HAS_HYPRE
-/// The same matrix and right-hand side through hypre, setup and solve, its settings for three dimensions (PMIS,
-/// extended+i).
-Cost hypre(const Problem& problem)
+/// Settings of BoomerAMG for three dimensions: all with extended+i interpolation of four elements a row.
+struct HypreSettings {
+    const char* name;
+    HYPRE_Int coarsening, aggressive_levels;
+    double threshold;
+};
+constexpr HYPRE_Int pmis = 8, hmis = 10;
+constexpr HypreSettings hypre_settings[] = {{"PMIS, threshold 0.25", pmis, 0, 0.25},
+                                            {"PMIS, threshold 0.5", pmis, 0, 0.5},
+                                            {"HMIS, threshold 0.25", hmis, 0, 0.25},
+                                            {"HMIS, threshold 0.5", hmis, 0, 0.5},
+                                            {"HMIS, one aggressive level, threshold 0.25", hmis, 1, 0.25},
+                                            {"HMIS, one aggressive level, threshold 0.5", hmis, 1, 0.5}};
+
+/// Setup and solve, from 0.
+Cost hypre_with(const HypreSettings& settings, HYPRE_ParCSRMatrix A, HYPRE_ParVector B, HYPRE_ParVector X)
+{
+    HYPRE_ParVectorSetConstantValues(X, 0);
+    Cost cost;
+    const double cpu = cpu_seconds(), wall = wall_seconds();
+    HYPRE_Solver pcg, amg;
+    HYPRE_ParCSRPCGCreate(MPI_COMM_WORLD, &pcg);
+    HYPRE_PCGSetTol(pcg, 1e-6);
+    HYPRE_PCGSetMaxIter(pcg, 200);
+    HYPRE_PCGSetTwoNorm(pcg, 1);
+    HYPRE_BoomerAMGCreate(&amg);
+    HYPRE_BoomerAMGSetCoarsenType(amg, settings.coarsening);
+    HYPRE_BoomerAMGSetAggNumLevels(amg, settings.aggressive_levels);
+    HYPRE_BoomerAMGSetInterpType(amg, 6);
+    HYPRE_BoomerAMGSetPMaxElmts(amg, 4);
+    HYPRE_BoomerAMGSetStrongThreshold(amg, settings.threshold);
+    HYPRE_BoomerAMGSetRelaxType(amg, 6);
+    HYPRE_BoomerAMGSetTol(amg, 0);
+    HYPRE_BoomerAMGSetMaxIter(amg, 1);
+    HYPRE_PCGSetPrecond(pcg, reinterpret_cast<HYPRE_PtrToSolverFcn>(HYPRE_BoomerAMGSolve),
+                        reinterpret_cast<HYPRE_PtrToSolverFcn>(HYPRE_BoomerAMGSetup), amg);
+    HYPRE_ParCSRPCGSetup(pcg, A, B, X);
+    HYPRE_ParCSRPCGSolve(pcg, A, B, X);
+    cost.cpu = cpu_seconds() - cpu;
+    cost.wall = wall_seconds() - wall;
+    HYPRE_Int iterations = 0;
+    HYPRE_PCGGetNumIterations(pcg, &iterations);
+    HYPRE_PCGGetFinalRelativeResidualNorm(pcg, &cost.residual);
+    cost.iterations = int(iterations);
+    HYPRE_BoomerAMGDestroy(amg);
+    HYPRE_ParCSRPCGDestroy(pcg);
+    return cost;
+}
+
+/// The least of `hypre_settings` that reach the tolerance, on the same matrix and right-hand side.
+Cost hypre(const Problem& problem, std::string& best)
 {
     static const bool started = [] {
         MPI_Init(nullptr, nullptr);
@@ -151,32 +200,12 @@ Cost hypre(const Problem& problem)
     HYPRE_IJVectorGetObject(left, reinterpret_cast<void**>(&X));
 
     Cost cost;
-    const double cpu = cpu_seconds(), wall = wall_seconds();
-    HYPRE_Solver pcg, amg;
-    HYPRE_ParCSRPCGCreate(MPI_COMM_WORLD, &pcg);
-    HYPRE_PCGSetTol(pcg, 1e-6);
-    HYPRE_PCGSetMaxIter(pcg, 200);
-    HYPRE_PCGSetTwoNorm(pcg, 1);
-    HYPRE_BoomerAMGCreate(&amg);
-    HYPRE_BoomerAMGSetCoarsenType(amg, 8);
-    HYPRE_BoomerAMGSetInterpType(amg, 6);
-    HYPRE_BoomerAMGSetPMaxElmts(amg, 4);
-    HYPRE_BoomerAMGSetStrongThreshold(amg, 0.5);
-    HYPRE_BoomerAMGSetRelaxType(amg, 6);
-    HYPRE_BoomerAMGSetTol(amg, 0);
-    HYPRE_BoomerAMGSetMaxIter(amg, 1);
-    HYPRE_PCGSetPrecond(pcg, reinterpret_cast<HYPRE_PtrToSolverFcn>(HYPRE_BoomerAMGSolve),
-                        reinterpret_cast<HYPRE_PtrToSolverFcn>(HYPRE_BoomerAMGSetup), amg);
-    HYPRE_ParCSRPCGSetup(pcg, A, B, X);
-    HYPRE_ParCSRPCGSolve(pcg, A, B, X);
-    cost.cpu = cpu_seconds() - cpu;
-    cost.wall = wall_seconds() - wall;
-    HYPRE_Int iterations = 0;
-    HYPRE_PCGGetNumIterations(pcg, &iterations);
-    HYPRE_PCGGetFinalRelativeResidualNorm(pcg, &cost.residual);
-    cost.iterations = int(iterations);
-    HYPRE_BoomerAMGDestroy(amg);
-    HYPRE_ParCSRPCGDestroy(pcg);
+    for (const HypreSettings& settings : hypre_settings) {
+        const Cost now = hypre_with(settings, A, B, X);
+        if (now.residual > 1e-6 || (cost.cpu > 0 && now.cpu >= cost.cpu)) continue;
+        cost = now;
+        best = settings.name;
+    }
     HYPRE_IJMatrixDestroy(matrix);
     HYPRE_IJVectorDestroy(right);
     HYPRE_IJVectorDestroy(left);
@@ -194,7 +223,9 @@ void box(benchmark::State& state)
         state.counters["ns_per_cell"] = 1e9 * mine.cpu / cells;
         state.counters["iterations"] = mine.iterations;
 #ifdef VDBCLOUD_HAS_HYPRE
-        const Cost theirs = hypre(problem);
+        std::string best;
+        const Cost theirs = hypre(problem, best);
+        state.SetLabel(best);
         state.counters["hypre_ns_per_cell"] = 1e9 * theirs.cpu / cells;
         state.counters["hypre_iterations"] = theirs.iterations;
         state.counters["hypre_over_ours"] = theirs.cpu / mine.cpu;
@@ -202,7 +233,7 @@ void box(benchmark::State& state)
     }
 }
 
-/// The cloud alone on its active voxels; hypre gets the box it would need.
+/// The cloud alone on its active voxels; hypre gets the same sparse matrix, and the box about it.
 void sparse(benchmark::State& state)
 {
     const int n = int(state.range(0));
@@ -217,8 +248,10 @@ void sparse(benchmark::State& state)
         state.counters["bytes_per_voxel"] = double(mine.bytes) / cells;
 #ifdef VDBCLOUD_HAS_HYPRE
         if (state.range(1)) {
-            const Cost theirs = hypre(Problem(n, 1e-3f));
-            state.counters["hypre_box_over_ours"] = theirs.cpu / mine.cpu;
+            std::string in_box, on_voxels;
+            state.counters["hypre_box_over_ours"] = hypre(Problem(n, 1e-3f), in_box).cpu / mine.cpu;
+            state.counters["hypre_over_ours"] = hypre(problem, on_voxels).cpu / mine.cpu;
+            state.SetLabel("box: " + in_box + "; voxels: " + on_voxels);
         }
 #endif
     }
