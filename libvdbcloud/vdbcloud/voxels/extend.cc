@@ -13,20 +13,33 @@ namespace {
 openvdb::Vec3d wide(const openvdb::Vec3f& v) { return openvdb::Vec3d(v); }
 double wide(float v) { return v; }
 
+/// The grid's voxels and their fringe, with the background everywhere.
+template<typename Grid>
+typename Grid::TreeType::Ptr fringe_tree(const Grid& grid)
+{
+    openvdb::MaskTree mask(grid.tree(), false, true, openvdb::TopologyCopy());
+    mask.voxelizeActiveTiles();
+    openvdb::tools::dilateActiveValues(mask, 1, openvdb::tools::NN_FACE_EDGE_VERTEX, openvdb::tools::IGNORE_TILES);
+    return std::make_shared<typename Grid::TreeType>(mask, grid.background(), grid.background(),
+                                                     openvdb::TopologyCopy());
+}
+
 template<typename Grid>
 typename Grid::Ptr fringed(const Grid& grid)
 {
     using Tree = typename Grid::TreeType;
     using Value = typename Grid::ValueType;
-    openvdb::MaskTree mask(grid.tree(), false, true, openvdb::TopologyCopy());
-    mask.voxelizeActiveTiles();
-    openvdb::tools::dilateActiveValues(mask, 1, openvdb::tools::NN_FACE_EDGE_VERTEX, openvdb::tools::IGNORE_TILES);
-    auto tree = std::make_shared<Tree>(mask, grid.background(), grid.background(), openvdb::TopologyCopy());
+    auto tree = fringe_tree(grid);
     std::vector<typename Tree::LeafNodeType*> leaves;
     tree->getNodes(leaves);
     tbb::parallel_for(size_t(0), leaves.size(), [&](size_t n) {
         openvdb::tree::ValueAccessor<const Tree> from(grid.tree());
+        const auto* own = grid.tree().probeConstLeaf(leaves[n]->origin());  // null: a tile, or fringe alone
         for (auto v = leaves[n]->beginValueOn(); v; ++v) {
+            if (own && own->isValueOn(v.pos())) {
+                v.setValue(own->getValue(v.pos()));
+                continue;
+            }
             const openvdb::Coord ijk = v.getCoord();
             Value value;
             if (from.probeValue(ijk, value)) {
@@ -62,5 +75,10 @@ typename Grid::Ptr fringed(const Grid& grid, const Period& period)
 
 Vec3SGridPtr with_fringe(const Vec3SGrid& grid, const Period& period) { return fringed(grid, period); }
 FloatGridPtr with_fringe(const FloatGrid& grid, const Period& period) { return fringed(grid, period); }
+
+FloatGridPtr voxels_with_fringe(const FloatGrid& grid, const Period& period)
+{
+    return period.any() ? fringed(grid, period) : openvdb::FloatGrid::create(fringe_tree(grid));
+}
 
 }  // namespace vdbcloud

@@ -14,4 +14,7 @@ namespace vdbcloud {
 Vec3SGridPtr with_fringe(const Vec3SGrid& grid, const Period& = {});
 FloatGridPtr with_fringe(const FloatGrid& grid, const Period& = {});
 
+/// The active voxels of with_fringe() alone: values mean nothing.
+FloatGridPtr voxels_with_fringe(const FloatGrid& grid, const Period& = {});
+
 }  // namespace vdbcloud
