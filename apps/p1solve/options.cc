@@ -92,7 +92,8 @@ void declare_accuracy(app::App& app, P1solveOptions& o)
 {
     const auto accuracy = "Accuracy";
     app.add_option("--tolerance", o.scatter.solve.tolerance,
-                   "stop when the relative residual and the relative error estimate fall below this value")
+                   "stop when the relative residual and the relative error estimate fall below this value; solves "
+                   "between sweeps follow the change")
         ->check(app::positive)
         ->group(accuracy);
     app.add_option("--max-iterations", o.scatter.solve.max_iterations,

@@ -1,6 +1,7 @@
 // P1 with suns and lamps: convergence in hard media, the balance of energy, and scatter_p1() as a whole.
 #include "scatter/p1_solve.h"
 #include "vdbcloud/core/constants.h"
+#include "vdbcloud/core/vdb.h"
 #include "vdbcloud/scatter/beam.h"
 #include "vdbcloud/scatter/multiple_scattering.h"
 
@@ -140,6 +141,35 @@ TEST(ScatterP1, SharesSolutionsBetweenChannelsAndWritesMetadata)
     EXPECT_NEAR(blue.channel[2].budget.largest, 2 * report.channel[0].budget.largest,
                 1e-5 * blue.channel[2].budget.largest);
     EXPECT_EQ(blue.channel[0].budget.largest, 0);
+}
+
+TEST(ScatterP1, RaysOfASunServeAllChannelsAndSweeps)
+{
+    // Each channel has a matrix of its own, and under forward scattering an extinction; density depths are the same.
+    const auto grid =
+        test::voxel_field(Vec3i(20, 17, 12), Vec3d(0.2), [](const Vec3i& p) { return bumpy(p, 11) > 0 ? 1.0 : 0.0; });
+    Medium medium;
+    medium.sigma_t_per_density = Vec3d(3);
+    medium.albedo = Vec3d(0.99, 0.95, 0.9);
+    medium.phase = test::hg(0.85);
+    const std::vector<Light> suns{make_sun(Vec3d(0.3, 1, 0.2)), make_sun(Vec3d(-1, 0.2, 0.4))};
+    ScatterOptions o;
+    o.closure.iterations = 2;
+    ScatterReport report;
+    const auto colours =
+        openvdb::gridPtrCast<Vec3SGrid>(scatter_p1(*grid, nullptr, nullptr, medium, suns, o, {}, report).phi);
+    EXPECT_EQ(report.solves, 3);
+    for (int c = 0; c < 3; ++c) {
+        Medium grey = medium;
+        grey.albedo = Vec3d(medium.albedo[c]);
+        ScatterReport alone;
+        const auto phi =
+            openvdb::gridPtrCast<FloatGrid>(scatter_p1(*grid, nullptr, nullptr, grey, suns, o, {}, alone).phi);
+        for (auto v = phi->cbeginValueOn(); v; ++v)
+            ASSERT_EQ(colours->tree().getValue(v.getCoord())[c], *v) << c << ' ' << v.getCoord();
+        EXPECT_EQ(report.work.of("lattice_product"), alone.work.of("lattice_product")) << "one pass for each sun";
+        EXPECT_EQ(report.channel[size_t(c)].lines, alone.channel[size_t(c)].lines);
+    }
 }
 
 TEST(ScatterP1, UniformTintMatchesUniformAlbedo)

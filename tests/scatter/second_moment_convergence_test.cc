@@ -88,6 +88,35 @@ TEST(SecondMoment, ErrorEstimateIsWithinAFactorOfTwoAndAHalf)
     }
 }
 
+TEST(SecondMoment, SolvesThatFollowTheChangeMoveLightByLessThanAHundredthOfTheChange)
+{
+    for (const auto& [g, degree, directions] : {std::tuple(0.0, 1, 32), {0.85, 3, 64}})
+        for (double sigma : {10.0, 1000.0})
+            for (int sweeps : {1, 3, 5}) {
+                P1Case c(test::voxel_field(Vec3i(32), Vec3d(1.0 / 32), [](const Vec3i& p) { return billows(p, 32); }));
+                Lit lit;
+                lit.w0 = 0.999;
+                lit.sigma = sigma;
+                lit.g = g;
+                lit.to_sun = Vec3d(0.3, 1, 0.2);
+                ClosureOptions follows = options(directions, sweeps, degree, 1e-9), exact = follows;
+                exact.solve_share = 0;
+                const Result r = solve(c, lit, follows), truth = solve(c, lit, exact);
+                double difference = 0, size = 0;
+                int iterations = 0, of_truth = 0;
+                for (size_t n = 0; n < r.phi.size(); ++n) {
+                    difference += std::pow(r.phi[n] - truth.phi[n], 2);
+                    size += std::pow(truth.phi[n], 2);
+                }
+                for (const SolveResult& s : r.report.solves) iterations += s.iterations;
+                for (const SolveResult& s : truth.report.solves) of_truth += s.iterations;
+                // Moments are floats.
+                EXPECT_LT(std::sqrt(difference / size), 0.01 * truth.report.change.back() + 2e-7) << g << ' ' << sigma;
+                EXPECT_LT(iterations, 0.75 * of_truth) << g << ' ' << sigma;
+                EXPECT_LT(r.budget.defect, 1e-6);
+            }
+}
+
 TEST(SecondMoment, WhiteFurnaceIsExactInSaltAndPepper)
 {
     for (const auto& [g, degree, directions] : {std::tuple(0.0, 1, 32), {0.85, 3, 64}}) {

@@ -37,7 +37,7 @@ struct Wanted {
 
     Wanted(const FloatGrid& density, int refine_by, const Period& period) : refine(refine_by)
     {
-        const FloatGridPtr coarse = with_fringe(density, period);
+        const FloatGridPtr coarse = voxels_with_fringe(density, period);
         if (refine == 1) {
             tree = coarse->treePtr();
         } else {
@@ -344,9 +344,8 @@ TransmittancePlan transmittance_plan(const FloatGrid& density, const Medium& med
         plan.work.add("light_point", 512 * leaves * parts);
         if (lattice)
             for (const auto& part : light.parts(o.disc_samples))
-                plan.work.add("lattice_product",
-                              double(lattice_products(map, *part->common_direction(),
-                                                      {o.rays_per_voxel, Vec3d(0), o.refine, nullptr})));
+                plan.work.add("lattice_product", double(lattice_products(map, *part->common_direction(),
+                                                                         refined_offsets(o.refine), o.rays_per_voxel)));
         else
             plan.work.add("exact_cell", parts * double(wanted.voxels) * mean_cells(map, *light, wanted));
     }

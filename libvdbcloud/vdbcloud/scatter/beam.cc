@@ -22,6 +22,16 @@ Vec3d unit_vector(int axis, double length)
 
 Vec3d as_double(const Vec3i& v) { return Vec3d(v.x(), v.y(), v.z()); }
 
+/// exp(-tau), and exp(-tau) - 1, to rounding of each, from one of them.
+struct Transmitted {
+    double part, less;
+    explicit Transmitted(double tau)
+        : part(tau < 0.5 ? 1 : std::exp(-tau)), less(tau < 0.5 ? std::expm1(-tau) : part - 1)
+    {
+        if (tau < 0.5) part += less;
+    }
+};
+
 /// Notes the absorbed part of what a cell takes from a beam, where the source asks for it.
 void add_absorbed(const P1Operator& p1, size_t slot, double deposit, P1Source& to)
 {
@@ -95,9 +105,9 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
             if (forward) source->through_faces(a);
         const double common = free.common(a);
         each_active(blocks, [&](size_t slot) {
-            const double tau = extinction * double(depths.lower[a][slot]);
-            u[slot] = free(slot, a, 0) * std::exp(-tau);
-            less[slot] = common * std::expm1(-tau);
+            const Transmitted t(extinction * double(depths.lower[a][slot]));
+            u[slot] = free(slot, a, 0) * t.part;
+            less[slot] = common * t.less;
         });
         // What is lost between faces of U `lower` and `upper`: the exacter of two differences.
         const auto lost_between = [&](double lower, double lower_less, double above, double above_less) {
@@ -110,10 +120,10 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
             const ExposedVoxel& voxel = p1.exposed()[k];
             for (int up = 0; up < 2; ++up) {
                 if (!(voxel.faces >> (2 * a + up) & 1)) continue;
-                const double tau = extinction * double(depths.exposed[k][2 * a + up]),
-                             value = free(voxel.slot, a, up) * std::exp(-tau);
+                const Transmitted t(extinction * double(depths.exposed[k][2 * a + up]));
+                const double value = free(voxel.slot, a, up) * t.part;
                 (up ? upper[k] : u[voxel.slot]) = value;
-                (up ? upper_less[k] : less[voxel.slot]) = common * std::expm1(-tau);
+                (up ? upper_less[k] : less[voxel.slot]) = common * t.less;
                 ((up ? value < 0 : value > 0) ? in : out) += std::abs(value);
             }
         }
@@ -124,7 +134,7 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
         tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
             for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
                 if (!blocks.active(slot)) continue;
-                const size_t below = blocks.neighbour(slot, 2 * a), above = blocks.neighbour(slot, 2 * a + 1);
+                const size_t below = beside(blocks, slot, 2 * a), above = beside(blocks, slot, 2 * a + 1);
                 const bool has_below = blocks.active(below), has_above = blocks.active(above);
                 // Cells with an exposed upper face follow below.
                 const double deposit = has_above ? lost_between(u[slot], less[slot], u[above], less[above]) : 0.0;
@@ -204,7 +214,7 @@ void add_beam_profile(const P1Operator& p1, const BeamDepths& depths, double ext
             lower[slot] = free(slot, a, 0) * std::exp(-extinction * double(depths.lower[a][slot]));
         });
         each_active(blocks, [&](size_t slot) {
-            const size_t above = blocks.neighbour(slot, 2 * a + 1);
+            const size_t above = beside(blocks, slot, 2 * a + 1);
             if (blocks.active(above)) upper[slot] = lower[above];
         });
         for (size_t k = 0; k < p1.exposed().size(); ++k)
@@ -213,7 +223,7 @@ void add_beam_profile(const P1Operator& p1, const BeamDepths& depths, double ext
                     (up ? upper : lower)[slot] =
                         free(slot, a, up) * std::exp(-extinction * double(depths.exposed[k][2 * a + up]));
         each_active(blocks, [&](size_t slot) {  // through lower faces between cells
-            const size_t below = blocks.neighbour(slot, 2 * a);
+            const size_t below = beside(blocks, slot, 2 * a);
             if (!blocks.active(below)) return;
             const double own = p1.sigma_tr(slot), other = p1.sigma_tr(below);
             flux[slot] = (own * factor(slot) * half_cell_deviation(lower[slot], upper[slot]) +
@@ -223,7 +233,7 @@ void add_beam_profile(const P1Operator& p1, const BeamDepths& depths, double ext
         for (const auto& [to, strength] : channels) {
             std::vector<float>& through = to->through_faces(a);
             each_active(blocks, [&, to = to, strength = strength](size_t slot) {
-                const size_t above = blocks.neighbour(slot, 2 * a + 1);
+                const size_t above = beside(blocks, slot, 2 * a + 1);
                 to->rhs[slot] += strength * (flux[slot] - (blocks.active(above) ? flux[above] : 0.0));
                 through[slot] += float(strength * flux[slot] / p1.face_area(a));
             });
@@ -270,7 +280,7 @@ std::vector<float> mean_fluence(const P1Operator& p1, const BeamDepths& depths, 
             }
         }
         each_active(blocks, [&](size_t slot) {
-            const size_t above = blocks.neighbour(slot, 2 * a + 1);
+            const size_t above = beside(blocks, slot, 2 * a + 1);
             taken[slot] += lower[slot] - (blocks.active(above) ? lower[above] : 0.0);
             if (blocks.active(above)) note(slot, depths.lower[a][above]);
         });

@@ -24,12 +24,17 @@ struct BeamDepths {
     std::vector<std::array<float, 6>> exposed;  ///< at the exposed faces of exposed_voxels(), by Blocks::Face
 };
 
-/// Depths by the light lattice (sweep/) for a light of one direction, by one ray per face for any other light. Of a
-/// light with a disc: from its centre (points_of() takes it apart). `density` is the trilinear medium, `index` its
-/// voxels. `products`: as LatticeOptions::products. Threads: parallel; values do not depend on the number of threads.
+/// Depths by one pass of the light lattice (sweep/) for a light of one direction, by one ray per face for any other
+/// light. Of a light with a disc: from its centre (points_of() takes it apart). `density` is the trilinear medium,
+/// `index` its voxels. `centres`, if given, gets centre_depths(). `products`: as of lattice_depths(). Threads:
+/// parallel; values do not depend on the number of threads.
 BeamDepths beam_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed, const BrickMap& density,
-                       const Light& light, int rays_per_voxel = 2, const Progress& progress = {},
-                       std::atomic<size_t>* products = nullptr);
+                       const Light& light, int rays_per_voxel = 2, std::vector<float>* centres = nullptr,
+                       const Progress& progress = {}, std::atomic<size_t>* products = nullptr);
+
+/// The sets of targets for which one pass of the lattice finds the depths of a light: centres, lower faces, and the
+/// places beyond exposed faces of each kind. Offsets [voxels].
+std::vector<Vec3d> beam_offsets(const VoxelIndex& index, const Vec3d& to_light, bool centres);
 
 /// Depths in a medium that repeats along the periodic axes of `index`, by rays that wrap. Density is constant in each
 /// voxel. Throws InputError if the light has more than one direction, or if its rays never leave the medium.
@@ -43,7 +48,7 @@ double periodic_depth(const VoxelIndex& index, const std::vector<float>& density
 
 /// Depths at the centres of the active slots, for beam_fluence(): in the trilinear medium, and in a periodic one.
 std::vector<float> centre_depths(const VoxelIndex& index, const BrickMap& density, const Light& light,
-                                 int rays_per_voxel = 2, std::atomic<size_t>* products = nullptr);
+                                 int rays_per_voxel = 2);
 std::vector<float> periodic_centre_depths(const VoxelIndex& index, const std::vector<float>& density,
                                           const Light& light);
 

@@ -35,6 +35,12 @@ Vec3d beyond_face(const Vec3d& travel, int axis, int up)
     return travel * std::copysign(std::min(0.5 / std::abs(along), 1.0), along);
 }
 
+/// The same from the voxel's centre.
+Vec3d beyond_face_centre(const Vec3d& travel, int face)
+{
+    return unit_vector(face / 2, face % 2 ? 0.5 : -0.5) + beyond_face(travel, face / 2, face % 2);
+}
+
 /// Direction of travel of the light at a point, in index space.
 Vec3d index_travel(const VoxelIndex& index, const Vec3d& world_travel)
 {
@@ -118,40 +124,46 @@ namespace {
 
 /// By the lattice, for all voxels of a block at once.
 void depths_by_lattice(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed, const BrickMap& density,
-                       const Vec3d& to_light, int rays_per_voxel, const Progress& progress,
+                       const Vec3d& to_light, int rays_per_voxel, std::vector<float>* centres, const Progress& progress,
                        std::atomic<size_t>* products, BeamDepths& depths)
 {
     const Blocks& blocks = index.blocks();
     std::vector<Vec3i> all;
     for (size_t b = 0; b < blocks.count(); ++b) all.push_back(blocks.at(b));
-    int done = 0;
-    const auto part = [&] {
-        const double before = done++;
-        return progress ? Progress([&progress, before](double f) { return progress((before + f) / 9); }) : Progress();
-    };
     const Vec3d travel = index_travel(index, -to_light);
-    for (int a = 0; a < 3; ++a) {
-        depths.lower[a] =
-            lattice_depths(density, to_light, all, {rays_per_voxel, unit_vector(a, -0.5), 1, products}, part());
-        depths.lower[a].resize(blocks.slots(), 0.0f);
-        for (int up = 0; up < 2; ++up) {
-            const int face = 2 * a + up;
-            std::vector<Vec3i> wanted;                                  // blocks with an exposed face of this kind
-            std::vector<size_t> place(blocks.count(), blocks.count());  // index in `wanted`, by block
-            for (const ExposedVoxel& voxel : exposed)
-                if (const size_t b = voxel.slot / 512; voxel.faces >> face & 1 && place[b] == blocks.count()) {
-                    place[b] = wanted.size();
-                    wanted.push_back(blocks.at(b));
-                }
-            if (wanted.empty() || travel[a] == 0) continue;
-            const Vec3d offset = unit_vector(a, up ? 0.5 : -0.5) + beyond_face(travel, a, up);
-            const auto beyond =
-                lattice_depths(density, to_light, wanted, {rays_per_voxel, offset, 1, products}, part());
-            for (size_t k = 0; k < exposed.size(); ++k)
-                if (exposed[k].faces >> face & 1)
-                    depths.exposed[k][face] = beyond[place[exposed[k].slot / 512] * 512 + exposed[k].slot % 512];
-        }
+    std::vector<LatticeTargets> sets;
+    for (int a = 0; a < 3; ++a) sets.push_back({unit_vector(a, -0.5), all});
+    if (centres) sets.push_back({Vec3d(0.0), all});
+    struct Faces {
+        int face;
+        size_t set;
+        std::vector<size_t> place;  // index in the set, by block
+    };
+    std::vector<Faces> beyond;
+    for (int face = 0; face < 6; ++face) {
+        if (travel[face / 2] == 0) continue;
+        std::vector<Vec3i> wanted;  // blocks with an exposed face of this kind
+        std::vector<size_t> place(blocks.count(), blocks.count());
+        for (const ExposedVoxel& voxel : exposed)
+            if (const size_t b = voxel.slot / 512; voxel.faces >> face & 1 && place[b] == blocks.count()) {
+                place[b] = wanted.size();
+                wanted.push_back(blocks.at(b));
+            }
+        beyond.push_back({face, sets.size(), std::move(place)});
+        sets.push_back({beyond_face_centre(travel, face), std::move(wanted)});
     }
+    auto found = lattice_depths(density, to_light, sets, rays_per_voxel, progress, products);
+    const auto take = [&](size_t set) {
+        found[set].resize(blocks.slots(), 0.0f);
+        return std::move(found[set]);
+    };
+    for (size_t a = 0; a < 3; ++a) depths.lower[a] = take(a);
+    if (centres) *centres = take(3);
+    for (const Faces& of : beyond)
+        for (size_t k = 0; k < exposed.size(); ++k)
+            if (exposed[k].faces >> of.face & 1)
+                depths.exposed[k][size_t(of.face)] =
+                    found[of.set][of.place[exposed[k].slot / 512] * 512 + exposed[k].slot % 512];
 }
 
 /// By a ray for each face.
@@ -208,15 +220,28 @@ Light clear_of_faces(const Light& light, const VoxelIndex& index)
 }  // namespace
 
 BeamDepths beam_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed, const BrickMap& density,
-                       const Light& light, int rays_per_voxel, const Progress& progress, std::atomic<size_t>* products)
+                       const Light& light, int rays_per_voxel, std::vector<float>* centres, const Progress& progress,
+                       std::atomic<size_t>* products)
 {
     BeamDepths depths(clear_of_faces(light, index));
     depths.exposed.resize(exposed.size());
     if (const auto to_light = light->common_direction())
-        depths_by_lattice(index, exposed, density, *to_light, rays_per_voxel, progress, products, depths);
+        depths_by_lattice(index, exposed, density, *to_light, rays_per_voxel, centres, progress, products, depths);
     else
         depths_by_rays(index, exposed, density, *depths.light, depths);
+    if (centres && centres->empty()) *centres = centre_depths(index, density, light, rays_per_voxel);
     return depths;
+}
+
+std::vector<Vec3d> beam_offsets(const VoxelIndex& index, const Vec3d& to_light, bool centres)
+{
+    const Vec3d travel = index_travel(index, -to_light);
+    std::vector<Vec3d> offsets;
+    if (centres) offsets.push_back(Vec3d(0.0));
+    for (int a = 0; a < 3; ++a) offsets.push_back(unit_vector(a, -0.5));
+    for (int face = 0; face < 6; ++face)
+        if (travel[face / 2] != 0) offsets.push_back(beyond_face_centre(travel, face));
+    return offsets;
 }
 
 BeamDepths periodic_beam_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>& exposed,
@@ -249,14 +274,14 @@ double periodic_depth(const VoxelIndex& index, const std::vector<float>& density
 }
 
 std::vector<float> centre_depths(const VoxelIndex& index, const BrickMap& density, const Light& light,
-                                 int rays_per_voxel, std::atomic<size_t>* products)
+                                 int rays_per_voxel)
 {
     const Blocks& blocks = index.blocks();
     std::vector<float> centre(blocks.slots(), 0.0f);
     if (const auto to_light = light->common_direction()) {
         std::vector<Vec3i> all;
         for (size_t b = 0; b < blocks.count(); ++b) all.push_back(blocks.at(b));
-        centre = lattice_depths(density, *to_light, all, {rays_per_voxel, Vec3d(0.0), 1, products}, {});
+        centre = lattice_depths(density, *to_light, all, {rays_per_voxel, Vec3d(0.0), 1, nullptr});
         centre.resize(blocks.slots(), 0.0f);
     } else {
         const Light clear = clear_of_faces(light, index);

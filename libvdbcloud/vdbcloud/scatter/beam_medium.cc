@@ -22,10 +22,14 @@ BrickMap scaled_bricks(const VoxelIndex& index, const FloatGrid& grid, const P1O
 
 }  // namespace
 
+double beam_extinction(const P1Operator& p1)
+{
+    return p1.medium().sigma_t_per_density * (p1.uniform_albedo() ? p1.scaling(0).extinction : 1);
+}
+
 BeamMedium::BeamMedium(const VoxelIndex& index, const FloatGrid& grid, const std::vector<float>& density,
                        const P1Operator& p1)
-    : index_(index), density_(density),
-      extinction_(p1.medium().sigma_t_per_density * (p1.uniform_albedo() ? p1.scaling(0).extinction : 1))
+    : index_(index), density_(density), extinction_(beam_extinction(p1))
 {
     if (index.blocks().period() == Vec3i(0, 0, 0))
         bricks_.emplace(p1.uniform_albedo() ? BrickMap(grid) : scaled_bricks(index, grid, p1));
@@ -36,22 +40,17 @@ BeamMedium::BeamMedium(const VoxelIndex& index, const FloatGrid& grid, const std
 }
 
 BeamDepths BeamMedium::depths(const std::vector<ExposedVoxel>& exposed, const Light& light, int rays_per_voxel,
-                              const Progress& progress, std::atomic<size_t>* products) const
+                              std::vector<float>* centres, const Progress& progress,
+                              std::atomic<size_t>* products) const
 {
-    return bricks_ ? beam_depths(index_, exposed, *bricks_, light, rays_per_voxel, progress, products)
-                   : periodic_beam_depths(index_, exposed, values(), light);
+    if (bricks_) return beam_depths(index_, exposed, *bricks_, light, rays_per_voxel, centres, progress, products);
+    if (centres) *centres = periodic_centre_depths(index_, values(), light);
+    return periodic_beam_depths(index_, exposed, values(), light);
 }
 
-std::vector<float> BeamMedium::centres(const Light& light, int rays_per_voxel, std::atomic<size_t>* products) const
+LineDepths BeamMedium::lines(const Light& light) const
 {
-    return bricks_ ? centre_depths(index_, *bricks_, light, rays_per_voxel, products)
-                   : periodic_centre_depths(index_, values(), light);
-}
-
-double BeamMedium::lost_by_lines(const Light& light) const
-{
-    return lost_power(bricks_ ? line_depths(index_, values(), light) : periodic_line_depths(index_, values(), light),
-                      extinction_);
+    return bricks_ ? line_depths(index_, values(), light) : periodic_line_depths(index_, values(), light);
 }
 
 double BeamMedium::depth(const Vec3d& voxel, const Light& light) const

@@ -6,6 +6,10 @@
 
 namespace vdbcloud {
 
+/// Scaled extinction at density 1 [1/world unit], the factor of beam depths of the density; the unscaled one where the
+/// albedo changes from voxel to voxel.
+double beam_extinction(const P1Operator&);
+
 /// What the density depths of all lights of a channel are taken from.
 ///
 /// The medium is the trilinear density or, where the albedo changes from voxel to voxel, the density times sigma_t' /
@@ -19,13 +23,12 @@ public:
     /// The trilinear density of which extinction() is the factor; null for a periodic medium.
     const BrickMap* bricks() const { return bricks_ ? &*bricks_ : nullptr; }
 
-    /// `products`: as LatticeOptions::products.
-    BeamDepths depths(const std::vector<ExposedVoxel>&, const Light&, int rays_per_voxel, const Progress&,
-                      std::atomic<size_t>* products = nullptr) const;
-    /// Depths at the centres of the active slots, for beam_fluence().
-    std::vector<float> centres(const Light&, int rays_per_voxel, std::atomic<size_t>* products = nullptr) const;
-    /// Power that a light of strength 1 loses, by lines. Requires a light of one direction.
-    double lost_by_lines(const Light&) const;
+    /// `centres`, if given, gets the depths at the centres of the active slots, for beam_fluence(). `products`: as of
+    /// lattice_depths().
+    BeamDepths depths(const std::vector<ExposedVoxel>&, const Light&, int rays_per_voxel, std::vector<float>* centres,
+                      const Progress&, std::atomic<size_t>* products = nullptr) const;
+    /// Depths of lines, for lost_power(). Requires a light of one direction.
+    LineDepths lines(const Light&) const;
     /// Density depth from a point (voxel coordinates) to a light.
     double depth(const Vec3d& voxel, const Light&) const;
 

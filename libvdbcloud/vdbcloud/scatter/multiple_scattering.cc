@@ -59,6 +59,7 @@ CollidedLight Scattering::run(const Progress& progress)
     CollidedLight fields;
     if (index_.blocks().count() == 0) return fields;
     const auto all = groups();
+    beam_uses_ = uses_of_beams(all);
     int done = 0, count = 0;
     for (const ChannelGroup& group : all) count += int(group.solves.size());
     for (const ChannelGroup& group : all) solve_group(group, done, count, progress);
@@ -98,6 +99,9 @@ void Scattering::note_bytes(const P1Operator& p1, size_t sources, size_t besides
 {
     const size_t slots = index_.blocks().slots();
     size_t now = p1.stencil().bytes() + slots * (4 + 8 * sources) + besides + exposed_.size() * sizeof(ExposedVoxel);
+    for (const auto& beam : kept_)
+        if (beam)
+            now += 4 * slots * (beam->centres.empty() ? 3 : 4) + exposed_.size() * sizeof(beam->depths.exposed[0]);
     if (medium_.phase.mean_cosine() != 0) now += 12 * slots * sources;
     report_.bytes = std::max(report_.bytes, now);
 }
@@ -128,6 +132,7 @@ void Scattering::solve_group(const ChannelGroup& group, int& done, int count, co
     note_bytes(p1, sources.size(), (multigrid ? multigrid->bytes() : 0) + 20 * index_.blocks().slots());
     for (size_t k = 0; k < sources.size(); ++k, ++done) {
         SolveOptions solve = o_.solve;
+        if (o_.closure.iterations > 0) solve.tolerance = tolerance_before(o_.closure, o_.solve);
         solve.progress = [&](double f) { return part(0.3 + 0.7 * f); };
         std::vector<double> phi;
         const int c = group.solves[k].channel;

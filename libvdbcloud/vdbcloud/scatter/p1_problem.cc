@@ -14,8 +14,6 @@ namespace vdbcloud {
 
 namespace {
 
-constexpr double thinnest = 1 / 3e8;  // of sigma_tr hbar: D / hbar stays below 1e8
-
 /// Sum over active slots, in a fixed order.
 template<typename F>
 double total(const Blocks& blocks, const F& f)
@@ -31,12 +29,6 @@ double total(const Blocks& blocks, const F& f)
 }
 
 }  // namespace
-
-double diffusive(double thickness)
-{
-    constexpr double half = 0.5;
-    return thickness * thickness / (half * half + thickness * thickness);
-}
 
 P1Operator::P1Operator(const VoxelIndex& index, const std::vector<float>& density,
                        const std::vector<ExposedVoxel>& exposed, const P1Medium& medium)
@@ -55,7 +47,7 @@ P1Operator::P1Operator(const VoxelIndex& index, const std::vector<float>& densit
     each_active(of, [&](size_t slot) {
         const double own = sigma_tr(slot);
         for (int a = 0; a < 3; ++a) {
-            const size_t to = of.neighbour(slot, 2 * a + 1);
+            const size_t to = beside(of, slot, 2 * a + 1);
             if (!of.active(to) || to == slot) continue;
             const double d = closure.divergence * closure.gradient * 2 / (own + sigma_tr(to));  // harmonic mean of D
             stencil_.face[a][slot] = float(d / h[a] * area_[a]);
@@ -65,31 +57,6 @@ P1Operator::P1Operator(const VoxelIndex& index, const std::vector<float>& densit
     for (const ExposedVoxel& voxel : exposed)
         for (int face = 0; face < 6; ++face)
             if (voxel.faces >> face & 1) stencil_.extra[voxel.slot] += float(conductance(voxel, face));
-}
-
-double P1Operator::albedo(size_t slot) const
-{
-    return medium_.tint ? std::clamp(medium_.albedo * (*medium_.tint)[slot], 0.0, 1.0) : medium_.albedo;
-}
-
-ScaledCell P1Operator::scaling(size_t slot) const
-{
-    const double w0 = albedo(slot);
-    return {delta_.albedo(w0), delta_.extinction(w0)};
-}
-
-double P1Operator::sigma_tr(size_t slot) const
-{
-    const double limited = medium_.limiter ? (*medium_.limiter)[slot] : 1.0;
-    return std::max(sigma_t(slot) * (1 - albedo(slot) * mean_cosine_) / limited, thinnest / hbar_);
-}
-
-double P1Operator::sigma_a(size_t slot) const { return sigma_t(slot) * (1 - albedo(slot)); }
-
-double P1Operator::q1_factor(size_t slot) const
-{
-    const ScaledCell cell = scaling(slot);
-    return cell.albedo * delta_.mean_cosine() * cell.extinction * sigma_t(slot);
 }
 
 double P1Operator::face_weight(const ExposedVoxel& voxel, int face) const
@@ -234,7 +201,7 @@ std::array<std::vector<float>, 3> cell_flux(const P1Operator& p1, const P1Source
         const std::vector<float>& through = source.through[a];
         flux[a].assign(blocks.slots(), 0.0f);
         each_active(blocks, [&](size_t slot) {
-            const size_t lower = blocks.neighbour(slot, 2 * a), upper = blocks.neighbour(slot, 2 * a + 1);
+            const size_t lower = beside(blocks, slot, 2 * a), upper = beside(blocks, slot, 2 * a + 1);
             double f = 0;
             if (blocks.active(lower)) f += double(p1.stencil().face[a][lower]) * (phi[lower] - phi[slot]);
             if (blocks.active(upper)) f += double(p1.stencil().face[a][slot]) * (phi[slot] - phi[upper]);

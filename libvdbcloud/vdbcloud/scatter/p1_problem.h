@@ -5,6 +5,7 @@
 #include "vdbcloud/scatter/harmonics.h"
 #include "vdbcloud/solve/conjugate_gradient.h"
 
+#include <algorithm>
 #include <array>
 #include <optional>
 
@@ -31,7 +32,11 @@ struct ScaledCell {
 /// The weight of diffusion against the sweep in a voxel of an optical thickness [mean free paths of the scaled medium]:
 /// x^2 / (1/4 + x^2). A sweep's own light errs with x^2, by 2 % of a slab's transmittance at 1/4 and by 40 % at 1; P1's
 /// light has the diffusion limit at any x.
-double diffusive(double thickness);
+inline double diffusive(double thickness)
+{
+    constexpr double half = 0.5;
+    return thickness * thickness / (half * half + thickness * thickness);
+}
 
 /// The matrix. With g the mean cosine, sigma_tr = sigma_t (1 - w0 g), D = 1/(3 sigma_tr), cells the active voxels with
 /// constant coefficients,
@@ -66,15 +71,28 @@ public:
     double hbar() const { return hbar_; }
     double face_area(int axis) const { return area_[axis]; }  ///< [hbar^2]
     const DeltaScaling& delta() const { return delta_; }
-    ScaledCell scaling(size_t slot) const;
+    ScaledCell scaling(size_t slot) const
+    {
+        const double w0 = albedo(slot);
+        return {delta_.albedo(w0), delta_.extinction(w0)};
+    }
     double mean_cosine() const { return mean_cosine_; }  ///< g, unscaled
     bool uniform_albedo() const { return !medium_.tint; }
     double sigma_t(size_t slot) const { return medium_.sigma_t_per_density * density_[slot]; }
-    double sigma_tr(size_t slot) const;
-    double sigma_a(size_t slot) const;
+    double sigma_tr(size_t slot) const
+    {
+        constexpr double thinnest = 1 / 3e8;  // of sigma_tr hbar: D / hbar stays below 1e8
+        const double limited = medium_.limiter ? (*medium_.limiter)[slot] : 1.0;
+        return std::max(sigma_t(slot) * (1 - albedo(slot) * mean_cosine_) / limited, thinnest / hbar_);
+    }
+    double sigma_a(size_t slot) const { return sigma_t(slot) * (1 - albedo(slot)); }
     /// w0' g' sigma_t', the factor of the uncollided flux in Q1. The factor DEPENDS on the delta scaling, as the
     /// uncollided flux does.
-    double q1_factor(size_t slot) const;
+    double q1_factor(size_t slot) const
+    {
+        const ScaledCell cell = scaling(slot);
+        return cell.albedo * delta_.mean_cosine() * cell.extinction * sigma_t(slot);
+    }
     /// w of one exposed face (Blocks::Face): the voxel's; on a ground, where the medium ends in a plane, (1 - albedo) /
     /// (1 + albedo).
     double face_weight(const ExposedVoxel& voxel, int face) const;
@@ -84,7 +102,10 @@ public:
     double boundary_flux(const ExposedVoxel& voxel, int face, double a, double c = 0) const;
 
 private:
-    double albedo(size_t slot) const;
+    double albedo(size_t slot) const
+    {
+        return medium_.tint ? std::clamp(medium_.albedo * (*medium_.tint)[slot], 0.0, 1.0) : medium_.albedo;
+    }
     const VoxelIndex& index_;
     const std::vector<float>& density_;
     const std::vector<ExposedVoxel>& exposed_;

@@ -1,6 +1,7 @@
 #include "vdbcloud/scatter/scatter_plan.h"
 
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/scatter/beam.h"
 #include "vdbcloud/scatter/channel_groups.h"
 #include "vdbcloud/scatter/emission_cost.h"
 #include "vdbcloud/scatter/harmonics.h"
@@ -60,31 +61,6 @@ double exposed_count(const FloatGrid& density, double enough)
         }
     }
     return std::min(count, enough);
-}
-
-/// Values added to rays of the lattice for one set of depths: at centres, and in the mean at lower faces.
-struct Products {
-    double centres, faces;
-
-    Products(const BrickMap& bricks, const Vec3d& to_light, const ScatterOptions& o)
-        : centres(double(lattice_products(bricks, to_light, {o.rays_per_voxel, Vec3d(0.0), 1, nullptr})))
-    {
-        const auto taps = [&](const Vec3d& offset) {
-            return lattice_taps(bricks, to_light, {o.rays_per_voxel, offset, 1, nullptr});
-        };
-        const double at_faces = taps(Vec3d(-0.5, 0, 0)) + taps(Vec3d(0, -0.5, 0)) + taps(Vec3d(0, 0, -0.5));
-        faces = centres * at_faces / (3 * taps(Vec3d(0.0)));
-    }
-};
-
-/// Sets of depths that the lattice finds for a light: none beyond faces along which it travels.
-double sets_across(const BrickMap& bricks, const Vec3d& to_light)
-{
-    const Vec3d travel = bricks.index_from_world().vector(to_light);
-    double sets = sets_of_beam;
-    for (int a = 0; a < 3; ++a)
-        if (travel[a] == 0) sets -= 2;
-    return sets;
 }
 
 struct Counts {
@@ -167,24 +143,31 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
     const double iterations = expected_iterations(extent, o.solve.tolerance);
     const double sweeps = n.sweeps ? o.closure.iterations : 0, planes = n.sweeps ? 0 : o.flux_map || endless ? 1 : 0;
     const double rounds = endless && !n.sweeps && *o.ground_albedo > 0 ? 6 : 1;
-    // A solve that starts from the last sweep's light needs fewer and fewer iterations.
+    // Solves between sweeps follow the change, which falls to a quarter of the last or so, and the right side with it.
     double later = 0;
-    for (int k = 0; k < o.closure.iterations; ++k) later += iterations * std::max(0.6, 0.95 - 0.05 * k);
+    for (int k = 0; k < o.closure.iterations; ++k) {
+        const double tolerance = tolerance_between(o.closure, o.solve, std::pow(0.25, k));
+        later += expected_iterations(extent, std::min(0.1, 6 * tolerance)) + 0.5;
+    }
+    const double first = n.sweeps ? expected_iterations(extent, tolerance_before(o.closure, o.solve)) : iterations;
     const auto voxels = [&](const char* event, double times) { plan.work.add(event, plan.voxels * times); };
-    // P1's beams of a group serve its channels; sweeps find theirs for each channel, and the depths of centres.
-    const double of_p1 = n.groups + (sweeps > 0 || planes > 0 ? n.solves : 0), centres = of_p1 - n.groups;
-    voxels("beam_voxel", n.beams * (of_p1 * sets_of_beam + centres));
+    // P1's beams of a group serve its channels; sweeps add theirs for each channel. Depths are found once where they
+    // are kept (Scattering::keeps_beams).
+    const double added = n.groups + (sweeps > 0 || planes > 0 ? n.solves : 0);
+    const double found = !tint && n.beams <= 4 ? 1 : added;
+    voxels("beam_voxel", n.beams * (added + found));
     if (o.periodic == std::array<bool, 3>{} && n.beams > 0) {
         const BrickMap bricks(density);
+        const VoxelIndex index(density);
         for (const Light& beam : beams)
-            if (const auto to_light = beam->common_direction()) {
-                const Products products(bricks, *to_light, o);
-                plan.work.add("lattice_product",
-                              of_p1 * sets_across(bricks, *to_light) * products.faces + centres * products.centres);
-            }
+            if (const auto to_light = beam->common_direction())
+                plan.work.add(
+                    "lattice_product",
+                    found * double(lattice_products(bricks, *to_light, beam_offsets(index, *to_light, added > n.groups),
+                                                    o.rays_per_voxel)));
     }
     voxels("p1_setup_voxel", n.groups + (sweeps > 0 ? n.solves : 0));
-    voxels("p1_iteration_voxel", n.solves * (rounds * iterations + later));
+    voxels("p1_iteration_voxel", n.solves * (rounds * first + later));
     voxels("p1_channel_voxel", n.solves);
     voxels("sweep_voxel", n.solves * (sweeps + rounds * planes) * double(plan.directions));
     voxels("sweep_moment_voxel", n.solves * (sweeps + rounds * planes) * double(plan.directions) * n.moments);

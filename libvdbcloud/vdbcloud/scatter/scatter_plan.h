@@ -21,9 +21,6 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
                          const Medium& medium, const std::vector<Light>& lights, const ScatterOptions& options,
                          bool count);
 
-/// Sets of depths that P1's beams of one light take: at the lower faces along each axis, and beyond both exposed faces.
-inline constexpr double sets_of_beam = 9;
-
 /// Iterations that multigrid takes to a tolerance in a medium whose longest side has `extent` voxels.
 double expected_iterations(double extent, double tolerance);
 

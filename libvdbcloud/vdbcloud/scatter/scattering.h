@@ -48,13 +48,24 @@ private:
 
     BeamMedium beam_medium(const P1Operator& p1) const { return BeamMedium(index_, grid_, density_, p1); }
 
-    /// Adds the beams of all lights in the medium of a channel. Density depths are cached if all channels share them.
-    /// `note`, if given, is called with each light's depths at faces and at centres, the extinction, and the middle of
-    /// the sun that the light is a part of.
+    /// Adds the beams of all lights in the medium of a channel. Density depths are found once and kept for all
+    /// channels, scalings and sweeps, where these share them: not where the albedo changes from voxel to voxel. `note`,
+    /// if given, is called with each light's depths at faces and at centres, the extinction, and the middle of the sun
+    /// that the light is a part of.
     void add_beams(const P1Operator& p1, const std::vector<std::pair<P1Source*, int>>& sources,
                    const Progress& progress,
                    const std::function<void(const BeamDepths&, const std::vector<float>&, double,
                                             const std::optional<Vec3d>&)>& note = {});
+    /// Depths of a beam in the density, whatever the extinction.
+    struct KeptBeam {
+        BeamDepths depths;
+        std::vector<float> centres;
+        std::optional<LineDepths> lines;
+    };
+    bool keeps_beams(const P1Operator& p1) const;
+    bool sweeps_take_beams() const { return o_.closure.iterations > 0 || o_.flux_map || endless_; }
+    /// How often add_beams() will be called.
+    int uses_of_beams(const std::vector<ChannelGroup>& groups) const;
     bool by_rays() const { return allows_rays(o_) && !given; }
 
     /// Follows the emission of a group's channels by rays.
@@ -166,6 +177,8 @@ private:
     std::vector<float> tint_[3], emission_[3];
     std::array<Solution, 3> solution_;
     std::array<Share, 3> share_;
+    std::vector<std::optional<KeptBeam>> kept_;           // by beam, until the last use
+    int beam_uses_ = 0;                                   // of add_beams() that are left
     std::array<std::optional<EmittedLight>, 3> emitted_;  // of the solve at work
     std::array<double, 3> emitted_share_{};               // share_by_rays() of it
 };

@@ -175,6 +175,7 @@ void Scattering::close(const P1Operator& p1, const P1Source& p1_source, int c, s
     PlaneLight planes = requested_planes();
     report.closure = closure.run(multigrid, o_.solve, base, phi, source, &planes);
     note_patch(ground);
+    if (report.solve.converged) report.solve = report.closure.solves.back();
     for (const SolveResult& solve : report.closure.solves) {
         if (!solve.converged) report.solve = solve;
         note_work("p1_iteration_voxel", solve.iterations);

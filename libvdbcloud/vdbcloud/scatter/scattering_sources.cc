@@ -10,32 +10,64 @@ void Scattering::add_beams(
     const std::function<void(const BeamDepths&, const std::vector<float>&, double, const std::optional<Vec3d>&)>& note)
 {
     if (beams_.empty()) return;
-    const BeamMedium medium = beam_medium(p1);
+    const double extinction = beam_extinction(p1);
+    std::optional<BeamMedium> medium;  // where depths are not known
+    const bool keeps = keeps_beams(p1);
+    kept_.resize(beams_.size());
     for (size_t l = 0; l < beams_.size(); ++l) {
         const Light& light = beams_[l];
         const Progress part =
             progress ? Progress([&](double f) { return progress((double(l) + f) / double(beams_.size())); })
                      : Progress();
-        std::atomic<size_t> products{0};
-        const BeamDepths depths = medium.depths(exposed_, light, o_.rays_per_voxel, part, &products);
+        std::optional<KeptBeam> own;
+        std::optional<KeptBeam>& beam = keeps ? kept_[l] : own;
+        if (!beam) {
+            if (!medium) medium.emplace(beam_medium(p1));
+            std::atomic<size_t> products{0};
+            std::vector<float> centres;
+            BeamDepths depths =
+                medium->depths(exposed_, light, o_.rays_per_voxel,
+                               note || (keeps && sweeps_take_beams()) ? &centres : nullptr, part, &products);
+            beam.emplace(KeptBeam{std::move(depths), std::move(centres), {}});
+            if (light->common_direction() && o_.line_rays) beam->lines = medium->lines(light);
+            note_work("beam_voxel", 1);
+            report_.work.add("lattice_product", double(products));
+        }
         note_bytes(p1, sources.size(), 20 * index_.blocks().slots());
         std::vector<std::pair<P1Source*, double>> channels;
         for (const auto& [source, channel] : sources) channels.emplace_back(source, light.strength()[channel]);
-        add_beam(p1, depths, medium.extinction(), channels);
-        if (note) note(depths, medium.centres(light, o_.rays_per_voxel, &products), medium.extinction(), towards_[l]);
-        note_work("beam_voxel", note ? sets_of_beam + 1 : sets_of_beam);
-        report_.work.add("lattice_product", double(products));
-        if (!light->common_direction() || !o_.line_rays) continue;
-        const double lost = medium.lost_by_lines(light);
+        add_beam(p1, beam->depths, extinction, channels);
+        if (note) note(beam->depths, beam->centres, extinction, towards_[l]);
+        note_work("beam_voxel", 1);
+        if (!beam->lines) continue;
+        const double lost = lost_power(*beam->lines, extinction);
         for (const auto& [source, channel] : sources) {
             auto& lines = report_.channel[channel].lines;
             lines = std::max(lines, 0.0) + lost * light.strength()[channel];
         }
     }
+    if (--beam_uses_ <= 0) kept_.clear();
     const bool lamps =
         std::any_of(lights_.begin(), lights_.end(), [](const Light& l) { return !l->common_direction(); });
     for (const auto& [source, channel] : sources)
         if (lamps) report_.channel[channel].lines = -1;
+}
+
+bool Scattering::keeps_beams(const P1Operator& p1) const
+{
+    constexpr size_t most = 4;
+    return p1.uniform_albedo() && beams_.size() <= most && (beam_uses_ > 1 || !kept_.empty());
+}
+
+int Scattering::uses_of_beams(const std::vector<ChannelGroup>& groups) const
+{
+    constexpr int many = 1 << 20;
+    if (o_.limiter) return many;
+    int uses = int(groups.size());
+    for (const ChannelGroup& group : groups)
+        uses += int(group.solves.size()) *
+                (o_.closure.iterations > 0 ? 1 : (o_.flux_map || endless_ ? 1 : 0) + (endless_ ? 1 : 0));
+    return uses;
 }
 
 void Scattering::follow_emission(const P1Operator& p1, const ChannelGroup& group)

@@ -30,8 +30,7 @@ void estimate_error(ClosureReport& report)
 int mixing_depth(double g) { return g == 0 ? 8 : 5; }
 size_t mixed_arrays(double g) { return g == 0 ? 1 : 4; }
 
-/// A weight of the medium alone, so that light adds up.
-double blend(double weight, double diffusion, double sweep) { return sweep + weight * (diffusion - sweep); }
+constexpr double loosest = 0.1;  // tolerance of a solve between sweeps
 
 Vec3d index_components(const VoxelIndex& index, const Vec3d& world)
 {
@@ -39,6 +38,16 @@ Vec3d index_components(const VoxelIndex& index, const Vec3d& world)
 }
 
 }  // namespace
+
+double tolerance_between(const ClosureOptions& closure, const SolveOptions& options, double change)
+{
+    return std::max(options.tolerance, closure.solve_share * std::min(change, 1.0));
+}
+
+double tolerance_before(const ClosureOptions& closure, const SolveOptions& options)
+{
+    return tolerance_between(closure, options, 0.1);
+}
 
 size_t mixing_bytes(size_t slots, double g) { return Mixing::bytes(slots, mixed_arrays(g), mixing_depth(g)); }
 
@@ -211,110 +220,6 @@ void SecondMoment::build_source()
     });
 }
 
-/// t_ab = int (s_a s_b - delta_ab / 3) L, from the moments of degree 2.
-double SecondMoment::tensor(int a, int b, size_t slot) const
-{
-    const auto moment = [&](int m) { return double(swept_.moments[size_t(harmonic(2, m))][slot]); };
-    if (a == b) {
-        const double zz = std::sqrt(16 * pi / 45) * moment(0);
-        if (a == 2) return zz;
-        const double difference = std::sqrt(16 * pi / 15) * moment(2);  // t_xx - t_yy
-        return ((a == 0 ? difference : -difference) - zz) / 2;
-    }
-    const int other = 3 - a - b;  // xy: z is left, m = -2; yz: -1; xz: 1
-    return std::sqrt(4 * pi / 15) * moment(other == 2 ? -2 : other == 0 ? -1 : 1);
-}
-
-/// Sum over the other axes b of d t_ab / d b in a cell, one-sided where a neighbour is missing.
-double SecondMoment::cross_gradient(int axis, size_t slot) const
-{
-    const Blocks& blocks = p1_.blocks();
-    double sum = 0;
-    for (int b = 0; b < 3; ++b) {
-        if (b == axis) continue;
-        const size_t below = blocks.neighbour(slot, 2 * b), above = blocks.neighbour(slot, 2 * b + 1);
-        const bool has_below = blocks.active(below), has_above = blocks.active(above);
-        if (!has_below && !has_above) continue;
-        const double difference = tensor(axis, b, has_above ? above : slot) - tensor(axis, b, has_below ? below : slot);
-        sum += difference / (p1_.index().spacing()[b] * (has_below && has_above ? 2 : 1));
-    }
-    return sum;
-}
-
-/// Component of the sweep's current at a voxel's centre.
-double SecondMoment::current(int axis, size_t slot) const
-{
-    static constexpr int order[3] = {1, -1, 0};
-    return std::sqrt(4 * pi / 3) * double(swept_.moments[size_t(harmonic(1, order[axis]))][slot]);
-}
-
-/// The sweep's current through the lower face of a voxel: by four centres, or two where there are no more.
-double SecondMoment::current_through(int axis, size_t below, size_t slot) const
-{
-    const Blocks& blocks = p1_.blocks();
-    const double inner = current(axis, below) + current(axis, slot);
-    const size_t first = blocks.neighbour(below, 2 * axis), last = blocks.neighbour(slot, 2 * axis + 1);
-    if (!blocks.active(first) || !blocks.active(last)) return inner / 2;
-    return (9 * inner - current(axis, first) - current(axis, last)) / 16;
-}
-
-/// Weight of diffusion on a face between two voxels. A thin voxel beside a far thicker one counts for an eighth of
-/// that: its light comes from there, with the errors it has there. (Without that pores in thick matter converge
-/// slowly.)
-double SecondMoment::weight_between(int axis, size_t below, size_t slot) const
-{
-    return diffusive((double(thickest_[below]) + thickest_[slot]) / 2 * p1_.index().spacing()[axis]);
-}
-
-void SecondMoment::close_face(P1Source& source, size_t exposed, int face, const FaceTally& tally) const
-{
-    const ExposedVoxel& voxel = p1_.exposed()[exposed];
-    const int axis = face / 2, outward = face % 2 ? 1 : -1;
-    const double h = p1_.index().spacing()[axis], area = p1_.face_area(axis), sky = source.sky_inflow[size_t(face)];
-    const double g = p1_.conductance(voxel, face);
-    double& outflow = source.outflow[exposed][size_t(face)];
-    const double normal = (tally.second - tensor(axis, axis, voxel.slot)) / (h / 2);
-    const double additive = -(normal + outward * cross_gradient(axis, voxel.slot)) / p1_.sigma_tr(voxel.slot);
-    const double correction = tally.current - p1_.face_weight(voxel, face) * (tally.fluence - sky) / 2;
-    const double diffusion =
-        g * (fluence(voxel.slot) - sky) + outflow + p1_.boundary_flux(voxel, face, additive, correction) * area;
-    const double leaving = blend(weight_between(axis, voxel.slot, voxel.slot), diffusion, tally.current * area);
-    source.rhs[voxel.slot] -= leaving - outflow + g * sky;  // the source's own are in rhs
-    outflow = leaving - g * (fluence(voxel.slot) - sky);
-}
-
-/// Turns the source of phi into that of phi - phi_L, and completes source.outflow.
-void SecondMoment::close(P1Source& source) const
-{
-    const Blocks& blocks = p1_.blocks();
-    for (int a = 0; a < 3; ++a) {
-        const double h = p1_.index().spacing()[a], area = p1_.face_area(a);
-        const std::vector<float>& beam = source.through[size_t(a)];
-        std::vector<float> lower(blocks.slots(), 0.0f);  // flux through the lower face, without the beam's part
-        each_active(blocks, [&](size_t slot) {
-            const size_t below = blocks.neighbour(slot, 2 * a);
-            if (!blocks.active(below) || below == slot) return;
-            const double gradient = (tensor(a, a, slot) - tensor(a, a, below)) / h +
-                                    (cross_gradient(a, slot) + cross_gradient(a, below)) / 2;
-            const double conductance = double(p1_.stencil().face[size_t(a)][below]) / area;
-            const double diffusion = conductance * (fluence(below) - fluence(slot)) -
-                                     gradient * 2 / (p1_.sigma_tr(slot) + p1_.sigma_tr(below));
-            const double own = current_through(a, below, slot) - (beam.empty() ? 0.0f : beam[slot]);
-            lower[slot] = float(blend(weight_between(a, below, slot), diffusion, own));
-        });
-        each_active(blocks, [&](size_t slot) {
-            const size_t above = blocks.neighbour(slot, 2 * a + 1);
-            const double upper = blocks.active(above) && above != slot ? lower[above] : 0.0f;
-            source.rhs[slot] += (double(lower[slot]) - upper) * area;
-        });
-    }
-    each_active(blocks, [&](size_t slot) { source.rhs[slot] -= p1_.sigma_a(slot) * p1_.hbar() * fluence(slot); });
-    size_t n = 0;
-    for (size_t k = 0; k < p1_.exposed().size(); ++k)
-        for (int face = 0; face < 6; ++face)
-            if (p1_.exposed()[k].faces >> face & 1) close_face(source, k, face, swept_.tally[n++]);
-}
-
 void SecondMoment::sweep_emission(TransportSweep& by, const PlaneLight* planes)
 {
     if (emission_.empty()) return;
@@ -371,6 +276,8 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
     sweep_emission(transport, planes);
     bool has_planes = false;
     take_phi(phi);
+    const auto norm = [&](const std::vector<double>& v) { return std::sqrt(dot(index.blocks(), v.data(), v.data())); };
+    const double of_phi = norm(base.rhs);
     std::vector<double> excess;
     Mixing mixing(index.blocks().slots(), mixed_arrays(p1_.mean_cosine()), mixing_depth(p1_.mean_cosine()));
     for (int k = 0; k < o_.iterations && !report.converged; ++k) {
@@ -385,6 +292,11 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
         close(source);
         SolveOptions solve = options;
         solve.progress = {};
+        // The solver's tolerance is relative to the right side for phi - phi_L, which shrinks as sweeps converge.
+        const double size = norm(source.rhs);
+        solve.tolerance = tolerance_between(o_, options, report.change.empty() ? 1.0 : report.change.back());
+        if (solve.tolerance > options.tolerance && size < of_phi)
+            solve.tolerance = std::min(solve.tolerance * of_phi / size, loosest);
         report.solves.push_back(solve_p1(p1_, multigrid, source, excess, solve));
         take_excess(excess, phi);
         report.change.push_back(mixing.after(swept_.moments));

@@ -14,7 +14,15 @@ struct ClosureOptions {
     OrdinateKind kind = OrdinateKind::Product;
     int degree = 1;        ///< of the scattering source's expansion and of the delta-M scaling, 1..7
     double change = 1e-3;  ///< stop when ClosureReport::change of an iteration is below this value
+    /// Tolerance of the solves between sweeps over the last change, relative to the right side of phi's equation. It
+    /// moves phi by less than a hundredth of the change that is left. 0: SolveOptions::tolerance.
+    double solve_share = 1e-3;
 };
+
+/// Tolerance of a solve between sweeps, given the last change: at least that of `options`.
+double tolerance_between(const ClosureOptions&, const SolveOptions& options, double change);
+/// The same of P1's solution from which sweeps start.
+double tolerance_before(const ClosureOptions&, const SolveOptions& options);
 
 /// Orientation of a set of directions in the grid (ordinates.h).
 struct OrdinateFrame {
@@ -115,8 +123,8 @@ public:
     void start_with_flux(const std::array<std::vector<float>, 3>& flux, double factor = 1);
 
     /// Iterates. `base` is P1's source (beams, sky, emission). phi is the start on entry and the result on return.
-    /// On return `source` has what budget() takes. ClosureReport::solves tell of the solve for phi - phi_L, to the
-    /// tolerance in `options` of that difference. `planes`, if given, is the last sweep's light through the planes of
+    /// On return `source` has what budget() takes. ClosureReport::solves tell of the solve for phi - phi_L, to
+    /// tolerance_between() of that difference. `planes`, if given, is the last sweep's light through the planes of
     /// the box about the voxels, as PlaneLight::by_cell requests.
     ClosureReport run(Multigrid&, const SolveOptions&, const P1Source& base, std::vector<double>& phi, P1Source& source,
                       PlaneLight* planes = nullptr);
@@ -130,19 +138,16 @@ public:
     size_t bytes() const;
 
 private:
+    class Swept;
     void take_phi(const std::vector<double>& phi);
     void take_excess(const std::vector<double>& excess, std::vector<double>& phi);
     double fluence(size_t slot) const;
-    double current(int axis, size_t slot) const;
-    double current_through(int axis, size_t below, size_t slot) const;
     double weight_between(int axis, size_t below, size_t slot) const;
     void build_source();
     void sweep_emission(TransportSweep& by, const PlaneLight* planes);
     void sweep(TransportSweep& by, SweepResult& to, PlaneLight* planes) const;
     void close(P1Source& source) const;
-    void close_face(P1Source& source, size_t exposed, int face, const FaceTally& tally) const;
-    double tensor(int a, int b, size_t slot) const;
-    double cross_gradient(int axis, size_t slot) const;
+    void close_face(const Swept&, P1Source& source, size_t exposed, int face, const FaceTally& tally) const;
     std::vector<float>& first_scattered(const Vec3d& along);
     void add_beam_moments(const Light& light, const std::vector<float>& fluence, double strength,
                           std::vector<std::vector<float>>& moments) const;

@@ -1,7 +1,6 @@
 #include "vdbcloud/sweep/light_lattice.h"
 
-#include "vdbcloud/core/clones.h"
-#include "vdbcloud/sweep/lattice_frame.h"
+#include "vdbcloud/sweep/lattice_tile.h"
 
 #include <tbb/parallel_for.h>
 
@@ -9,169 +8,16 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <cstdlib>
 #include <map>
 
 namespace vdbcloud {
 
 namespace {
 
-constexpr int tile = 32;        // integer ray positions a tile owns along u and v
-constexpr int rays = tile + 1;  // and one more, to interpolate towards
-constexpr int row = 36;         // rays, padded
-constexpr int margin = 4;       // voxels that a plane buffer holds beyond the tile on each side
-constexpr int span = rays + 2 * margin + 3;
+constexpr int tile = LatticeTile::tile;
 
 int floor_div(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 int ifloor(double x) { return int(std::floor(x)); }
-
-/// The voxels of one plane w about a tile: value (v, u) at value[v * span + u], the first voxel being (v0, u0).
-struct Plane {
-    int w = 0, u0 = 0, v0 = 0;
-    bool valid = false;
-    int u_low = span, u_high = -1, v_low = span, v_high = -1;  // of the values that are not 0
-    std::array<float, span * span> value;
-
-    bool any() const { return u_high >= u_low; }
-    void note(int v, int u)
-    {
-        u_low = std::min(u_low, u);
-        u_high = std::max(u_high, u);
-        v_low = std::min(v_low, v);
-        v_high = std::max(v_high, v);
-    }
-};
-
-VDBCLOUD_CLONES void add_scaled(double* sum, const float* x, double weight, int n)
-{
-    for (int i = 0; i < n; ++i) sum[i] += weight * double(x[i]);
-}
-
-/// A tile's rays and their depths, advanced along w.
-class Tile {
-public:
-    Tile(const BrickMap& density, const LatticeFrame& frame, int rays_per_voxel, int a0, int b0)
-        : density_(density), f_(frame), r_(rays_per_voxel), a0_(a0), b0_(b0), depth_(size_t(r_) * r_ * rays * row, 0.0)
-    {
-    }
-
-    /// From plane n - 1 to plane n (planes lie at w = n + frame.ow).
-    void step(int n)
-    {
-        const double w0 = n - 1 + f_.ow;
-        const int first = ifloor(w0), last = ifloor(w0 + 1) + 1;
-        bool any = false;
-        for (int w = first; w <= last; ++w) any = plane(w).any() || any;
-        if (!any) return;
-        for (int q = 0; q < r_; ++q)
-            for (int p = 0; p < r_; ++p)
-                for (const auto& tap : step_taps(f_, double(p) / r_ + f_.mu * w0, double(q) / r_ + f_.mv * w0, w0)) {
-                    const Plane& from = plane(tap.dw);
-                    // Only rays that meet values other than 0: of a brick with one voxel there are few.
-                    const int u = a0_ + tap.du - from.u0, v = b0_ + tap.dv - from.v0;
-                    const int i = std::max(0, from.u_low - u), count = std::min(rays - 1, from.u_high - u) - i + 1;
-                    const int end = std::min(rays - 1, from.v_high - v);
-                    for (int j = std::max(0, from.v_low - v); j <= end && count > 0; ++j) {
-                        add_scaled(phase(p, q) + j * row + i, from.value.data() + size_t(v + j) * span + u + i,
-                                   tap.weight, count);
-                        products_ += size_t(count);
-                    }
-                }
-    }
-
-    /// The part of a voxel plane that reaches rays of one lattice phase [values].
-    size_t values(int w)
-    {
-        const Plane& p = plane(w);
-        if (!p.any()) return 0;
-        const int rows = std::min(rays - 1, p.v_high - margin) - std::max(0, p.v_low - margin) + 1;
-        const int columns = std::min(rays - 1, p.u_high - margin) - std::max(0, p.u_low - margin) + 1;
-        return rows > 0 && columns > 0 ? size_t(rows) * size_t(columns) : 0;
-    }
-
-    /// Values of voxels that were added to rays.
-    size_t products() const { return products_; }
-
-    /// Density depth at the targets of one block that lie on plane n and belong to this tile.
-    void write(int n, const Vec3i& block, float* value) const
-    {
-        const int k = f_.sign * n - 8 * block[f_.w];
-        if (k < 0 || k > 7) return;
-        const double w = n + f_.ow, cu = f_.ou - f_.mu * w, cv = f_.ov - f_.mv * w;
-        const int su = ifloor(cu), sv = ifloor(cv);
-        const double fu = (cu - su) * r_, fv = (cv - sv) * r_;
-        const int p = std::min(int(fu), r_ - 1), q = std::min(int(fv), r_ - 1);
-        const int stride[3] = {64, 8, 1};
-        for (int j = 0; j < 8; ++j) {
-            const int b = 8 * block[f_.v] + j + sv - b0_;
-            if (b < 0 || b >= tile) continue;
-            for (int i = 0; i < 8; ++i) {
-                const int a = 8 * block[f_.u] + i + su - a0_;
-                if (a < 0 || a >= tile) continue;
-                const double x = fu - p, y = fv - q;
-                value[k * stride[f_.w] + j * stride[f_.v] + i * stride[f_.u]] =
-                    float((1 - y) * ((1 - x) * at(a, b, p, q) + x * at(a, b, p + 1, q)) +
-                          y * ((1 - x) * at(a, b, p, q + 1) + x * at(a, b, p + 1, q + 1)));
-            }
-        }
-    }
-
-private:
-    double* phase(int p, int q) { return depth_.data() + size_t(q * r_ + p) * rays * row; }
-
-    /// The ray at (a + p/r, b + q/r); p and q may be r.
-    double at(int a, int b, int p, int q) const
-    {
-        a += p / r_;
-        b += q / r_;
-        return depth_[(size_t(q % r_) * r_ + p % r_) * rays * row + size_t(b) * row + a];
-    }
-
-    /// The plane of voxels w, gathered when it is new. Four are kept: a step needs three.
-    const Plane& plane(int w)
-    {
-        Plane& p = planes_[size_t(w & 3)];
-        if (p.valid && p.w == w) return p;
-        p.valid = true;
-        p.w = w;
-        p.u0 = a0_ + ifloor(f_.mu * w) - margin;
-        p.v0 = b0_ + ifloor(f_.mv * w) - margin;
-        p.u_low = p.v_low = span;
-        p.u_high = p.v_high = -1;
-        p.value.fill(0);
-        const int k = f_.sign * w;
-        constexpr int stride[3] = {BrickMap::sx, BrickMap::sy, 1};
-        const int su = stride[f_.u];
-        for (int bv = p.v0 >> 3; bv <= (p.v0 + span - 1) >> 3; ++bv)
-            for (int bu = p.u0 >> 3; bu <= (p.u0 + span - 1) >> 3; ++bu) {
-                Vec3i b;
-                b[f_.u] = bu;
-                b[f_.v] = bv;
-                b[f_.w] = k >> 3;
-                const float* brick = density_.find(b);
-                if (!brick) continue;
-                brick += (k & 7) * stride[f_.w];
-                const int u_first = std::max(p.u0, bu * 8), u_last = std::min(p.u0 + span - 1, bu * 8 + 7);
-                const int v_first = std::max(p.v0, bv * 8), v_last = std::min(p.v0 + span - 1, bv * 8 + 7);
-                for (int v = v_first; v <= v_last; ++v) {
-                    const float* from = brick + (v & 7) * stride[f_.v] + (u_first & 7) * su;
-                    float* to = p.value.data() + size_t(v - p.v0) * span + (u_first - p.u0);
-                    for (int u = u_first; u <= u_last; ++u, from += su) {
-                        *to++ = *from;
-                        if (*from != 0) p.note(v - p.v0, u - p.u0);
-                    }
-                }
-            }
-        return p;
-    }
-
-    const BrickMap& density_;
-    const LatticeFrame& f_;
-    int r_, a0_, b0_;
-    size_t products_ = 0;
-    std::vector<double> depth_;  // [phase q, p][b][a], density x world unit
-    std::array<Plane, 4> planes_;
-};
 
 /// One block of density (target < 0) or of targets that a tile's rays meet, in layer n >> 3 along w.
 struct Visit {
@@ -185,50 +31,52 @@ struct Visit {
     }
 };
 
-/// The tiles that hold rays through block b, widened by `wide` voxels.
-void add_visits(const LatticeFrame& f, const Vec3i& b, int wide, int target, std::vector<Visit>& visits)
+/// The first plane of a block, along w.
+int first_plane(const LatticeFrame& f, const Vec3i& block)
 {
-    const int w0 = f.sign > 0 ? 8 * b[f.w] : -(8 * b[f.w] + 7);
-    const auto range = [&](int index, double slope, double offset, int& first, int& last) {
-        const double lo = -slope * (w0 - wide + f.ow), hi = -slope * (w0 + 7 + wide + f.ow);
-        first = floor_div(8 * index - wide + ifloor(std::min(lo, hi) + offset), tile);
-        last = floor_div(8 * index + 7 + wide + ifloor(std::max(lo, hi) + offset), tile);
-    };
-    int u0, u1, v0, v1;
-    range(b[f.u], f.mu, f.ou, u0, u1);
-    range(b[f.v], f.mv, f.ov, v0, v1);
-    for (int tv = v0; tv <= v1; ++tv)
-        for (int tu = u0; tu <= u1; ++tu)
-            for (int layer = w0 >> 3; layer <= (w0 + 7) >> 3; ++layer) visits.push_back({tu, tv, layer, target});
+    return f.sign > 0 ? 8 * block[f.w] : -(8 * block[f.w] + 7);
 }
 
-/// Blocks of 8^3 voxels with one value each at (x*8 + y)*8 + z.
-struct VoxelBlocks {
-    std::vector<Vec3i> block;
-    std::vector<float> value;  // 512 for each block
+/// The tiles of rays through the positions 8 * index .. + 7 along an axis, moved by `offset` and widened by `wide`
+/// voxels, on planes w0 to w1.
+struct TileRange {
+    int first, last;
+    TileRange(int index, double slope, double offset, double w0, double w1, int wide)
+        : first(floor_div(8 * index - wide + ifloor(std::min(-slope * w0, -slope * w1) + offset - rounding), tile)),
+          last(floor_div(8 * index + 7 + wide + ifloor(std::max(-slope * w0, -slope * w1) + offset + rounding), tile))
+    {
+    }
+    static constexpr double rounding = 1e-6;  // a target on a ray belongs to either side
 };
 
-/// Advances one tile through all blocks on its way; its visits are sorted by layer. Returns Tile::products().
-size_t run_tile(const BrickMap& density, const LatticeFrame& frame, int rays_per_voxel, const Visit* visit,
-                const Visit* end, VoxelBlocks& targets)
+void add_visits(const TileRange& u, const TileRange& v, int first_plane, int last_plane, int target,
+                std::vector<Visit>& visits)
 {
-    Tile rays_of_tile(density, frame, rays_per_voxel, visit->tu * tile, visit->tv * tile);
-    int done = 8 * visit->layer - 4;  // the last plane reached; nothing lies before it
-    const Visit* writing = visit;     // targets are written plane by plane, from their layer's first visit on
-    for (const Visit* v = visit; v < end; ++v) {
-        if (v + 1 < end && (v + 1)->layer == v->layer) continue;  // the last of a layer stands for it
-        // Density in a layer reaches rays two planes before it and three behind.
-        const int first = std::max(done + 1, 8 * v->layer - 2), last = 8 * v->layer + 10;
-        for (int n = first; n <= last; ++n) {
-            rays_of_tile.step(n);
-            while (writing < end && writing->layer < (n >> 3)) ++writing;
-            for (const Visit* t = writing; t < end && t->layer == (n >> 3); ++t)
-                if (t->target >= 0)
-                    rays_of_tile.write(n, targets.block[size_t(t->target)], &targets.value[size_t(t->target) * 512]);
-        }
-        done = last;
-    }
-    return rays_of_tile.products();
+    for (int tv = v.first; tv <= v.last; ++tv)
+        for (int tu = u.first; tu <= u.last; ++tu)
+            for (int layer = first_plane >> 3; layer <= last_plane >> 3; ++layer)
+                visits.push_back({tu, tv, layer, target});
+}
+
+/// The tiles whose rays meet a block of density, a voxel about it included.
+void add_density(const LatticeFrame& f, const Vec3i& b, std::vector<Visit>& visits)
+{
+    constexpr int wide = 2;
+    const int w0 = first_plane(f, b);
+    const auto range = [&](int index, double slope) {
+        return TileRange(index, slope, 0, w0 - wide, w0 + 7 + wide, wide);
+    };
+    add_visits(range(b[f.u], f.mu), range(b[f.v], f.mv), w0, w0 + 7, -1, visits);
+}
+
+/// The tiles that own targets of a block.
+void add_targets(const LatticeFrame& f, const LatticeOffset& offset, const Vec3i& b, int target,
+                 std::vector<Visit>& visits)
+{
+    const int first = first_plane(f, b) + offset.shift;
+    const double w = first + offset.fraction;
+    add_visits(TileRange(b[f.u], f.mu, offset.u, w, w + 7, 0), TileRange(b[f.v], f.mv, offset.v, w, w + 7, 0), first,
+               first + 7, target, visits);
 }
 
 /// The visits of a lattice, sorted and each once.
@@ -251,83 +99,150 @@ std::vector<size_t> tiles_of(const std::vector<Visit>& visits)
     return begin;
 }
 
-/// Depths at voxel centre + the offset of a frame. Counts products where `products` is not null.
-void fill_along(const BrickMap& density, const LatticeFrame& frame, int rays_per_voxel, VoxelBlocks& targets,
-                const Progress& progress, std::atomic<size_t>* products)
-{
-    targets.value.assign(targets.block.size() * 512, 0.0f);
-    std::vector<Visit> visits;
-    for (const auto& b : density.bricks()) add_visits(frame, b, 2, -1, visits);
-    for (size_t n = 0; n < targets.block.size(); ++n) add_visits(frame, targets.block[n], 0, int(n), visits);
-    visits = sorted_visits(std::move(visits));
-    const std::vector<size_t> begin = tiles_of(visits);
-    std::atomic<size_t> done{0};
-    tbb::parallel_for(size_t(0), begin.size() - 1, [&](size_t n) {
-        const size_t added =
-            run_tile(density, frame, rays_per_voxel, &visits[begin[n]], visits.data() + begin[n + 1], targets);
-        if (products) *products += added;
-        report(progress, double(++done) / double(begin.size() - 1));
-    });
-}
-
-/// As above, and the mean over the frames of a tie.
-void fill(const BrickMap& density, const Vec3d& to_light, int rays_per_voxel, const Vec3d& offset, VoxelBlocks& targets,
-          const Progress& progress, std::atomic<size_t>* products)
-{
-    targets.value.assign(targets.block.size() * 512, 0.0f);
-    if (density.empty() || targets.block.empty()) return;
-    const std::vector<LatticeFrame> frames = frames_of(density, to_light, offset);
-    if (frames.size() == 1) return fill_along(density, frames[0], rays_per_voxel, targets, progress, products);
-    std::vector<double> sum(targets.value.size(), 0.0);
-    for (size_t n = 0; n < frames.size(); ++n) {
-        const Progress part =
-            progress ? Progress([&](double f) { return progress((double(n) + f) / double(frames.size())); })
-                     : Progress();
-        fill_along(density, frames[n], rays_per_voxel, targets, part, products);
-        for (size_t k = 0; k < sum.size(); ++k) sum[k] += double(targets.value[k]);
+/// One pass of rays along a frame.
+class Pass {
+public:
+    Pass(const BrickMap& density, const LatticeFrame& frame, const std::vector<LatticeTargets>& sets,
+         int rays_per_voxel, std::vector<std::vector<float>>& depth)
+        : density_(density), frame_(frame), rays_per_voxel_(rays_per_voxel)
+    {
+        for (const LatticeTargets& set : sets) offset_.emplace_back(frame, set.offset);
+        stops_ = stops_of(offset_);
+        for (const auto& b : density.bricks()) add_density(frame, b, visits_);
+        for (size_t k = 0; k < sets.size(); ++k)
+            for (size_t n = 0; n < sets[k].blocks.size(); ++n) {
+                add_targets(frame, offset_[k], sets[k].blocks[n], int(targets_.size()), visits_);
+                targets_.push_back(
+                    {int(k), int(stop_of(stops_, offset_[k])), sets[k].blocks[n], depth[k].data() + n * 512});
+            }
+        visits_ = sorted_visits(std::move(visits_));
     }
-    for (size_t k = 0; k < sum.size(); ++k) targets.value[k] = float(sum[k] / double(frames.size()));
+
+    void run(const Progress& progress, std::atomic<size_t>* products)
+    {
+        const std::vector<size_t> begin = tiles_of(visits_);
+        std::atomic<size_t> done{0};
+        tbb::parallel_for(size_t(0), begin.size() - 1, [&](size_t n) {
+            const size_t added = run_tile(visits_.data() + begin[n], visits_.data() + begin[n + 1]);
+            if (products) *products += added;
+            report(progress, double(++done) / double(begin.size() - 1));
+        });
+    }
+
+private:
+    struct Target {
+        int set, stop;
+        Vec3i block;
+        float* value;
+    };
+
+    /// Advances one tile through all blocks on its way; its visits are sorted by layer. Returns the tile's products.
+    size_t run_tile(const Visit* visit, const Visit* end) const
+    {
+        LatticeTile rays(density_, frame_, stops_, rays_per_voxel_, visit->tu * tile, visit->tv * tile);
+        int done = 8 * visit->layer - 4;  // the last plane reached; nothing lies before it
+        const Visit* writing = visit;     // targets are written stop by stop, from their layer's first visit on
+        for (const Visit* v = visit; v < end; ++v) {
+            if (v + 1 < end && (v + 1)->layer == v->layer) continue;  // the last of a layer stands for it
+            // Density in a layer reaches rays two planes before it and three behind.
+            const int first = std::max(done + 1, 8 * v->layer - 2), last = 8 * v->layer + 10;
+            for (int n = first; n <= last; ++n) {
+                while (writing < end && writing->layer < (n >> 3)) ++writing;
+                for (int stop = 0; stop < int(stops_.size()); ++stop) {
+                    rays.advance(n, size_t(stop));
+                    for (const Visit* t = writing; t < end && t->layer == (n >> 3); ++t)
+                        if (t->target >= 0 && targets_[size_t(t->target)].stop == stop) {
+                            const Target& to = targets_[size_t(t->target)];
+                            rays.write(n, offset_[size_t(to.set)], to.block, to.value);
+                        }
+                }
+            }
+            done = last;
+        }
+        return rays.products();
+    }
+
+    const BrickMap& density_;
+    const LatticeFrame& frame_;
+    int rays_per_voxel_;
+    std::vector<LatticeOffset> offset_;  // of each set
+    std::vector<double> stops_;
+    std::vector<Target> targets_;
+    std::vector<Visit> visits_;
+};
+
+/// The part of a job that step n of `count` reports.
+Progress part_of(const Progress& progress, size_t n, size_t count)
+{
+    if (!progress) return {};
+    return [&progress, n, count](double f) { return progress((double(n) + f) / double(count)); };
 }
 
-/// Refined targets are found for one offset within a voxel at a time: each such set is a lattice of whole voxels.
+/// Refined targets lie at refine^3 offsets within a voxel: each is a set of whole voxels.
 std::vector<float> refined_depths(const BrickMap& density, const Vec3d& to_light, const std::vector<Vec3i>& blocks,
                                   int rays_per_voxel, int m, const Progress& progress, std::atomic<size_t>* products)
 {
-    VoxelBlocks voxels;                          // those that the targets lie in
+    std::vector<Vec3i> voxels;                   // blocks that the targets lie in
     std::map<std::array<int, 3>, size_t> place;  // of a block among them
     for (const Vec3i& b : blocks)
         for (int n = 0; n < 8; ++n) {
             const auto block = [&](int a) { return floor_div(b[a] * 8 + ((n >> a) & 1) * 7, m) >> 3; };
             const std::array<int, 3> at{block(0), block(1), block(2)};
-            if (place.emplace(at, voxels.block.size()).second) voxels.block.push_back({at[0], at[1], at[2]});
+            if (place.emplace(at, voxels.size()).second) voxels.push_back({at[0], at[1], at[2]});
         }
+    std::vector<LatticeTargets> sets;
+    for (const Vec3d& offset : refined_offsets(m)) sets.push_back({offset, voxels});
+    const auto found = lattice_depths(density, to_light, sets, rays_per_voxel, progress, products);
     std::vector<float> depth(blocks.size() * 512);
-    const int offsets = m * m * m;
-    for (int n = 0; n < offsets; ++n) {
-        const int offset[3] = {n / (m * m), n / m % m, n % m};
-        const Progress part = progress ? Progress([&](double f) { return progress((n + f) / offsets); }) : Progress();
-        fill(density, to_light, rays_per_voxel, Vec3d(offset[0], offset[1], offset[2]) / m, voxels, part, products);
-        tbb::parallel_for(size_t(0), blocks.size(), [&](size_t b) {
-            for (int k = 0; k < 512; ++k) {
-                const int within[3] = {k >> 6, (k >> 3) & 7, k & 7};
-                int voxel[3];
-                bool here = true;
-                for (int a = 0; a < 3; ++a) {
-                    const int target = blocks[b][a] * 8 + within[a];
-                    voxel[a] = floor_div(target, m);
-                    here = here && target - voxel[a] * m == offset[a];
-                }
-                if (!here) continue;
-                const size_t from = place.at({voxel[0] >> 3, voxel[1] >> 3, voxel[2] >> 3}) * 512;
-                depth[b * 512 + size_t(k)] =
-                    voxels.value[from + size_t((voxel[0] & 7) << 6 | (voxel[1] & 7) << 3 | (voxel[2] & 7))];
+    tbb::parallel_for(size_t(0), blocks.size(), [&](size_t b) {
+        for (int k = 0; k < 512; ++k) {
+            const int within[3] = {k >> 6, (k >> 3) & 7, k & 7};
+            int voxel[3], set = 0;
+            for (int a = 0; a < 3; ++a) {
+                const int target = blocks[b][a] * 8 + within[a];
+                voxel[a] = floor_div(target, m);
+                set = set * m + target - voxel[a] * m;
             }
-        });
-    }
+            const size_t from = place.at({voxel[0] >> 3, voxel[1] >> 3, voxel[2] >> 3}) * 512;
+            depth[b * 512 + size_t(k)] =
+                found[size_t(set)][from + size_t((voxel[0] & 7) << 6 | (voxel[1] & 7) << 3 | (voxel[2] & 7))];
+        }
+    });
     return depth;
 }
 
 }  // namespace
+
+std::vector<std::vector<float>> lattice_depths(const BrickMap& density, const Vec3d& to_light,
+                                               const std::vector<LatticeTargets>& sets, int rays_per_voxel,
+                                               const Progress& progress, std::atomic<size_t>* products)
+{
+    const auto zero = [&] {
+        std::vector<std::vector<float>> depth;
+        for (const LatticeTargets& set : sets) depth.emplace_back(set.blocks.size() * 512, 0.0f);
+        return depth;
+    };
+    std::vector<std::vector<float>> depth = zero();
+    const bool none =
+        std::all_of(sets.begin(), sets.end(), [](const LatticeTargets& set) { return set.blocks.empty(); });
+    if (density.empty() || none) return depth;
+    const std::vector<LatticeFrame> frames = frames_of(density, to_light);
+    if (frames.size() == 1) {
+        Pass(density, frames[0], sets, rays_per_voxel, depth).run(progress, products);
+        return depth;
+    }
+    std::vector<std::vector<double>> sum;
+    for (const auto& of_set : depth) sum.emplace_back(of_set.size(), 0.0);
+    for (size_t n = 0; n < frames.size(); ++n) {
+        depth = zero();
+        Pass(density, frames[n], sets, rays_per_voxel, depth).run(part_of(progress, n, frames.size()), products);
+        for (size_t s = 0; s < sum.size(); ++s)
+            for (size_t k = 0; k < sum[s].size(); ++k) sum[s][k] += double(depth[s][k]);
+    }
+    for (size_t s = 0; s < sum.size(); ++s)
+        for (size_t k = 0; k < sum[s].size(); ++k) depth[s][k] = float(sum[s][k] / double(frames.size()));
+    return depth;
+}
 
 std::vector<float> lattice_depths(const BrickMap& density, const Vec3d& to_light, const std::vector<Vec3i>& blocks,
                                   const LatticeOptions& options, const Progress& progress)
@@ -335,48 +250,45 @@ std::vector<float> lattice_depths(const BrickMap& density, const Vec3d& to_light
     if (options.refine > 1)
         return refined_depths(density, to_light, blocks, options.rays_per_voxel, options.refine, progress,
                               options.products);
-    VoxelBlocks targets{blocks, {}};
-    fill(density, to_light, options.rays_per_voxel, options.offset, targets, progress, options.products);
-    return std::move(targets.value);
+    return std::move(lattice_depths(density, to_light, std::vector<LatticeTargets>{{options.offset, blocks}},
+                                    options.rays_per_voxel, progress, options.products)[0]);
 }
 
-double lattice_taps(const BrickMap& density, const Vec3d& to_light, const LatticeOptions& options)
-{
-    double taps = 0;
-    for (const LatticeFrame& frame : frames_of(density, to_light, options.offset))
-        taps += mean_taps(frame, options.rays_per_voxel);
-    return taps;
-}
-
-size_t lattice_products(const BrickMap& density, const Vec3d& to_light, const LatticeOptions& options)
+size_t lattice_products(const BrickMap& density, const Vec3d& to_light, const std::vector<Vec3d>& offsets,
+                        int rays_per_voxel)
 {
     if (density.empty()) return 0;
-    const LatticeFrame frame = frames_of(density, to_light, options.offset).front();
+    const std::vector<LatticeFrame> frames = frames_of(density, to_light);
     std::vector<Visit> visits;
-    for (const auto& b : density.bricks()) add_visits(frame, b, 2, -1, visits);
+    for (const auto& b : density.bricks()) add_density(frames[0], b, visits);
     visits = sorted_visits(std::move(visits));
     const std::vector<size_t> begin = tiles_of(visits);
+    const std::vector<double> whole{0.0};
     std::atomic<size_t> values{0};
     tbb::parallel_for(size_t(0), begin.size() - 1, [&](size_t n) {
         const Visit& first = visits[begin[n]];
-        Tile rays_of_tile(density, frame, 1, first.tu * tile, first.tv * tile);
+        LatticeTile rays(density, frames[0], whole, 1, first.tu * tile, first.tv * tile);
         int done = 8 * first.layer - 4;
         for (size_t v = begin[n]; v < begin[n + 1]; ++v)
             for (int w = std::max(done + 1, 8 * visits[v].layer); w <= 8 * visits[v].layer + 7; ++w) {
-                values += rays_of_tile.values(w);
+                values += rays.values(w);
                 done = w;
             }
     });
-    const double phases = double(options.rays_per_voxel) * options.rays_per_voxel;
-    const double offsets = double(options.refine) * options.refine * options.refine;
-    double taps = 0;  // the mean over the offsets of refined targets
-    for (int n = 0; n < int(offsets); ++n) {
-        const int m = options.refine;
-        LatticeOptions of_offset = options;
-        if (m > 1) of_offset.offset = Vec3d(n / (m * m), n / m % m, n % m) / m;
-        taps += lattice_taps(density, to_light, of_offset) / offsets;
+    double taps = 0;
+    for (const LatticeFrame& frame : frames) {
+        std::vector<LatticeOffset> of_frame;
+        for (const Vec3d& offset : offsets) of_frame.emplace_back(frame, offset);
+        taps += mean_taps(frame, stops_of(of_frame), rays_per_voxel);
     }
-    return size_t(double(values) * phases * offsets * taps);
+    return size_t(double(values) * rays_per_voxel * rays_per_voxel * taps);
+}
+
+std::vector<Vec3d> refined_offsets(int m)
+{
+    std::vector<Vec3d> offsets;
+    for (int n = 0; n < m * m * m; ++n) offsets.push_back(Vec3d(n / (m * m), n / m % m, n % m) / m);
+    return offsets;
 }
 
 }  // namespace vdbcloud

@@ -15,6 +15,12 @@ struct LatticeOptions {
     std::atomic<size_t>* products = nullptr;  ///< counts values of voxels added to rays; null: not
 };
 
+/// Targets at voxel centre + offset [voxels] of blocks of 8^3 voxels.
+struct LatticeTargets {
+    Vec3d offset;
+    std::vector<Vec3i> blocks;  ///< block b holds the targets of voxels 8b..8b+7
+};
+
 /// The density depth from each target point towards a light at infinity:
 ///
 ///     depth(x) = \int_0^infinity rho(x + t to_light) dt      [density x world unit]
@@ -29,20 +35,27 @@ struct LatticeOptions {
 /// axes: the depth is the mean over them, so that the axes' order does not count. Such lights cost two or three times
 /// as much.
 ///
-/// `to_light`: unit, world space. `blocks`: of 8^3 targets, block b holding the targets 8b..8b+7. Returned are 512
-/// depths for each block, target (x,y,z) of it at (x*8 + y)*8 + z, the layout of an OpenVDB leaf. Offsets apply without
-/// refinement only. Cost: targets + voxels other than 0, wherever they lie; empty space is not visited.
+/// `to_light`: unit, world space. Returned are 512 depths for each block of each set, the target of voxel (x,y,z) of it
+/// at (x*8 + y)*8 + z, the layout of an OpenVDB leaf. All sets are found by one pass of rays, which stop wherever a set
+/// has targets: a set more costs its targets and, between two planes, a stop. Cost: targets + voxels other than 0,
+/// wherever they lie; empty space is not visited. Rays are summed in single precision within a step (lattice_tile.h):
+/// transmittance errs by less than 1e-6.
 /// Threads: tiles of rays in parallel; the value of a target does not depend on how many.
 /// Source: Kajiya & Von Herzen 1984, section 3.1, pass one.
+std::vector<std::vector<float>> lattice_depths(const BrickMap& density, const Vec3d& to_light,
+                                               const std::vector<LatticeTargets>& sets, int rays_per_voxel,
+                                               const Progress& progress = {}, std::atomic<size_t>* products = nullptr);
+
+/// As above for one set of targets. With `refine` block b holds the targets 8b..8b+7; offsets apply without it only.
 std::vector<float> lattice_depths(const BrickMap& density, const Vec3d& to_light, const std::vector<Vec3i>& blocks,
                                   const LatticeOptions& options, const Progress& progress = {});
 
-/// Values of voxels that one plane adds to a ray, in the mean; along two or three axes where light is as fast along
-/// these.
-double lattice_taps(const BrickMap& density, const Vec3d& to_light, const LatticeOptions& options);
+/// The products that lattice_depths() would count for sets at these offsets, within some per cent and for a small part
+/// of the time: each plane's values other than 0 times the mean number of taps. Targets do not matter.
+size_t lattice_products(const BrickMap& density, const Vec3d& to_light, const std::vector<Vec3d>& offsets,
+                        int rays_per_voxel);
 
-/// The products that lattice_depths() would count, within some per cent and for a small part of the time: each plane's
-/// values other than 0 times the mean number of taps. Targets do not matter.
-size_t lattice_products(const BrickMap& density, const Vec3d& to_light, const LatticeOptions& options);
+/// The offsets within a voxel of targets refined by `refine`.
+std::vector<Vec3d> refined_offsets(int refine);
 
 }  // namespace vdbcloud
