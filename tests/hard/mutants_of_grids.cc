@@ -6,9 +6,11 @@
 #include "vdbcloud/grid/registry.h"
 
 #include <openvdb/io/Stream.h>
+#include <zlib.h>
 
 #include <limits>
 #include <sstream>
+#include <stdexcept>
 
 namespace vdbcloud::test {
 
@@ -227,6 +229,29 @@ std::string as_bytes(const std::vector<GridBasePtr>& grids, const MetaMap& metad
     return out.str();
 }
 
+/// A zlib stream that unpacks to 3 GiB of zeros. A block that ends with a full flush depends on nothing before it, so
+/// one block of a MiB, repeated, is a valid stream.
+const std::string& zip_bomb()
+{
+    static const std::string bomb = [] {
+        std::string zeros(size_t(1) << 20, '\0'), block(size_t(1) << 16, '\0');
+        z_stream stream{};
+        if (deflateInit(&stream, Z_BEST_COMPRESSION) != Z_OK) throw std::runtime_error("zlib does not start");
+        stream.next_in = reinterpret_cast<Bytef*>(zeros.data());
+        stream.avail_in = uInt(zeros.size());
+        stream.next_out = reinterpret_cast<Bytef*>(block.data());
+        stream.avail_out = uInt(block.size());
+        const int status = deflate(&stream, Z_FULL_FLUSH);
+        block.resize(stream.total_out);
+        deflateEnd(&stream);
+        if (status != Z_OK || stream.avail_in != 0) throw std::runtime_error("zlib does not pack a MiB of zeros");
+        std::string bytes = block;
+        for (int k = 1; k < 3 * 1024; ++k) bytes.append(block, 2);  // the header of two bytes comes once
+        return bytes;
+    }();
+    return bomb;
+}
+
 }  // namespace
 
 std::string hostile_grids(const std::string& vdb_path, Dice& dice, std::string& what)
@@ -268,6 +293,14 @@ std::string hostile_compression(std::string bytes, Dice& dice, std::string& what
     if (parts.empty()) return damaged(bytes, dice);
     const size_t at = parts[dice.below(parts.size())];
     const uint32_t size = dice.one_of<uint32_t>({0, 1, 0x7fffffff, 0xffffffff, 0x40000000, 2048});
+    if (bytes[at + 8] == 0x78 && dice.chance(0.25)) {
+        what = "a compressed part that unpacks to 3 GiB";
+        int64_t length = 0;
+        std::memcpy(&length, &bytes[at], 8);
+        bytes.replace(at + 8, size_t(length), zip_bomb());
+        put(bytes, at, int64_t(zip_bomb().size()));
+        return bytes;
+    }
     switch (dice.below(4)) {
     case 0:
         what = "length of a compressed part";
