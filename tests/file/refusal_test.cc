@@ -201,7 +201,7 @@ TEST(Guard, ReportsReturnExceptionSignalAndLimits)
     EXPECT_EQ(run_guarded([] { ::raise(SIGSEGV); }, limits), "malformed: it breaks the reader (signal 11)");
     EXPECT_NE(run_guarded(
                   [] {
-                      for (volatile int k = 0;; k = k + 1) {
+                      for (volatile unsigned k = 0;; k = k + 1) {
                       }
                   },
                   limits)

@@ -9,7 +9,7 @@ inline double exit_of(const IndexRay& ray, const Vec3i& cell, int shift, int& ax
     axis = 0;
     for (int a = 0; a < 3; ++a) {
         if (ray.direction[a] == 0) continue;
-        const int64_t low = int64_t(cell[a] >> shift) << shift;
+        const int64_t low = cell[a] & -(int64_t(1) << shift);
         const double edge = double(ray.direction[a] > 0 ? low + (int64_t(1) << shift) : low);
         const double at = (edge - ray.origin[a]) * ray.inverse[a];
         if (at < t) {
@@ -24,7 +24,7 @@ inline double exit_of(const IndexRay& ray, const Vec3i& cell, int shift, int& ax
 inline void leave(const IndexRay& ray, Vec3i& cell, int shift, int axis, double t)
 {
     for (int a = 0; a < 3; ++a) {
-        const int low = (cell[a] >> shift) << shift, high = low + (1 << shift) - 1;
+        const int low = cell[a] & -(1 << shift), high = low + (1 << shift) - 1;
         if (a == axis)
             cell[a] = ray.direction[a] > 0 ? high + 1 : low - 1;
         else

@@ -34,7 +34,7 @@ bool hits(const Blocks& blocks, const Emptiness& emptiness, Vec3d p, const Vec3d
         double t = std::numeric_limits<double>::infinity();
         for (int a = 0; a < 3; ++a) {
             if (d[a] == 0) continue;
-            const double low = double(int64_t(voxel[a] >> bits) << bits) - 0.5;
+            const double low = double(voxel[a] & -(int64_t(1) << bits)) - 0.5;
             t = std::min(t, ((d[a] > 0 ? low + double(int64_t(1) << bits) : low) - p[a]) / d[a]);
         }
         p += d * (std::max(t, 0.0) + 1e-6);

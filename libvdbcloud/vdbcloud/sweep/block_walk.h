@@ -47,7 +47,7 @@ struct Walk {
     {
         for (int a = 0; a < 3; ++a) {
             const int cell = block[a] >> bits;
-            const double at = 8.0 * double(int64_t(step[a] > 0 ? cell : cell + 1) << bits);
+            const double at = 8.0 * double((step[a] > 0 ? cell : cell + 1) * (int64_t(1) << bits));
             wall[a] = step[a] == 0 ? std::numeric_limits<double>::infinity() : (from[a] - at) * inverse[a];
         }
     }
@@ -61,12 +61,12 @@ struct Walk {
             if ((wall[a] - t) * std::abs(step[a]) < same_wall) {  // in voxels
                 axes |= 1 << a;
                 const int cell = block[a] >> bits;
-                block[a] = step[a] > 0 ? (cell << bits) - 1 : (cell + 1) << bits;
+                block[a] = step[a] > 0 ? cell * (1 << bits) - 1 : (cell + 1) * (1 << bits);
                 wall[a] += 8 * std::abs(inverse[a]);
             } else if (bits) {
                 const int cell = block[a] >> bits;
-                block[a] =
-                    std::clamp(int(std::floor((from[a] - t * step[a]) / 8)), cell << bits, ((cell + 1) << bits) - 1);
+                block[a] = std::clamp(int(std::floor((from[a] - t * step[a]) / 8)), cell * (1 << bits),
+                                      (cell + 1) * (1 << bits) - 1);
             }
         }
         if (bits) face_walls(0);
