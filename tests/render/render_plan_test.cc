@@ -119,8 +119,14 @@ TEST(RenderPlan, ChargesEachPathWithItsOwnEvents)
     collided.moments[0].assign(5, scene.volumes[0].density);
     collided.scaling.delta_f = 0.5;
     const Workload scaled = render_work(film, scene, {}, cost);
-    EXPECT_EQ(scaled.of("cell_value"), 2000.0 * 9);
-    EXPECT_EQ(scaled.of("cell_peak"), 2000);
+    EXPECT_EQ(scaled.of("plain_value"), 2000.0 * 9);
+    EXPECT_EQ(scaled.of("plain_peak"), 2000);
+    EXPECT_EQ(scaled.of("cell_value"), 0);
+    IntegratorOptions general;
+    general.plain_path = false;
+    const Workload by_general = render_work(film, scene, general, cost);
+    EXPECT_EQ(by_general.of("cell_value"), 2000.0 * 9);
+    EXPECT_EQ(by_general.of("cell_peak"), 2000);
     EXPECT_EQ(scaled.of("brick_value") - by_lamp.of("brick_value"), by_lamp.of("brick_value") / 2 * 9);
 }
 

@@ -63,7 +63,7 @@ bool march_brick(const float* brick, const IndexRay& ray, Vec3i& cell, double& t
     }
 }
 
-/// Calls on_brick(slot, cell, t) for each brick on the ray; on_brick moves t and `cell` beyond the brick, or t to t1,
+/// Calls on_brick(number, cell, t) for each brick on the ray; on_brick moves t and `cell` beyond the brick, or t to t1,
 /// and returns false to stop.
 template<typename OnBrick>
 bool march_root(const BrickMap& map, const BrickMap::Root& root, const IndexRay& ray, double t, double t1,
@@ -77,9 +77,9 @@ bool march_root(const BrickMap& map, const BrickMap::Root& root, const IndexRay&
         for (int a = 0; a < 3; ++a)
             if (cell[a] < root.first[a] || cell[a] > root.last[a]) return true;
         const int32_t s = BrickMap::super_at(root, cell);
-        const int32_t slot = s < 0 ? -1 : map.slot_at(s, cell);
-        if (slot >= 0) {
-            if (!on_brick(slot, cell, t)) return false;
+        const int32_t number = s < 0 ? -1 : map.number_at(s, cell);
+        if (number >= 0) {
+            if (!on_brick(number, cell, t)) return false;
             continue;
         }
         const int shift = s < 0 ? 7 : 3;
@@ -193,18 +193,19 @@ bool march_copies(const BrickMap& map, const IndexRay& ray, double t, double t1,
 template<typename Visit>
 bool march_cells_once(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit& visit)
 {
-    return march_roots(map, ray, t0, t1, [&](int32_t slot, Vec3i& cell, double& t) {
-        return march_brick(map.brick(slot), ray, cell, t, t1, visit);
+    return march_roots(map, ray, t0, t1, [&](int32_t number, Vec3i& cell, double& t) {
+        return march_brick(map.brick(map.slot(number)), ray, cell, t, t1, visit);
     });
 }
 
 template<typename Visit>
 bool march_bricks_once(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit& visit)
 {
-    return march_roots(map, ray, t0, t1, [&](int32_t slot, Vec3i& cell, double& t) {
+    return march_roots(map, ray, t0, t1, [&](int32_t number, Vec3i& cell, double& t) {
         int axis = 0;
         const double exit = exit_of(ray, cell, 3, axis), t_out = std::min(exit, t1);
-        if (t_out > t && !visit(t, t_out, slot, Vec3i(cell[0] & ~7, cell[1] & ~7, cell[2] & ~7))) return false;
+        if (t_out > t && !visit(t, t_out, map.slot(number), Vec3i(cell[0] & ~7, cell[1] & ~7, cell[2] & ~7)))
+            return false;
         t = std::max(t, exit);
         if (t < t1) leave(ray, cell, 3, axis, t);
         return true;

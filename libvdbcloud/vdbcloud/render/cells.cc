@@ -315,7 +315,7 @@ private:
 
 std::unique_ptr<RayIntegrator> make_cells_integrator(const PreparedScene& scene, const IntegratorOptions& options)
 {
-    if (options.plain_path && options.parts == 1 && is_plain(scene)) return make_plain_cells_integrator(scene);
+    if (scene.volumes.size() == 1 && scene.volumes[0].fields) return make_plain_cells_integrator(scene);
     return std::make_unique<Cells>(scene, options);
 }
 

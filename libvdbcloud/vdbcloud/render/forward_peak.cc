@@ -10,8 +10,9 @@ namespace vdbcloud {
 
 namespace {
 
-constexpr double deepest = 64, full = pi / 4, none = 5 * pi / 12;  // beyond `none` the ratio is 1
-constexpr int angles = 96, depths = 64;
+constexpr double full = pi / 4, none = 5 * pi / 12;  // beyond `none` the ratio is 1
+constexpr int angles = 96, depths = ForwardPeak::depths;
+constexpr double deepest = ForwardPeak::deepest;
 
 double angle_of(int i) { return none * (double(i) / (angles - 1)) * (double(i) / (angles - 1)); }
 double depth_of(int j) { return std::expm1(std::log1p(deepest) * j / (depths - 1)); }
@@ -115,6 +116,18 @@ double ForwardPeak::operator()(double cosine, double x) const
     const double u = a - i, v = d - j;
     const float* t = &table_[size_t(i) * depths + size_t(j)];
     return (1 - u) * ((1 - v) * t[0] + v * t[1]) + u * ((1 - v) * t[depths] + v * t[depths + 1]);
+}
+
+std::vector<double> ForwardPeak::at_angle(double cosine) const
+{
+    const double angle = std::acos(std::clamp(cosine, -1.0, 1.0));
+    if (angle >= none) return {};
+    const double a = std::sqrt(angle / none) * (angles - 1);
+    const int i = std::min(int(a), angles - 2);
+    const float *below = &table_[size_t(i) * depths], *above = below + depths;
+    std::vector<double> row;
+    for (int j = 0; j < depths; ++j) row.push_back((1 - (a - i)) * double(below[j]) + (a - i) * double(above[j]));
+    return row;
 }
 
 }  // namespace vdbcloud

@@ -28,6 +28,13 @@ public:
     ForwardPeak(const PhaseFunction& phase, const DeltaScaling& scaling);
     double operator()(double cosine, double x) const;
 
+    static constexpr double deepest = 64;
+    static constexpr double log_of_deepest = 4.1743872698956368;  ///< log(1 + deepest)
+    static constexpr int depths = 64;
+    /// R at one angle: entry j for log(1 + x) = j log_of_deepest / (depths - 1), linear between, constant from
+    /// `deepest` on. Empty where R is 1.
+    std::vector<double> at_angle(double cosine) const;
+
 private:
     std::vector<float> table_;
 };

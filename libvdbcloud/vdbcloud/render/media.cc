@@ -8,6 +8,7 @@
 #include "vdbcloud/optics/spherical_harmonics.h"
 #include "vdbcloud/render/cell_rule.h"
 #include "vdbcloud/render/free_path.h"
+#include "vdbcloud/render/plain_cells.h"
 #include "vdbcloud/voxels/extend.h"
 
 #include <algorithm>
@@ -98,11 +99,15 @@ int degree_of(const CollidedLight& light)
     return degree;
 }
 
-void add_collided(const CollidedLight& light, const Repeat& repeat, PreparedVolume& prepared)
+void add_scales(const CollidedLight& light, PreparedVolume& prepared)
 {
     prepared.degree = degree_of(light);
     prepared.channel_scale = light.channel_scale;
     prepared.flux_limit = light.flux_limit;
+}
+
+void add_collided(const CollidedLight& light, const Repeat& repeat, PreparedVolume& prepared)
+{
     const auto one = openvdb::gridPtrCast<openvdb::FloatGrid>(light.phi);
     prepared.phi =
         one ? fringe_map(one, repeat) : fringe_map(openvdb::gridPtrCast<openvdb::Vec3SGrid>(light.phi), repeat);
@@ -110,6 +115,24 @@ void add_collided(const CollidedLight& light, const Repeat& repeat, PreparedVolu
         if (light.scaling.mean_cosine() != 0) prepared.flux[c] = fringe_map(light.flux[c], repeat);
         for (const auto& moment : light.moments[c]) prepared.moments[c].push_back(fringe_map(moment, repeat));
     }
+}
+
+/// Sets the fields of a plain scene; false if there are none.
+bool add_fields(const Volume& volume, PreparedVolume& prepared)
+{
+    prepared.fields = plain_fields(volume, prepared.density, depth_of);
+    if (!prepared.fields) return false;
+    const CollidedLight& light = volume.collided;
+    if (!light.phi) return true;
+    prepared.field_channels = light.phi->isType<FloatGrid>() ? 1 : 3;
+    int next = int(volume.transmittance.size()) + prepared.field_channels;
+    for (int c = 0; c < prepared.field_channels; ++c)
+        if (light.flux[size_t(c)] && light.scaling.mean_cosine() != 0) {
+            prepared.field_flux[c] = next;
+            next += 3;
+        }
+    prepared.field_moments = next;
+    return true;
 }
 
 bool same_channels(const Vec3d& v) { return v[0] == v[1] && v[1] == v[2]; }
@@ -196,20 +219,21 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
         prepared.scaling = volume.collided.scaling;
         scaled = scaled || volume.collided.scaling.delta_f != 0;
         prepared.colour = map_of(volume.colour, 1, repeat);
-        if (volume.collided.phi) add_collided(volume.collided, repeat, prepared);
+        if (volume.collided.phi) add_scales(volume.collided, prepared);
         if (volume.collided.phi && volume.collided.scaling.delta_f > 0)
             prepared.peak = std::make_unique<ForwardPeak>(volume.medium.phase, volume.collided.scaling);
         grey = grey && extinction_is_grey(volume);
-        if (!shadow_rays) {
-            if (volume.transmittance.size() != lights.size())
-                throw InputError("a volume has " + std::to_string(volume.transmittance.size()) +
-                                 " transmittance grids: expected one for each of " + std::to_string(lights.size()) +
-                                 " lights");
+        if (!shadow_rays && volume.transmittance.size() != lights.size())
+            throw InputError("a volume has " + std::to_string(volume.transmittance.size()) +
+                             " transmittance grids: expected one for each of " + std::to_string(lights.size()) +
+                             " lights");
+        if (is_plain(scene, options) && add_fields(volume, prepared)) continue;
+        if (volume.collided.phi) add_collided(volume.collided, repeat, prepared);
+        if (!shadow_rays)
             for (const auto& t : volume.transmittance) {
                 prepared.light_depth.push_back(std::make_unique<BrickMap>(light_depth_map(t, repeat)));
                 grey = grey && prepared.light_depth.back()->channels() == 1;
             }
-        }
         if (volume.emission)
             volumes.emplace_back(extent_of(*volume.emission, repeat)).emission = map_of(volume.emission, 0, repeat);
     }

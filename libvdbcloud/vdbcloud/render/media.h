@@ -5,6 +5,7 @@
 #include "vdbcloud/render/forward_peak.h"
 #include "vdbcloud/render/integrator.h"
 #include "vdbcloud/voxels/brick_map.h"
+#include "vdbcloud/voxels/field_bricks.h"
 
 #include <deque>
 #include <memory>
@@ -37,6 +38,10 @@ struct PreparedVolume {
     std::unique_ptr<ForwardPeak> peak;
     /// -log T towards each light through all volumes; known where density differs from 0.
     std::vector<std::unique_ptr<BrickMap>> light_depth;
+    /// In a plain scene (plain_cells.h), instead of light_depth, phi, flux and moments: depths of the lights, phi,
+    /// fluxes and moments. Where flux and moments of the channels begin; -1: there is none.
+    std::unique_ptr<FieldBricks> fields;
+    int field_channels = 0, field_flux[3] = {-1, -1, -1}, field_moments = -1;
 };
 
 /// Albedo of a volume at a point of the colour grid's index space: the medium's, tinted by Cd, within [0, 1].
@@ -92,6 +97,8 @@ public:
     /// Mean over [t0, t1] of a light's irradiance times the phase function of one volume, its mean over the disc. The
     /// inverse square of a point light is integrated in closed form.
     Vec3d arriving(size_t light, size_t volume, double t0, double t1) const;
+    /// Cosine of the angle between a light at infinity's light and its way to the eye.
+    double cosine(size_t light) const { return cosine(scene_.lights[light], 0); }
     /// Factor of single scattering at t that accounts for repeated scattering by the forward peak (forward_peak.h).
     /// y: scaled optical depth from the light to the point at t and on to the eye.
     Vec3d peak(size_t light, size_t volume, double t, const Vec3d& albedo, const Vec3d& y) const;

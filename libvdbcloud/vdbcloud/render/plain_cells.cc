@@ -1,6 +1,13 @@
 #include "vdbcloud/render/plain_cells.h"
 
+#include "vdbcloud/core/constants.h"
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/optics/spherical_harmonics.h"
 #include "vdbcloud/render/cell_rule.h"
+#include "vdbcloud/render/plain_batch.h"
+
+#include <algorithm>
+#include <cstring>
 
 namespace vdbcloud {
 
@@ -11,87 +18,231 @@ bool same(const Affine& f, const Affine& g)
     return f.a[0] == g.a[0] && f.a[1] == g.a[1] && f.a[2] == g.a[2] && f.b == g.b;
 }
 
+/// Whether any of eight corner values is not 0; copies them.
+bool copy_corners(const float* from, float* to)
+{
+    constexpr int rows[4] = {0, BrickMap::sy, BrickMap::sx, BrickMap::sx + BrickMap::sy};
+    uint64_t any = 0;
+    for (int k = 0; k < 4; ++k) {
+        uint64_t two;
+        std::memcpy(&two, from + rows[k], sizeof two);
+        std::memcpy(to + 2 * k, &two, sizeof two);
+        any |= two;
+    }
+    return (any & 0x7fffffff7fffffff) != 0;
+}
+
 class PlainCells : public RayIntegrator {
 public:
-    explicit PlainCells(const PreparedScene& scene) : scene_(scene), media_(scene), sun_(scene.lights.size()) {}
+    explicit PlainCells(const PreparedScene& scene)
+        : scene_(scene), volume_(scene.volumes[0]), media_(scene), peaks_(scene.lights.size())
+    {
+        const Vec3d extinction = media_.extinction(0, volume_.albedo);
+        ray_.sigma_t = extinction[0];
+        ray_.lights = int(scene.lights.size());
+        ray_.fields = volume_.fields->count();
+        ray_.groups = (ray_.fields + 3) / 4;
+        ray_.channels = volume_.field_channels;
+        ray_.flux_limit = volume_.flux_limit;
+        ray_.peak_depth_of_tau = volume_.albedo[0] / volume_.scaling.extinction(volume_.albedo[0]);
+        ray_.peak.resize(scene.lights.size());
+        for (int c = 0; c < ray_.channels; ++c) {
+            ray_.weight[c].assign(size_t(4 * ray_.groups), 0.0);
+            ray_.phi[c] = ray_.lights + c;
+            ray_.flux[c] = volume_.field_flux[c];
+        }
+        batch_.depth.resize(scene.lights.size());
+        batch_.direct.resize(scene.lights.size());
+        harmonics_.resize(size_t(harmonic_count(std::max(volume_.degree, 1))));
+    }
 
-    /// The same rule as Cells::step(), each quantity computed once. The tests compare the two.
     void operator()(const WorldRay& ray, RayResult& result) override
     {
+        constexpr double far = std::numeric_limits<double>::infinity();
         result.clear(scene_.lights.size());
         media_.set(ray);
-        constexpr double far = std::numeric_limits<double>::infinity();
-        const auto& volume = scene_.volumes[0];
         const IndexRay& index = media_.index_ray(0);
-        const double sigma_t = volume.sigma_t[0];
-        double tau = 0, previous = -1;
-        Vec3i brick(0);
-        bool in_brick = false;
-        for (auto& s : sun_) s.sum = 0;
-        march_cells(volume.density, index, 0, far, [&](double t0, double t1, const float* corners, const Vec3i& cell) {
-            const double length = t1 - t0;
-            const Vec3d p = index.at(t0) - Vec3d(cell[0], cell[1], cell[2]), d = length * index.direction;
-            const Cubic density = along(corners, p, d);
-            const double to_mid = sigma_t * length * density.integral(0.5),
-                         whole = sigma_t * length * density.integral(1);
-            const double tau_mid = tau + to_mid, tau_end = tau + whole;
-            ++result.cells;
-            if (tau < log_2 && tau_end >= log_2) result.half_way = t0 + length * (log_2 - tau) / whole;
-            if (tau < opaque) {
-                ++result.lit;
-                const Vec3i b(cell[0] >> 3, cell[1] >> 3, cell[2] >> 3);
-                if (!in_brick || b != brick) {
-                    brick = b;
-                    in_brick = true;
-                    for (size_t l = 0; l < sun_.size(); ++l) sun_[l].brick = volume.light_depth[l]->find(b);
-                }
-                const int offset = (cell[0] & 7) * BrickMap::sx + (cell[1] & 7) * BrickMap::sy + (cell[2] & 7);
-                for (auto& s : sun_) {
-                    const Cubic depth = s.brick ? along(s.brick + offset, p, d) : Cubic{0, 0, 0, 0};
-                    const double at_0 = tau + depth.c0, at_mid = tau_mid + depth.at(0.5), at_1 = tau_end + depth.at(1);
-                    const double transmittance_0 = previous == t0 ? s.transmittance : std::exp(-at_0);
-                    const double transmittance_mid = std::exp(-at_mid), transmittance_1 = std::exp(-at_1);
-                    const double halves =
-                        to_mid * mean_exponential(transmittance_0, transmittance_mid, at_mid - at_0) +
-                        (whole - to_mid) * mean_exponential(transmittance_mid, transmittance_1, at_1 - at_mid);
-                    const double better =
-                        halves + (halves - whole * mean_exponential(transmittance_0, transmittance_1, at_1 - at_0)) / 3;
-                    s.sum += better > 0 ? better : halves;
-                    s.transmittance = transmittance_1;
-                }
-                previous = t1;
-            }
-            tau = tau_end;
+        double t0 = 0, t1 = far;
+        if (!clip(index, volume_.density, t0, t1)) return;
+        set(index);
+        tau_ = 0;
+        march_detail::march_roots(volume_.density, index, 0, far, [&](int32_t number, Vec3i& cell, double& t) {
+            march(index, number, cell, t, result);
             return true;
         });
-        result.tau = result.true_tau = Vec3d(tau);
-        for (size_t l = 0; l < sun_.size(); ++l)
-            result.direct[l] = volume.albedo * media_.arriving(l, 0, 0, 1) * sun_[l].sum;
+        flush(result);
+        result.tau = Vec3d(tau_);
+        const double true_over_scaled = volume_.sigma_t[0] / ray_.sigma_t;
+        result.true_tau = true_over_scaled * result.tau;
+        for (size_t l = 0; l < batch_.direct.size(); ++l)
+            result.direct[l] = true_over_scaled * volume_.albedo * media_.arriving(l, 0, 0, 1) * batch_.direct[l];
+        if (ray_.channels == 0) return;
+        for (int c = 0; c < 3; ++c) result.multiple[c] = batch_.multiple[ray_.channels == 3 ? c : 0];
+        result.multiple *= true_over_scaled * volume_.scaling.scattering() * volume_.albedo * volume_.channel_scale;
     }
 
 private:
-    struct Sun {
-        const float* brick = nullptr;  // of the light's depth, where the ray is
-        double transmittance = 0,
-               sum = 0;  // exp(-depth) at the end of the last cell; scattered light over albedo, E and p
-    };
+    /// What depends on the direction of the ray.
+    void set(const IndexRay& index)
+    {
+        for (int a = 0; a < 3; ++a) {
+            ray_.origin[a] = index.origin[a];
+            ray_.direction[a] = index.direction[a];
+        }
+        batch_.count = 0;
+        std::fill(batch_.direct.begin(), batch_.direct.end(), 0.0);
+        std::fill_n(batch_.multiple, 3, 0.0);
+        const Vec3d direction = media_.ray().direction;
+        for (size_t l = 0; l < peaks_.size() && volume_.peak; ++l) {
+            peaks_[l] = volume_.peak->at_angle(media_.cosine(l));
+            ray_.peak[l] = peaks_[l].empty() ? nullptr : peaks_[l].data();
+        }
+        if (ray_.channels == 0 || (known_direction_ == direction)) return;
+        known_direction_ = direction;
+        if (volume_.degree > 1) evaluate_harmonics(volume_.degree, -direction, harmonics_.data());
+        const int moments = harmonic_count(volume_.degree) - harmonic_count(1);
+        for (int c = 0; c < ray_.channels; ++c) {
+            double* weight = ray_.weight[c].data();
+            weight[ray_.phi[c]] = 1 / (4 * pi);
+            if (ray_.flux[c] >= 0)
+                for (int a = 0; a < 3; ++a)
+                    weight[ray_.flux[c] + a] = -3 * volume_.scaling.mean_cosine() * direction[a] / (4 * pi);
+            double* of_moments = weight + volume_.field_moments + c * moments;
+            for (int l = 2; l <= volume_.degree; ++l)
+                for (int k = l * l; k < (l + 1) * (l + 1); ++k)
+                    of_moments[k - 4] = volume_.scaling.moments[size_t(l)] * harmonics_[size_t(k)];
+        }
+    }
+
+    /// Gathers the cells of one brick, as march_detail::march_brick() visits them.
+    void march(const IndexRay& ray, int32_t number, Vec3i& cell, double& t, RayResult& result)
+    {
+        constexpr double never = std::numeric_limits<double>::infinity();
+        const float* const brick = volume_.density.brick(volume_.density.slot(number));
+        const float* const fields = volume_.fields->brick(number);
+        const Vec3i home(cell[0] >> 3, cell[1] >> 3, cell[2] >> 3);
+        constexpr int strides[3] = {BrickMap::sx, BrickMap::sy, 1};
+        int forward[3], step[3], stride[3];
+        double next[3];
+        for (int a = 0; a < 3; ++a) {
+            forward[a] = ray.direction[a] > 0;
+            step[a] = forward[a] ? 1 : -1;
+            stride[a] = step[a] * strides[a];
+            next[a] = ray.direction[a] == 0 ? never : (double(cell[a] + forward[a]) - ray.origin[a]) * ray.inverse[a];
+        }
+        int at = (cell[0] & 7) * BrickMap::sx + (cell[1] & 7) * BrickMap::sy + (cell[2] & 7);
+        double now = t;
+        const auto visit = [&](double t_out) {
+            if (!(t_out > now)) return;
+            PlainBatch& b = batch_;
+            if (b.count == PlainBatch::size) flush(result);
+            const int i = b.count;
+            if (copy_corners(brick + at, b.corner[i])) {
+                b.t0[i] = now;
+                b.t1[i] = t_out;
+                for (int a = 0; a < 3; ++a) b.cell[a][i] = cell[a];
+                b.field[i] = fields + at * ray_.fields;
+                b.joined[i] = i > 0 && b.t1[i - 1] == now;
+                b.count = i + 1;
+            }
+            now = t_out;
+        };
+        const auto advance = [&](int a) {
+            cell[a] += step[a];
+            at += stride[a];
+            next[a] = (double(cell[a] + forward[a]) - ray.origin[a]) * ray.inverse[a];
+            return (cell[a] >> 3) == home[a];
+        };
+        for (bool inside = true; inside;) {
+            if (next[0] < next[1] && next[0] < next[2]) {
+                visit(next[0]);
+                inside = advance(0);
+            } else if (!(next[0] < next[1]) && next[1] < next[2]) {
+                visit(next[1]);
+                inside = advance(1);
+            } else {
+                visit(next[2]);
+                inside = advance(2);
+            }
+        }
+        t = now;
+    }
+
+    /// Adds the cells of the batch to the ray's sums.
+    void flush(RayResult& result)
+    {
+        PlainBatch& b = batch_;
+        if (b.count == 0) return;
+        find_depths(ray_, b);
+        int lit = 0;
+        for (int i = 0; i < b.count; ++i) {
+            b.tau[i] = tau_;
+            if (tau_ < opaque) lit = i + 1;
+            const double after = tau_ + b.whole[i];
+            if (tau_ < log_2 && after >= log_2)
+                result.half_way = b.t0[i] + (b.t1[i] - b.t0[i]) * (log_2 - tau_) / b.whole[i];
+            tau_ = after;
+        }
+        result.cells += uint64_t(b.count);
+        result.lit += uint64_t(lit);
+        if (lit > 0) {
+            gather(ray_, b, lit);
+            add_light(ray_, b, lit);
+        }
+        b.count = 0;
+    }
+
     const PreparedScene& scene_;
+    const PreparedVolume& volume_;
     RayMedia media_;
-    std::vector<Sun> sun_;
+    PlainRay ray_;
+    PlainBatch batch_;
+    double tau_ = 0;  // of the cells before the batch
+    std::vector<std::vector<double>> peaks_;
+    std::vector<double> harmonics_;
+    Vec3d known_direction_{0, 0, 0};  // of the weights in ray_
 };
 
 }  // namespace
 
-bool is_plain(const PreparedScene& scene)
+bool is_plain(const Scene& scene, const IntegratorOptions& o)
 {
-    if (scene.volumes.size() != 1 || !scene.grey || scene.shadow_rays || scene.repeats) return false;
-    const auto& v = scene.volumes[0];
-    if (v.colour || v.emission || v.phi || v.scaling.delta_f != 0) return false;
-    for (size_t l = 0; l < scene.lights.size(); ++l)
-        if (!scene.lights[l]->common_direction() || v.light_depth[l]->channels() != 1 ||
-            !same(v.light_depth[l]->index_from_world(), v.density.index_from_world()))
-            return false;
-    return true;
+    if (o.kind != Integrator::Cells || !o.plain_path || o.parts != 1 || o.shadow_rays || scene.volumes.size() != 1 ||
+        scene.periodic != std::array<bool, 3>{})
+        return false;
+    const Volume& v = scene.volumes[0];
+    const Vec3d& w = v.medium.albedo;
+    const bool grey_albedo = w[0] == w[1] && w[1] == w[2];
+    return v.medium.grey() && v.medium.sigma_t_per_density[0] > 0 && !v.colour && !v.emission &&
+           (v.collided.scaling.delta_f == 0 || grey_albedo) &&
+           std::all_of(scene.lights.begin(), scene.lights.end(),
+                       [](const Light& light) { return bool(light->common_direction()); });
+}
+
+std::unique_ptr<FieldBricks> plain_fields(const Volume& volume, const BrickMap& density, const BrickMap::Map& depth_of)
+{
+    std::vector<FieldBricks::Field> fields;
+    for (const GridBasePtr& t : volume.transmittance) {
+        if (!t->isType<FloatGrid>()) return nullptr;
+        fields.push_back({t, depth_of, false});
+    }
+    const CollidedLight& light = volume.collided;
+    if (light.phi) {
+        fields.push_back({light.phi, {}, true});
+        const size_t channels = light.phi->isType<FloatGrid>() ? 1 : 3;
+        if (light.scaling.mean_cosine() != 0)
+            for (size_t c = 0; c < channels; ++c)
+                if (light.flux[c]) fields.push_back({light.flux[c], {}, true});
+        for (size_t c = 0; c < channels; ++c)
+            for (const FloatGridPtr& moment : light.moments[c]) fields.push_back({moment, {}, true});
+    }
+    int count = 0;
+    for (const auto& field : fields) {
+        count += field.grid->isType<FloatGrid>() ? 1 : 3;
+        if (!same(index_from_world(field.grid->transform(), field.grid->getName()), density.index_from_world()))
+            return nullptr;
+    }
+    return count > most_plain_fields ? nullptr : std::make_unique<FieldBricks>(density, fields);
 }
 
 std::unique_ptr<RayIntegrator> make_plain_cells_integrator(const PreparedScene& scene)

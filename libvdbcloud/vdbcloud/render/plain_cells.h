@@ -4,11 +4,17 @@
 
 namespace vdbcloud {
 
-/// Whether a scene is one grey volume under distant lights, whose depths lie on the volume's own lattice,
-/// without colour, emission, multiple scattering, scaling or shadow rays, in a medium that does not repeat.
-bool is_plain(const PreparedScene&);
+/// Whether a scene is one grey volume under distant lights, without colour, emission or shadow rays, in a medium that
+/// does not repeat, rendered by the cells rule with one part a cell. Collided light and delta scaling are allowed.
+/// Lattices of the grids are not looked at.
+bool is_plain(const Scene&, const IntegratorOptions&);
 
-/// The rule of cells.cc for such a scene. Both depths are cubics of one cell there, and all colours share one sum.
+/// The fields of a plain scene for plain_cells.cc: depth of each light, phi, flux and moments, whichever there are.
+/// Null where a grid is not on the lattice of the density, or coloured light has a depth for each channel.
+std::unique_ptr<FieldBricks> plain_fields(const Volume&, const BrickMap& density, const BrickMap::Map& depth_of);
+
+/// The rule of cells.cc for a scene that has plain fields. All that a ray reads in a cell lies together, and cells are
+/// computed four at a time. Equal to the general path to rounding: 1e-12 of a picture.
 std::unique_ptr<RayIntegrator> make_plain_cells_integrator(const PreparedScene&);
 
 }  // namespace vdbcloud

@@ -1,6 +1,7 @@
 #include "vdbcloud/render/render_plan.h"
 
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/render/plain_cells.h"
 
 #include <algorithm>
 #include <cmath>
@@ -55,18 +56,6 @@ double map_values(const Scene& scene, const IntegratorOptions& o)
                 729 * leaves * (values_a_point(volume) - channels_of(volume.colour) - channels_of(volume.emission));
     }
     return values;
-}
-
-/// Whether the rule of plain_cells.h applies.
-bool is_plain(const Scene& scene, const IntegratorOptions& o)
-{
-    if (o.kind != Integrator::Cells || !o.plain_path || o.parts > 1 || o.shadow_rays || scene.volumes.size() != 1 ||
-        scene.periodic != std::array<bool, 3>{})
-        return false;
-    const Volume& v = scene.volumes[0];
-    return v.medium.grey() && !v.colour && !v.emission && !v.collided.phi && v.collided.scaling.delta_f == 0 &&
-           std::all_of(scene.lights.begin(), scene.lights.end(),
-                       [](const Light& light) { return bool(light->common_direction()); });
 }
 
 /// The medium as rays meet it, without light.
@@ -124,6 +113,8 @@ Workload render_work(const Film& film, const Scene& scene, const IntegratorOptio
     if (is_plain(scene, o)) {
         work.add("plain_cell", cells);
         work.add("plain_light", lit * lights);
+        work.add("plain_value", lit * values);
+        work.add("plain_peak", lit * lights * (scaled > 0 ? 1 : 0));
         return work;
     }
     if (o.kind == Integrator::Cells) {

@@ -286,14 +286,18 @@ const BrickMap::Root* BrickMap::root(const Vec3i& origin) const
     return r != roots_.end() && r->origin == origin ? &*r : nullptr;
 }
 
-const float* BrickMap::find(const Vec3i& b) const
+int32_t BrickMap::number(const Vec3i& b) const
 {
     const Root* r = root({b[0] >> 9, b[1] >> 9, b[2] >> 9});
-    if (!r) return nullptr;
+    if (!r) return -1;
     const int32_t s = super_at(*r, b * size);
-    if (s < 0) return nullptr;
-    const int32_t slot = slot_at(s, b * size);
-    return slot < 0 ? nullptr : brick(slot);
+    return s < 0 ? -1 : number_at(s, b * size);
+}
+
+const float* BrickMap::find(const Vec3i& b) const
+{
+    const int32_t n = number(b);
+    return n < 0 ? nullptr : brick(slot(n));
 }
 
 const float* BrickMap::corners(const Vec3d& place, Vec3d& fraction) const

@@ -77,13 +77,17 @@ public:
         const int place = ((cell[0] >> 7) & 31) << 10 | ((cell[1] >> 7) & 31) << 5 | ((cell[2] >> 7) & 31);
         return root.supers.has(place) ? root.first_super + root.supers.rank(place) : -1;
     }
-    /// The slot of the brick about a cell, for brick(); -1: no brick.
-    int32_t slot_at(int32_t super, const Vec3i& cell) const
+    /// The number of the brick about a cell, from 0 to bricks().size() - 1; -1: no brick.
+    int32_t number_at(int32_t super, const Vec3i& cell) const
     {
         const Super& in = supers_[size_t(super)];
         const int place = ((cell[0] >> 3) & 15) << 8 | ((cell[1] >> 3) & 15) << 4 | ((cell[2] >> 3) & 15);
-        return in.bricks.has(place) ? slots_[size_t(in.first + in.bricks.rank(place))] : -1;
+        return in.bricks.has(place) ? in.first + in.bricks.rank(place) : -1;
     }
+    /// The number of brick b; -1: no brick.
+    int32_t number(const Vec3i& b) const;
+    /// The slot of a brick's values, for brick(); bricks of one value share a slot.
+    int32_t slot(int32_t number) const { return slots_[size_t(number)]; }
     const float* brick(int32_t slot) const { return values_.data() + size_t(slot) * 729 * size_t(channels_); }
 
 private:
