@@ -117,24 +117,6 @@ void add_collided(const CollidedLight& light, const Repeat& repeat, PreparedVolu
     }
 }
 
-/// Sets the fields of a plain scene; false if there are none.
-bool add_fields(const Volume& volume, PreparedVolume& prepared)
-{
-    prepared.fields = plain_fields(volume, prepared.density, depth_of);
-    if (!prepared.fields) return false;
-    const CollidedLight& light = volume.collided;
-    if (!light.phi) return true;
-    prepared.field_channels = light.phi->isType<FloatGrid>() ? 1 : 3;
-    int next = int(volume.transmittance.size()) + prepared.field_channels;
-    for (int c = 0; c < prepared.field_channels; ++c)
-        if (light.flux[size_t(c)] && light.scaling.mean_cosine() != 0) {
-            prepared.field_flux[c] = next;
-            next += 3;
-        }
-    prepared.field_moments = next;
-    return true;
-}
-
 bool same_channels(const Vec3d& v) { return v[0] == v[1] && v[1] == v[2]; }
 
 /// Whether all channels attenuate alike: the scaled medium's extinction depends on the albedo.
@@ -227,7 +209,7 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
             throw InputError("a volume has " + std::to_string(volume.transmittance.size()) +
                              " transmittance grids: expected one for each of " + std::to_string(lights.size()) +
                              " lights");
-        if (is_plain(scene, options) && add_fields(volume, prepared)) continue;
+        if (is_plain(scene, options) && add_plain_fields(volume, depth_of, prepared)) continue;
         if (volume.collided.phi) add_collided(volume.collided, repeat, prepared);
         if (!shadow_rays)
             for (const auto& t : volume.transmittance) {

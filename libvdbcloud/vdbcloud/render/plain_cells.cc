@@ -219,30 +219,39 @@ bool is_plain(const Scene& scene, const IntegratorOptions& o)
                        [](const Light& light) { return bool(light->common_direction()); });
 }
 
-std::unique_ptr<FieldBricks> plain_fields(const Volume& volume, const BrickMap& density, const BrickMap::Map& depth_of)
+bool add_plain_fields(const Volume& volume, const BrickMap::Map& depth_of, PreparedVolume& prepared)
 {
     std::vector<FieldBricks::Field> fields;
+    int count = 0;
+    bool fits = true;
+    const auto add = [&](const GridBasePtr& grid, const BrickMap::Map& map, bool fringe) {
+        const int first = count;
+        fields.push_back({grid, map, fringe});
+        count += grid->isType<FloatGrid>() ? 1 : 3;
+        fits = fits && same(index_from_world(grid->transform(), grid->getName()), prepared.density.index_from_world());
+        return first;
+    };
     for (const GridBasePtr& t : volume.transmittance) {
-        if (!t->isType<FloatGrid>()) return nullptr;
-        fields.push_back({t, depth_of, false});
+        if (!t->isType<FloatGrid>()) return false;
+        add(t, depth_of, false);
     }
     const CollidedLight& light = volume.collided;
+    int channels = 0, flux[3] = {-1, -1, -1}, moments = -1;
     if (light.phi) {
-        fields.push_back({light.phi, {}, true});
-        const size_t channels = light.phi->isType<FloatGrid>() ? 1 : 3;
-        if (light.scaling.mean_cosine() != 0)
-            for (size_t c = 0; c < channels; ++c)
-                if (light.flux[c]) fields.push_back({light.flux[c], {}, true});
-        for (size_t c = 0; c < channels; ++c)
-            for (const FloatGridPtr& moment : light.moments[c]) fields.push_back({moment, {}, true});
+        channels = light.phi->isType<FloatGrid>() ? 1 : 3;
+        add(light.phi, {}, true);
+        for (int c = 0; c < channels && light.scaling.mean_cosine() != 0; ++c)
+            if (light.flux[size_t(c)]) flux[c] = add(light.flux[size_t(c)], {}, true);
+        moments = count;
+        for (int c = 0; c < channels; ++c)
+            for (const FloatGridPtr& moment : light.moments[size_t(c)]) add(moment, {}, true);
     }
-    int count = 0;
-    for (const auto& field : fields) {
-        count += field.grid->isType<FloatGrid>() ? 1 : 3;
-        if (!same(index_from_world(field.grid->transform(), field.grid->getName()), density.index_from_world()))
-            return nullptr;
-    }
-    return count > most_plain_fields ? nullptr : std::make_unique<FieldBricks>(density, fields);
+    if (!fits || count > most_plain_fields) return false;
+    prepared.fields = std::make_unique<FieldBricks>(prepared.density, fields);
+    prepared.field_channels = channels;
+    std::copy_n(flux, 3, prepared.field_flux);
+    prepared.field_moments = moments;
+    return true;
 }
 
 std::unique_ptr<RayIntegrator> make_plain_cells_integrator(const PreparedScene& scene)

@@ -9,9 +9,9 @@ namespace vdbcloud {
 /// Lattices of the grids are not looked at.
 bool is_plain(const Scene&, const IntegratorOptions&);
 
-/// The fields of a plain scene for plain_cells.cc: depth of each light, phi, flux and moments, whichever there are.
-/// Null where a grid is not on the lattice of the density, or coloured light has a depth for each channel.
-std::unique_ptr<FieldBricks> plain_fields(const Volume&, const BrickMap& density, const BrickMap::Map& depth_of);
+/// Sets the fields of a plain scene: depth of each light, phi, flux and moments, whichever there are. False, and none
+/// set, where a grid is not on the lattice of the density, or coloured light has a depth for each channel.
+bool add_plain_fields(const Volume&, const BrickMap::Map& depth_of, PreparedVolume&);
 
 /// The rule of cells.cc for a scene that has plain fields. All that a ray reads in a cell lies together, and cells are
 /// computed four at a time. Equal to the general path to rounding: 1e-12 of a picture.
