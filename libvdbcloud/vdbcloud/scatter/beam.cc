@@ -127,9 +127,6 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
                 ((up ? value < 0 : value > 0) ? in : out) += std::abs(value);
             }
         }
-        const auto q_face = [&](size_t i, size_t j) {  // of Q1 / sigma_tr = q U between two cells
-            return (p1.q1_factor(i) + p1.q1_factor(j)) / (p1.sigma_tr(i) + p1.sigma_tr(j));
-        };
         std::vector<double> scattered(blocks.count(), 0.0), lost(blocks.count(), 0.0);
         tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
             for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
@@ -143,15 +140,15 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
                 lost[b] += deposit;
                 double source = w0 * deposit, lower = 0;  // and Q1's flux through the lower face
                 if (forward) {
-                    const double al = has_below ? q_face(below, slot) * u[slot] : 0.0;
-                    const double au = has_above ? q_face(slot, above) * u[above] : 0.0;
+                    const double al = has_below ? p1.q1_share(a, below) * u[slot] : 0.0;
+                    const double au = has_above ? p1.q1_share(a, slot) * u[above] : 0.0;
                     source += al - au;
                     lower = al / p1.face_area(a);
                 }
                 for (const auto& [to, strength] : channels) {
                     to->rhs[slot] += strength * source;
                     add_absorbed(p1, slot, strength * deposit, *to);
-                    if (forward) to->through[a][slot] += float(strength * lower);
+                    if (forward) to->through[a][slot] += strength * lower;
                 }
             }
         });
@@ -231,11 +228,11 @@ void add_beam_profile(const P1Operator& p1, const BeamDepths& depths, double ext
                          (own + other);
         });
         for (const auto& [to, strength] : channels) {
-            std::vector<float>& through = to->through_faces(a);
+            std::vector<double>& through = to->through_faces(a);
             each_active(blocks, [&, to = to, strength = strength](size_t slot) {
                 const size_t above = beside(blocks, slot, 2 * a + 1);
                 to->rhs[slot] += strength * (flux[slot] - (blocks.active(above) ? flux[above] : 0.0));
-                through[slot] += float(strength * flux[slot] / p1.face_area(a));
+                through[slot] += strength * flux[slot] / p1.face_area(a);
             });
         }
         for (size_t k = 0; k < p1.exposed().size(); ++k)
@@ -248,7 +245,7 @@ void add_beam_profile(const P1Operator& p1, const BeamDepths& depths, double ext
                 const double leaving = p1.boundary_flux(voxel, 2 * a + up, outward / p1.face_area(a)) * p1.face_area(a);
                 for (const auto& [to, strength] : channels) {
                     to->rhs[voxel.slot] -= strength * leaving;
-                    to->outflow[k][2 * a + up] += float(strength * leaving);
+                    to->outflow[k][2 * a + up] += strength * leaving;
                 }
             }
     }

@@ -285,7 +285,7 @@ void add_forward(const P1Operator& p1, const EmittedLight& light, P1Source& sour
     const Blocks& blocks = p1.blocks();
     for (int a = 0; a < 3; ++a) {
         const std::vector<float>& forward = light.forward[size_t(a)];
-        std::vector<float>& through = source.through_faces(a);
+        std::vector<double>& through = source.through_faces(a);
         std::vector<float> lower(blocks.slots(), 0.0f);
         each_active(blocks, [&](size_t slot) {
             const size_t below = blocks.neighbour(slot, 2 * a);
@@ -295,7 +295,7 @@ void add_forward(const P1Operator& p1, const EmittedLight& light, P1Source& sour
         each_active(blocks, [&](size_t slot) {
             const size_t above = blocks.neighbour(slot, 2 * a + 1);
             source.rhs[slot] += (double(lower[slot]) - (blocks.active(above) ? lower[above] : 0.0f)) * p1.face_area(a);
-            through[slot] += lower[slot];
+            through[slot] += double(lower[slot]);
         });
         for (size_t k = 0; k < p1.exposed().size(); ++k) {
             const ExposedVoxel& voxel = p1.exposed()[k];

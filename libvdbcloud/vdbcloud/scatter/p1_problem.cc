@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace vdbcloud {
 
@@ -59,6 +60,18 @@ P1Operator::P1Operator(const VoxelIndex& index, const std::vector<float>& densit
             if (voxel.faces >> face & 1) stencil_.extra[voxel.slot] += float(conductance(voxel, face));
 }
 
+double P1Operator::q1_share(int axis, size_t slot) const
+{
+    const size_t above = blocks().neighbour(slot, 2 * axis + 1);
+    const double face = stencil_.face[axis][slot];
+    // No diffusion crosses a period of one voxel; in a medium beyond the range of float it is too small to matter.
+    if (face < std::numeric_limits<float>::min())
+        return (q1_factor(slot) + q1_factor(above)) / (sigma_tr(slot) + sigma_tr(above));
+    const P1Closure closure = p1_closure();
+    return (q1_factor(slot) + q1_factor(above)) / (2 * closure.divergence * closure.gradient) * index_.spacing()[axis] /
+           area_[axis] * face;
+}
+
 double P1Operator::face_weight(const ExposedVoxel& voxel, int face) const
 {
     if (!(voxel.grounded >> face & 1)) return voxel.weight[face / 2];
@@ -80,10 +93,10 @@ double P1Operator::boundary_flux(const ExposedVoxel& voxel, int face, double a, 
 
 P1Source::P1Source(const P1Operator& of) : rhs(of.blocks().slots(), 0.0), outflow(of.exposed().size()) {}
 
-std::vector<float>& P1Source::through_faces(int axis)
+std::vector<double>& P1Source::through_faces(int axis)
 {
     auto& faces = through[size_t(axis)];
-    if (faces.empty()) faces.assign(rhs.size(), 0.0f);
+    if (faces.empty()) faces.assign(rhs.size(), 0.0);
     return faces;
 }
 
@@ -122,12 +135,37 @@ void close_balance(const P1Operator& p1, const std::vector<double>& residual, st
     if (loss > 0) each_active(blocks, [&](size_t slot) { phi[slot] += left / loss; });
 }
 
+/// Of the tolerance's norm over that of the sources without additive flux: clouds of thick voxels take no iteration
+/// more.
+constexpr double norm_slack = 10;
+
+/// The norm of the right-hand side without its additive flux, times norm_slack; 0: no such flux.
+double norm_without_additive(const P1Operator& p1, const P1Source& source)
+{
+    const Blocks& blocks = p1.blocks();
+    if (source.through[0].empty() && source.through[1].empty() && source.through[2].empty()) return 0;
+    std::vector<double> rhs = source.rhs;
+    for (int a = 0; a < 3; ++a) {
+        const std::vector<double>& through = source.through[a];
+        if (through.empty()) continue;
+        each_active(blocks, [&](size_t slot) {
+            const size_t above = blocks.neighbour(slot, 2 * a + 1);
+            rhs[slot] -= (through[slot] - (blocks.active(above) ? through[above] : 0.0)) * p1.face_area(a);
+        });
+    }
+    for (size_t k = 0; k < p1.exposed().size(); ++k)
+        for (const double outflow : source.outflow[k]) rhs[p1.exposed()[k].slot] += outflow;
+    return norm_slack * std::sqrt(total(blocks, [&](size_t slot) { return rhs[slot] * rhs[slot]; }));
+}
+
 }  // namespace
 
 SolveResult solve_p1(const P1Operator& p1, Multigrid& multigrid, P1Source& source, std::vector<double>& phi,
                      const SolveOptions& options)
 {
-    const SolveResult result = conjugate_gradient(p1.stencil(), multigrid, source.rhs, phi, options);
+    SolveOptions scaled = options;
+    scaled.norm = norm_without_additive(p1, source);
+    const SolveResult result = conjugate_gradient(p1.stencil(), multigrid, source.rhs, phi, scaled);
     close_balance(p1, source.rhs, phi);
     return result;
 }
@@ -143,6 +181,7 @@ SolveResult relax_p1(const P1Operator& p1, double factor, P1Source& source, std:
 SolveResult judge_p1(const P1Operator& p1, Multigrid& multigrid, const P1Source& source, std::vector<double> phi)
 {
     SolveOptions none;
+    none.norm = norm_without_additive(p1, source);
     none.max_iterations = 0;
     std::vector<double> rhs = source.rhs;
     return conjugate_gradient(p1.stencil(), multigrid, rhs, phi, none);
@@ -198,7 +237,7 @@ std::array<std::vector<float>, 3> cell_flux(const P1Operator& p1, const P1Source
     const Blocks& blocks = p1.blocks();
     std::array<std::vector<float>, 3> flux;
     for (int a = 0; a < 3; ++a) {
-        const std::vector<float>& through = source.through[a];
+        const std::vector<double>& through = source.through[a];
         flux[a].assign(blocks.slots(), 0.0f);
         each_active(blocks, [&](size_t slot) {
             const size_t lower = beside(blocks, slot, 2 * a), upper = beside(blocks, slot, 2 * a + 1);
@@ -206,7 +245,7 @@ std::array<std::vector<float>, 3> cell_flux(const P1Operator& p1, const P1Source
             if (blocks.active(lower)) f += double(p1.stencil().face[a][lower]) * (phi[lower] - phi[slot]);
             if (blocks.active(upper)) f += double(p1.stencil().face[a][slot]) * (phi[slot] - phi[upper]);
             f /= p1.face_area(a);
-            if (!through.empty()) f += double(through[slot]) + (blocks.active(upper) ? through[upper] : 0.0f);
+            if (!through.empty()) f += through[slot] + (blocks.active(upper) ? through[upper] : 0.0);
             flux[a][slot] = float(f / 2);
         });
     }

@@ -93,6 +93,10 @@ public:
         const ScaledCell cell = scaling(slot);
         return cell.albedo * delta_.mean_cosine() * cell.extinction * sigma_t(slot);
     }
+    /// q of Q1 / sigma_tr = q U through the upper face of a cell to its active neighbour: the mean of q1_factor() over
+    /// that of sigma_tr. Computed as a multiple of the matrix's own coefficient of the face, whose rounding to float
+    /// then scales diffusion and this flux alike.
+    double q1_share(int axis, size_t slot) const;
     /// w of one exposed face (Blocks::Face): the voxel's; on a ground, where the medium ends in a plane, (1 - albedo) /
     /// (1 + albedo).
     double face_weight(const ExposedVoxel& voxel, int face) const;
@@ -122,12 +126,12 @@ struct P1Source {
     explicit P1Source(const P1Operator& of);
 
     /// through[axis], with 0 where there was none.
-    std::vector<float>& through_faces(int axis);
+    std::vector<double>& through_faces(int axis);
 
     std::vector<double> rhs;  ///< [power / hbar^2] for each slot
     /// F's additive part [per area], along the axis, through the lower face of each cell that has a neighbour there;
-    /// empty: none.
-    std::array<std::vector<float>, 3> through;
+    /// empty: none. Double: in a thin medium diffusion cancels all but F.
+    std::array<std::vector<double>, 3> through;
     /// Outward additive flux per exposed face, six a voxel of exposed(), in power / hbar^2 (without G(phi - 4J)).
     std::vector<std::array<double, 6>> outflow;
     /// Part of `deposited` that each cell absorbs [power / hbar^2]. add_beam() fills it where it has slots() values.
@@ -166,6 +170,9 @@ struct P1Budget {
 
 /// Solves for phi [radiance x sr] by multigrid. Overwrites `source.rhs`. One constant added to phi then closes the
 /// total power balance exactly (Galerkin correction on constants, of the size of the tolerance).
+///
+/// The tolerance is relative to ten times the sources without P1Source::through and outflow, if that is less: in a thin
+/// medium diffusion cancels them, and what the solver leaves of them must be small against the flux.
 SolveResult solve_p1(const P1Operator&, Multigrid&, P1Source& source, std::vector<double>& phi, const SolveOptions&);
 /// As solve_p1(), by successive over-relaxation (solve/relaxation.h) with relaxation factor `factor`.
 SolveResult relax_p1(const P1Operator&, double factor, P1Source& source, std::vector<double>& phi, const SolveOptions&);

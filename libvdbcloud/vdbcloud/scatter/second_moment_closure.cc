@@ -109,7 +109,7 @@ void SecondMoment::close(P1Source& source) const
     std::vector<float> lower(blocks.slots(), 0.0f);  // flux through the lower face, without the beam's part
     for (int a = 0; a < 3; ++a) {
         const double h = p1_.index().spacing()[a], area = p1_.face_area(a);
-        const std::vector<float>& beam = source.through[size_t(a)];
+        const std::vector<double>& beam = source.through[size_t(a)];
         const std::vector<float>& conductance = p1_.stencil().face[size_t(a)];
         each_active(blocks, [&](size_t slot) { cross[slot] = swept.cross_gradient(a, slot); });
         each_active(blocks, [&](size_t slot) {
@@ -120,7 +120,7 @@ void SecondMoment::close(P1Source& source) const
                 (swept.diagonal(a, slot) - swept.diagonal(a, below)) / h + (cross[slot] + cross[below]) / 2;
             const double diffusion = double(conductance[below]) / area * (swept.fluence(below) - swept.fluence(slot)) -
                                      gradient * 2 / (p1_.sigma_tr(slot) + p1_.sigma_tr(below));
-            const double own = swept.current_through(a, below, slot) - (beam.empty() ? 0.0f : beam[slot]);
+            const double own = swept.current_through(a, below, slot) - (beam.empty() ? 0.0 : beam[slot]);
             lower[slot] = float(blend(weight_between(a, below, slot), diffusion, own));
         });
         each_active(blocks, [&](size_t slot) {

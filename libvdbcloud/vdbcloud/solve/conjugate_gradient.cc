@@ -9,6 +9,8 @@ namespace vdbcloud {
 
 namespace {
 
+constexpr double least_norm = 1e-9;  // of SolveOptions::norm over that of b
+
 /// x += alpha p, r -= alpha Ap; returns r . r.
 double advance(const Blocks& blocks, double alpha, const std::vector<float>& p, const std::vector<double>& ap,
                std::vector<double>& x, std::vector<double>& r)
@@ -63,10 +65,11 @@ SolveResult conjugate_gradient(const Stencil& a, Multigrid& multigrid, std::vect
     const bool singular = std::all_of(a.extra.begin(), a.extra.end(), [](float e) { return e == 0; });
     if (singular) remove_mean(blocks, b);
     std::vector<double>& r = b;
-    const double norm = std::sqrt(dot(blocks, b.data(), b.data()));
+    const double whole = std::sqrt(dot(blocks, b.data(), b.data()));
+    const double norm = options.norm > 0 ? std::clamp(options.norm, least_norm * whole, whole) : whole;
     std::vector<float> p(blocks.slots(), 0.0f);
     std::vector<double> ap(blocks.slots(), 0.0);
-    double energy = 0, rr = norm * norm, alpha = 0, rz_before = 0;
+    double energy = 0, rr = whole * whole, alpha = 0, rz_before = 0;
     if (x.empty())
         x.assign(blocks.slots(), 0.0);
     else {
@@ -79,7 +82,7 @@ SolveResult conjugate_gradient(const Stencil& a, Multigrid& multigrid, std::vect
     while (true) {
         result.residual = norm > 0 ? std::sqrt(rr) / norm : 0.0;
         result.history.push_back(result.residual);
-        report(options.progress, std::min(1.0, std::log(result.residual) / std::log(options.tolerance)));
+        report(options.progress, std::clamp(std::log(result.residual) / std::log(options.tolerance), 0.0, 1.0));
         if (result.residual == 0) result.converged = true;
         if (result.converged || !std::isfinite(result.residual)) break;
 

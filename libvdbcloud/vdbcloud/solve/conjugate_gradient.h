@@ -9,6 +9,9 @@ namespace vdbcloud {
 
 struct SolveOptions {
     double tolerance = 1e-6;  ///< of the residual's norm relative to b's, and of the error estimate
+    /// The residual is relative to this norm where it is below b's; 0: to b's. At least 1e-9 of b's is taken: rounding
+    /// leaves no less.
+    double norm = 0;
     int max_iterations = 200;
     Progress progress;
 };
@@ -16,7 +19,7 @@ struct SolveOptions {
 struct SolveResult {
     int iterations = 0;
     bool converged = false;
-    double residual = 0;          ///< ||b - A x|| / ||b||
+    double residual = 0;          ///< ||b - A x|| / ||b||, or over SolveOptions::norm
     double error = 0;             ///< estimate of the error in the energy norm, relative to the solution's
     std::vector<double> history;  ///< residual before the first and after each iteration
 };
