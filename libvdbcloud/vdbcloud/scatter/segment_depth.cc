@@ -36,7 +36,8 @@ double SegmentDepth::operator()(const Vec3d& a, const Vec3d& b, double most) con
         sum += (t_out - t_in) * along(corners, p, (t_out - t_in) * ray.direction).integral(1);
         return sum < enough;
     };
-    march_detail::march_roots(density_, ray, 0, length, [&](int32_t slot, Vec3i& at, double& t) {
+    march_detail::march_roots(density_, ray, 0, length, [&](int32_t number, Vec3i& at, double& t) {
+        const int32_t slot = density_.slot(number);
         if (!uniform_[size_t(slot)]) return march_detail::march_brick(density_.brick(slot), ray, at, t, length, cell);
         int axis = 0;
         const double exit = march_detail::exit_of(ray, at, 3, axis);
