@@ -32,6 +32,7 @@ run p1solve d128.vdb "${medium[@]}" --sky 0.2 --reentry-rays 0 -o sky.vdb
 run p1solve d128.vdb "${medium[@]}" --sky 0.2 --reentry-rays 100000 -o x.vdb
 run p1solve l64.vdb --reentry-rays 1000000 -o x.vdb
 run p1solve l128.vdb --sky 0.1,0.2,0.3 -o colours.vdb
+run p1solve d128.vdb "${medium[@]}" --lamp 0.5,3,1 --reentry-rays 0 -o lamp.vdb
 for directions in 24 128; do run p1solve l128.vdb --reentry-rays 0 --iterations 2 --directions $directions --change 1e-9 -o x.vdb; done
 run p1solve l64.vdb --reentry-rays 0 --iterations 6 --directions 24 --change 1e-9 -o x.vdb
 run p1solve l64.vdb --reentry-rays 0 --iterations 2 --directions 512 --change 1e-9 -o x.vdb
@@ -52,6 +53,7 @@ run render s128.vdb "${picture[@]}" --resolution 256 -o x.exr
 run render s256.vdb "${picture[@]}" --resolution 256 -o x.exr
 run render colours.vdb "${picture[@]}" --resolution 256 -o x.exr
 run render degree.vdb "${picture[@]}" --resolution 256 -o x.exr
+for resolution in 64 256; do run render lamp.vdb "${picture[@]}" --resolution $resolution -o x.exr; done
 for size in 32 64 128; do run render l$size.vdb "${picture[@]}" --integrator path --spp 16 --resolution 64 -o x.exr; done
 run render d128.vdb "${picture[@]}" --integrator path --spp 16 --sun 0.3,1,0.2 --extinction 5 --albedo 0.9 --resolution 96 -o x.exr
 

@@ -23,6 +23,11 @@ made multiple-scattering cumulus.both.png
 made cumulus cumulus.path.exr
 made ladder with.3.png
 made cumulus-growth growth.simulated
+# A lamp takes the march of all scenes.
+measured() { "$tests/bench/said_and_taken.sh" "$bin/$1" -q "${@:2}" || fail "$*"; }
+measured fractalgen --size 48 --seed 7 -o "$folder/lamp.density.vdb"
+measured p1solve "$folder/lamp.density.vdb" --lamp 2,2,2 --albedo 0.99 --g 0.85 -o "$folder/lamp.scatter.vdb"
+measured render "$folder/lamp.scatter.vdb" --resolution 64 -o "$folder/lamp.exr"
 
 # Counts: said over taken of each event that a run counts.
 awk '
@@ -31,8 +36,8 @@ awk '
     ratio > 1.25 || ratio < 0.8 { printf "estimates.sh: %s -o %s: %s said %g, taken %g\n", $2, $3, $4, $5, $6; bad = 1 }
     END {
         split("noise_point shape_block lattice_product light_point beam_voxel p1_setup_voxel p1_iteration_voxel p1_channel_voxel " \
-              "sweep_voxel sweep_moment_voxel closure_voxel outflow_ray ray plain_cell plain_light cell cell_light cell_value " \
-              "path_ray path_collision sim_cell read_byte write_byte", wanted)
+              "sweep_voxel sweep_moment_voxel closure_voxel outflow_ray ray plain_cell plain_light plain_value plain_peak cell " \
+              "cell_light cell_value path_ray path_collision sim_cell read_byte write_byte", wanted)
         for (k in wanted) if (!rows[wanted[k]]) { print "estimates.sh: no run counted " wanted[k]; bad = 1 }
         exit bad
     }' "$SAID" >&2 || fail "counts"
