@@ -322,8 +322,8 @@ App::Outcome App::attempt(const std::function<void()>& work)
     } catch (const CLI::ParseError& error) {
         return {usage, explain(error)};
     } catch (const std::exception& error) {
-        const std::string scarce = scarcity();
-        return {failed, scarce.empty() ? error.what() : scarce};
+        const char* const scarce = scarcity();
+        return {failed, scarce ? scarce : error.what()};
     } catch (...) {
         return {failed, "internal error: an object that is no exception was thrown"};
     }

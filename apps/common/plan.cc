@@ -4,6 +4,7 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/memory.h"
+#include "vdbcloud/core/vdb.h"
 
 #include <algorithm>
 #include <cmath>
@@ -36,6 +37,12 @@ std::string Plan::lack() const
     if (!left || bytes <= doubt * left->bytes) return {};
     return "not enough memory: this run needs about " + size_text(bytes) + " more, and " + left->limit + " leaves " +
            size_text(left->bytes) + ": expected " + way_out + ", or more memory";
+}
+
+double tree_bytes(double leaves, double nodes, double tops)
+{
+    return leaves * double(sizeof(openvdb::FloatTree::LeafNodeType) + 4 * openvdb::FloatTree::LeafNodeType::SIZE) +
+           34e3 * nodes + 271e3 * tops;
 }
 
 void tell(App& app, const Plan& plan, const std::string& task)

@@ -14,7 +14,7 @@ constexpr const char* no_thread = "not enough memory for another thread; --threa
 
 }  // namespace
 
-std::string scarcity() noexcept
+const char* scarcity() noexcept
 {
     try {
         if (std::current_exception()) throw;
@@ -26,9 +26,9 @@ std::string scarcity() noexcept
     } catch (const std::exception& error) {
         if (std::strstr(error.what(), "pthread_create")) return no_thread;  // TBB has no type of its own for it
     } catch (...) {
-        return {};
+        return nullptr;
     }
-    return {};
+    return nullptr;
 }
 
 }  // namespace vdbcloud::app

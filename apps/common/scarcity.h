@@ -1,11 +1,10 @@
 #pragma once
 // Exceptions that mean that the system gives no more memory or threads.
-#include <string>
 
 namespace vdbcloud::app {
 
-/// The sentence for the current exception if it means that memory or threads are missing; else empty. Call while
-/// handling an exception.
-std::string scarcity() noexcept;
+/// The sentence for the current exception if it means that memory or threads are missing; else null. Call while
+/// handling an exception. Takes no memory itself.
+const char* scarcity() noexcept;
 
 }  // namespace vdbcloud::app

@@ -44,6 +44,12 @@ void put(int file, const char* text, size_t size)
 }
 void put(int file, const std::string& text) { put(file, text.data(), text.size()); }
 
+/// A sentence on standard error. Takes no memory: there may be none, and an exception in a terminate handler aborts.
+void complain(const char* tool, const char* sentence)
+{
+    for (const char* part : {tool, ": ", sentence, "\n"}) put(STDERR_FILENO, part, std::strlen(part));
+}
+
 /// Only calls that are safe in a handler.
 void leave_report(const LastWords& words, int signal)
 {
@@ -84,21 +90,17 @@ void handle(int signal)
 [[noreturn]] void terminated()
 {
     remove_temporaries();
-    const std::string scarce = scarcity();
-    put(STDERR_FILENO,
-        tool_name + ": " +
-            (scarce.empty() ? "internal error: an exception left its thread; please report it" : scarce) + "\n");
+    const char* const scarce = scarcity();
+    complain(tool_name.c_str(), scarce ? scarce : "internal error: an exception left its thread; please report it");
     std::_Exit(1);
 }
 
 /// Ends a program whose libraries cannot start: log4cplus, which OpenVDB brings, starts threads before main().
 [[noreturn]] void not_started()
 {
-    const std::string scarce = scarcity();
-    const bool other = scarce.empty() && std::current_exception();
-    put(STDERR_FILENO, std::string(program_invocation_short_name) +
-                           (other ? ": internal error: an exception before the start; please report it\n"
-                                  : ": not enough memory to start; a higher limit would do\n"));
+    const bool other = !scarcity() && std::current_exception();
+    complain(program_invocation_short_name, other ? "internal error: an exception before the start; please report it"
+                                                  : "not enough memory to start; a higher limit would do");
     std::_Exit(1);
 }
 

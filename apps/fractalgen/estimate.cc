@@ -115,7 +115,7 @@ BlockCount blocks_by_pilot(const CloudBlocks& pilot, int coarseness, float full)
     return {any - beyond.full, beyond.full};
 }
 
-/// Memory of a tree of `leaves` leaves of 8^3 floats in a box: nodes above leaves have tables of fixed size.
+/// Memory of a tree of `leaves` leaves of 8^3 floats in a box.
 double tree_bytes(double leaves, const Vec3i& size)
 {
     const auto nodes = [&](int edge) {
@@ -123,7 +123,7 @@ double tree_bytes(double leaves, const Vec3i& size)
         for (int a = 0; a < 3; ++a) count *= std::ceil(size[a] / double(edge));
         return count;
     };
-    return leaves * double(sizeof(Leaf) + 4 * Leaf::SIZE) + 34e3 * nodes(128) + 271e3 * nodes(4096);
+    return app::tree_bytes(leaves, nodes(128), nodes(4096));
 }
 
 Plan plan_of_mountain(const Options& o, const Domain& domain)

@@ -7,6 +7,7 @@
 //
 // The first two layouts are those of phase I of the I3RC (Cahalan et al. 2005). The grid holds extinction: sigma_t is
 // density times 1, unless --extinction says otherwise.
+#include "content.h"
 #include "medium_options.h"
 #include "plan.h"
 #include "stage_options.h"
@@ -19,6 +20,10 @@
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/voxels/box_medium.h"
 #include "vdbcloud/voxels/cloud_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
 
 using namespace vdbcloud;
 
@@ -102,13 +107,28 @@ FloatGridPtr section(const Options& o, const CloudCells& cells, const Table& tab
     });
 }
 
-FloatGridPtr columns(const Options& o, const CloudCells& cells, const Table& table)
+/// The tables of a run; `thickness` is empty without --thickness.
+struct Tables {
+    Table values, thickness;
+};
+
+/// Throws InputError.
+Tables read_tables(const Options& o)
 {
-    const Table thickness = read_table(o.thickness);
+    Tables tables{read_table(o.input), {}};
+    if (o.thickness.empty()) return tables;
+    const Table& table = tables.values;
+    const Table& thickness = tables.thickness = read_table(o.thickness);
     if (thickness.rows != table.rows || thickness.columns != table.columns)
         throw InputError(o.thickness + ": " + std::to_string(thickness.rows) + " rows of " +
                          std::to_string(thickness.columns) + " numbers: expected " + std::to_string(table.rows) +
                          " of " + std::to_string(table.columns) + ", as the input has");
+    return tables;
+}
+
+FloatGridPtr columns(const Options& o, const CloudCells& cells, const Tables& tables)
+{
+    const Table &table = tables.values, &thickness = tables.thickness;
     const auto thick = [&](size_t x, size_t y) { return o.thickness_unit * thickness.at(y, x); };
     return column_cloud(
         table.columns, table.rows, cells,
@@ -141,46 +161,54 @@ std::vector<MediumBox> boxes_of(const Options& o, const Table& table)
     return boxes;
 }
 
-/// Volume of the boxes in cells, as if none held another.
-double cells_of(const Options& o, const Table& table)
+/// Size of a cell along x, y, z of the world.
+Vec3d axes_of(const Options& o)
 {
-    if (!o.boxes) return double(table.values.size()) * (o.thickness.empty() ? o.across : 32);
-    double volume = 0;
-    for (const MediumBox& box : boxes_of(o, table)) {
-        const Vec3d size = box.high - box.low;
-        volume += size[0] * size[1] * size[2];
-    }
-    return volume / (o.cell[0] * o.cell[1] * o.cell[2]);
+    const int up = index_of(o.up);
+    Vec3d size(o.cell[0]);
+    size[3 - up] = o.cell[1];
+    size[up] = o.cell[2];
+    return size;
 }
 
-/// A cell takes up to 16 bytes: 8 in a leaf that is half full, and as much while the grid is made.
-app::Plan plan_of(const Options& o, const Table& table)
+Content content_of(const Options& o, const Tables& tables)
+{
+    const Table& table = tables.values;
+    if (o.boxes) return content_of_boxes(boxes_of(o, table), axes_of(o));
+    if (o.thickness.empty())
+        return content_of_columns(table.columns, size_t(o.across), [&](size_t, size_t) { return double(table.rows); });
+    return content_of_columns(table.columns, table.rows, [&](size_t x, size_t y) {
+        return table.at(y, x) > 0 ? std::ceil(std::max(o.thickness_unit * tables.thickness.at(y, x), 0.0) / o.cell[2])
+                                  : 0;
+    });
+}
+
+app::Plan plan_of(const Options& o, const Tables& tables)
 {
     app::Plan plan;
-    const double cells = cells_of(o, table);
+    const Content content = content_of(o, tables);
+    // extinction is one float a voxel, emission three
+    const double floats = o.boxes && tables.values.columns == 8 ? 4 : 1;
     plan.way_out = "larger cells (--cell)";
-    plan.bytes = 16 * cells;
-    plan.work.add("table_cell", cells);
-    plan.work.add("write_byte", 8 * cells);
+    plan.bytes = floats * app::tree_bytes(content.blocks[0], content.blocks[1], content.blocks[2]);
+    plan.work.add("table_cell", content.voxels);
+    plan.work.add("write_byte", 2048 * floats * content.blocks[0]);
     return plan;
 }
 
 /// The grids of a table: density, and emission if there is any.
-std::vector<GridBasePtr> imported(app::App& app, const Options& o, const Table& table)
+std::vector<GridBasePtr> imported(app::App& app, const Options& o, const Tables& tables)
 {
     const CloudCells cells{o.cell, o.base, index_of(o.up)};
+    const Table& table = tables.values;
     if (o.boxes) {
-        Vec3d edges(0.0);
-        edges[0] = o.cell[0];
-        edges[3 - cells.up] = o.cell[1];
-        edges[cells.up] = o.cell[2];
-        const BoxMedium medium = box_medium(boxes_of(o, table), edges);
+        const BoxMedium medium = box_medium(boxes_of(o, table), axes_of(o));
         medium.extinction->setName(schema::density);
         if (!medium.emission) return {medium.extinction};
         medium.emission->setName(schema::emission);
         return {medium.extinction, medium.emission};
     }
-    const FloatGridPtr grid = o.thickness.empty() ? section(o, cells, table) : columns(o, cells, table);
+    const FloatGridPtr grid = o.thickness.empty() ? section(o, cells, table) : columns(o, cells, tables);
     grid->setName(schema::density);
     const double depth = mean_depth(*grid, o, table);
     app.report()["table"]["mean_optical_depth"] = depth;
@@ -190,9 +218,10 @@ std::vector<GridBasePtr> imported(app::App& app, const Options& o, const Table& 
 
 void import(app::App& app, const Options& o)
 {
-    const Table table = read_table(o.input);
+    const Tables tables = read_tables(o);
+    const Table& table = tables.values;
     app.report()["table"] = {{"rows", table.rows}, {"columns", table.columns}};
-    const app::Plan plan = plan_of(o, table);
+    const app::Plan plan = plan_of(o, tables);
     if (app.dry_run())
         return app::tell(app, plan,
                          "make up to " + app::brief(plan.work.of("table_cell")) + " voxels of " +
@@ -203,7 +232,7 @@ void import(app::App& app, const Options& o)
     app.add_work(cells);
     GridFile file;
     file.metadata = std::make_shared<MetaMap>();
-    file.grids = imported(app, o, table);
+    file.grids = imported(app, o, tables);
     GridBase& density = *file.grids.front();
     set_vector(density, schema::sigma_t_per_density, Vec3d(1.0));
     set_text(density, schema::sigma_t_origin, "given");

@@ -10,6 +10,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <forward_list>
 #include <fstream>
 #include <iostream>
 #include <new>
@@ -82,6 +83,20 @@ int most_at_once()
     return most;
 }
 
+/// Takes all memory that there is in small pieces, and more where an exception leaves it: as a tree of OpenVDB does,
+/// which makes a list of its nodes when it is destroyed.
+class Hoard {
+public:
+    void fill()
+    {
+        for (;;) pieces_.emplace_front();
+    }
+    ~Hoard() { pieces_.emplace_front(); }
+
+private:
+    std::forward_list<char> pieces_;
+};
+
 void act(app::App& app, const Options& o)
 {
     const std::string& what = o.act;
@@ -94,6 +109,7 @@ void act(app::App& app, const Options& o)
     if (what == "huge") {
         std::vector<char> all(size_t(1) << 46, 1);
     }
+    if (what == "hoard") Hoard().fill();
     if (what == "int") throw 7;
     if (what == "silent") throw std::runtime_error("");
     if (what == "lines") throw InputError("first\nsecond \033[31mred " + std::string(100000, 'x'));

@@ -243,5 +243,14 @@ TEST(Run, LackOfMemoryIsOneSentence)
     EXPECT_NE(r.err.find("not enough memory"), std::string::npos) << r.err;
 }
 
+TEST(Run, MemoryThatEndsWhileAnExceptionLeavesIsSaidInASentence)
+{
+    RunOptions little;
+    little.memory = uint64_t(1) << 29;
+    const RunResult r = echo({"-o", "/dev/null", "--act", "hoard"}, little);
+    EXPECT_EQ(r.status, 1);
+    EXPECT_EQ(r.err, "echo_tool: not enough memory for this; a smaller grid, or a higher limit, would do\n");
+}
+
 }  // namespace
 }  // namespace vdbcloud::test

@@ -28,6 +28,12 @@ measured() { "$tests/bench/said_and_taken.sh" "$bin/$1" -q "${@:2}" || fail "$*"
 measured fractalgen --size 48 --seed 7 -o "$folder/lamp.density.vdb"
 measured p1solve "$folder/lamp.density.vdb" --lamp 2,2,2 --albedo 0.99 --g 0.85 -o "$folder/lamp.scatter.vdb"
 measured render "$folder/lamp.scatter.vdb" --resolution 64 -o "$folder/lamp.exr"
+# Tables whose voxels fill little of the blocks that hold them: a tall column, and a sheet.
+echo 5 > "$folder/depth.txt"
+echo 250000.5 > "$folder/thickness.txt"
+echo 0 0 0 1500 1 1500 0.5 > "$folder/sheet.txt"
+measured vdbimport "$folder/depth.txt" --thickness "$folder/thickness.txt" --cell 1,1,1 -o "$folder/column.vdb"
+measured vdbimport "$folder/sheet.txt" --boxes --cell 1,1,1 -o "$folder/sheet.vdb"
 
 # Counts: said over taken of each event that a run counts.
 awk '
@@ -37,7 +43,7 @@ awk '
     END {
         split("noise_point shape_block lattice_product light_point beam_voxel p1_setup_voxel p1_iteration_voxel p1_channel_voxel " \
               "sweep_voxel sweep_moment_voxel closure_voxel outflow_ray ray plain_cell plain_light plain_value plain_peak cell " \
-              "cell_light cell_value path_ray path_collision sim_cell read_byte write_byte", wanted)
+              "cell_light cell_value path_ray path_collision sim_cell table_cell read_byte write_byte", wanted)
         for (k in wanted) if (!rows[wanted[k]]) { print "estimates.sh: no run counted " wanted[k]; bad = 1 }
         exit bad
     }' "$SAID" >&2 || fail "counts"
