@@ -63,7 +63,9 @@ check() {
         fail "$2 prints the transmittance $1 for faces of density $edge, expected exp(-0.5 (30 + 2 x $edge) / 16)"
 }
 
-{ cmake -S "$here/example" -B by-cmake -DCMAKE_PREFIX_PATH="$prefix" && cmake --build by-cmake; } > cmake.log 2>&1 ||
+# A library with a sanitizer asks for programs with it.
+sanitizers=$(sed -n 's/^CMAKE_CXX_FLAGS:STRING=//p' "$build/CMakeCache.txt" | grep -o -- '-fsanitize=[a-z,-]*' || true)
+{ cmake -S "$here/example" -B by-cmake -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_CXX_FLAGS="$sanitizers" && cmake --build by-cmake; } > cmake.log 2>&1 ||
     { cat cmake.log; fail "find_package(vdbcloud) does not build the example"; }
 printed=$(by-cmake/transmittance box.vdb)
 check "$printed" "the example built by CMake"
@@ -71,7 +73,7 @@ check "$printed" "the example built by CMake"
 export PKG_CONFIG_PATH
 PKG_CONFIG_PATH=$(dirname "$(find "$prefix" -name vdbcloud.pc)")
 # shellcheck disable=SC2046  # flags are words
-g++ "$here/example/transmittance.cc" -o by-pkg-config $(pkg-config --cflags --libs vdbcloud) 2> pkg-config.log ||
+g++ $sanitizers "$here/example/transmittance.cc" -o by-pkg-config $(pkg-config --cflags --libs vdbcloud) 2> pkg-config.log ||
     { cat pkg-config.log; fail "pkg-config vdbcloud does not build the example"; }
 printed=$(./by-pkg-config box.vdb)
 check "$printed" "the example built by pkg-config"

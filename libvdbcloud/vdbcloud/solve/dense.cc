@@ -25,8 +25,10 @@ struct SemidefiniteFactor::Factor {
 };
 
 SemidefiniteFactor::SemidefiniteFactor(const std::vector<double>& a, size_t n, double dependent)
-    : factor_(new Factor{Eigen::LDLT<Matrix>(matrix(a, n)), Vector::Zero(Eigen::Index(n))})
+    : factor_(new Factor{Eigen::LDLT<Matrix>(Eigen::Index(n)), Vector::Zero(Eigen::Index(n))})
 {
+    if (n == 0) return;
+    factor_->ldlt.compute(matrix(a, n));
     const Vector pivot = factor_->ldlt.vectorD(), diagonal = factor_->ldlt.transpositionsP() * matrix(a, n).diagonal();
     for (Eigen::Index k = 0; k < pivot.size(); ++k)
         if (pivot[k] > dependent * diagonal[k]) factor_->inverse[k] = 1 / pivot[k];
@@ -37,6 +39,7 @@ SemidefiniteFactor::SemidefiniteFactor(SemidefiniteFactor&&) noexcept = default;
 
 std::vector<double> SemidefiniteFactor::solve(const std::vector<double>& b) const
 {
+    if (b.empty()) return {};
     // LDLT::solve() divides by every pivot that is not exactly 0, so the steps are taken here.
     const auto& ldlt = factor_->ldlt;
     std::vector<double> x(b.size());
@@ -50,6 +53,7 @@ std::vector<double> SemidefiniteFactor::solve(const std::vector<double>& b) cons
 
 std::vector<double> solve_dense(const std::vector<double>& a, const std::vector<double>& b)
 {
+    if (b.empty()) return {};
     std::vector<double> x(b.size());
     Eigen::Map<Vector>(x.data(), Eigen::Index(x.size())) = matrix(a, b.size()).partialPivLu().solve(vector(b));
     return x;

@@ -12,7 +12,7 @@ namespace vdbcloud {
 /// squares problem the vectors that add nothing new.
 class SemidefiniteFactor {
 public:
-    /// `a`: n x n values, row by row; only the lower triangle is read.
+    /// `a`: n x n values, row by row; only the lower triangle is read. n may be 0.
     SemidefiniteFactor(const std::vector<double>& a, size_t n, double dependent);
     ~SemidefiniteFactor();
     SemidefiniteFactor(SemidefiniteFactor&&) noexcept;
