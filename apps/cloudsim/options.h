@@ -42,7 +42,6 @@ struct Run {
 
     double seconds() const { return 60 * preset.minutes; }
     /// Simulated time of a frame [s].
-    double time_of(int frame) const { return std::min(seconds(), frame * preset.every); }
 };
 
 /// Throws UsageError for impossible values and for an option without effect.

@@ -2,6 +2,7 @@
 
 #include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/sim/checkpoint.h"
 #include "vdbcloud/sim/effect.h"
 #include "vdbcloud/sim/snapshot.h"
 #include "vdbcloud/sim/step_plan.h"
@@ -18,16 +19,25 @@ namespace vdbcloud::app {
 
 namespace {
 
-/// Times of the frames, that of the start left out.
-std::vector<double> times_of(const Run& run)
+/// What a run has still to do.
+struct Rest {
+    sim::CheckpointPlace from{-1, 0};  ///< of a run that continues; -1: a new one
+    std::vector<double> times;         ///< of its frames, that of the start left out
+};
+
+/// Throws as read_checkpoint() does.
+Rest rest_of(const Options& o, const Run& run, sim::RunRecord& record, bool resumed)
 {
-    std::vector<double> times;
-    for (int n = 1; n <= run.frames; ++n) times.push_back(run.time_of(n));
-    return times;
+    Rest rest;
+    sim::Schedule schedule{run.preset.every, run.seconds()};
+    if (resumed) rest.from = sim::read_checkpoint_place(o.resume, record, schedule, o.change);
+    for (int n = std::max(rest.from.frame + 1, 1); n <= schedule.last(); ++n) rest.times.push_back(schedule.time_of(n));
+    return rest;
 }
 
-/// Memory of the grids of one frame, for writing [bytes]: cloud, rain and dye fill a small part of the box.
-double frame_bytes(const Options& o, const Run& run)
+/// Grids of one frame [bytes], of which those that fill the box are kept in `kept` of it: cloud, rain and dye fill a
+/// small part of it.
+double frame_bytes(const Options& o, const Run& run, double kept = 1)
 {
     const sim::Parameters& p = run.preset.parameters;
     const auto names = grid_names(o.grids);
@@ -37,8 +47,11 @@ double frame_bytes(const Options& o, const Run& run)
     const double dense = (wanted("temperature") && (p.buoyancy || p.moisture) ? 4 : 0) +
                          (wanted("qt") && p.moisture ? 4 : 0) + (wanted("vel") ? 12 : 0),
                  sparse = 4 * (1 + p.rain + p.dye);
-    return double(p.lattice.cells()) * (dense + 0.14 * sparse);
+    return double(p.lattice.cells()) * (kept * dense + 0.14 * sparse);
 }
+
+/// Part of the box that is kept near clouds, in the mean over the frames of a cumulus preset.
+constexpr double near_clouds_alone = 0.22;
 
 void say_effects(App& app, const sim::Parameters& p)
 {
@@ -58,8 +71,12 @@ void plan(App& app, const Options& o, const Run& run)
     const sim::Parameters& p = run.preset.parameters;
     sim::check(p, run.preset.sounding);
     say_effects(app, p);
-    const FirstAirFile air = first_air_of(app, o);
-    for (const sim::RunValue& value : sim::describe(p, run.preset.sounding, plan_of(o, run, air)).values) {
+    const bool resumed = !o.resume.empty() && std::filesystem::exists(o.resume);
+    const FirstAirFile air = first_air_of(app, o, resumed);
+    sim::RunRecord record = sim::describe(p, run.preset.sounding, plan_of(o, run, air));
+    const Rest rest = rest_of(o, run, record, resumed);
+    for (const std::string& change : record.changes) app.say(change);
+    for (const sim::RunValue& value : record.values) {
         if (app.verbose()) app.say(value.name + " = " + value.value);
         app.report()["in_force"][value.name] = value.value;
     }
@@ -74,14 +91,22 @@ void plan(App& app, const Options& o, const Run& run)
         sim::start_from(pilot, *air.grids, o.up);
     };
     Plan needs = least_plan(o, run);
-    const double steps = sim::expected_steps(p, run.preset.sounding, times_of(run), start);
-    const double frames = run.frames + 1, written = run.sequence ? frames : 1;
+    // The pilot begins at time 0; the steps up to the checkpoint are done.
+    const double reached = rest.from.time;
+    const auto steps_to = [&](std::vector<double> times) {
+        if (reached > 0) times.insert(times.begin(), reached);
+        return sim::expected_steps(p, run.preset.sounding, times, start);
+    };
+    const double steps = rest.times.empty() ? 0 : steps_to(rest.times) - (reached > 0 ? steps_to({}) : 0);
+    const double frames = double(rest.times.size()) + !resumed, written = run.sequence ? frames : 1;
     needs.work = sim::simulation_work(p, steps, frames);
-    needs.work.add("write_byte", written * frame_bytes(o, run));
+    const bool near_clouds = p.moisture && !o.unpruned;
+    needs.work.add("write_byte", written * frame_bytes(o, run, near_clouds ? near_clouds_alone : 1));
     app.report()["estimate"]["steps"] = steps;
     tell(app, needs,
-         "simulate " + brief(run.seconds()) + " s in " + std::to_string(run.frames) + " frames and about " +
-             brief(steps) + " steps");
+         "simulate " + brief(run.seconds() - reached) + " s in " + std::to_string(rest.times.size()) +
+             " frames and about " + brief(steps) + " steps" +
+             (resumed ? ", from " + o.resume + " at " + brief(reached) + " s on" : ""));
 }
 
 Plan least_plan(const Options& o, const Run& run)

@@ -2,7 +2,7 @@
 // samples.
 //
 //   exrmerge a.exr b.exr -o both.exr
-#include "app.h"
+#include "plan.h"
 
 #include "vdbcloud/render/merge.h"
 
@@ -40,16 +40,27 @@ void declare(app::App& app, Options& o)
          {"are the parts of one run? without writing", "exrmerge a.exr b.exr -o both.exr --dry-run"}});
 }
 
+/// A value takes 12 bytes while a part is added, and as a rule 2 when the picture is packed.
+app::Plan plan_of(const Options& o, const PictureMerge& pictures, app::Plan plan)
+{
+    plan.bytes = 14.0 * double(pictures.values());
+    plan.work.add("merged_value", double(pictures.values()) * double(o.inputs.size() + 1));
+    return plan;
+}
+
 void merge(app::App& app, const Options& o)
 {
     PictureMerge pictures;
+    const app::Plan nothing;  // notes what the process holds so far
     {
         const auto reading = app.phase("merge");
         for (const std::string& path : o.inputs) pictures.add(path);
     }
     app.report()["picture"] = {{"samples", pictures.samples()}, {"sample_ranges", pictures.ranges()}};
     app.say(std::to_string(pictures.samples()) + " samples a pixel, of indices " + pictures.ranges());
-    if (app.dry_run()) return;
+    const app::Plan plan = plan_of(o, pictures, nothing);
+    if (app.dry_run()) return app::tell(app, plan, "merge " + std::to_string(o.inputs.size()) + " pictures");
+    app.add_work(plan.work);
     const auto writing = app.phase("write");
     pictures.write(o.output, app.history(pictures.history()), app.no_clobber());
     app.report()["outputs"].push_back({{"path", o.output}});

@@ -199,5 +199,35 @@ TEST(CloudsimResume, OneFileForManyFramesIsSaid)
     EXPECT_NE(r.err.find("has no place for a number"), std::string::npos) << r.err;
 }
 
+/// Frames are 15 s apart and steps shorter, so that the count of the rest is that of the run within the steps that land
+/// on frames: a third.
+TEST(CloudsimResume, DryRunCountsTheRestAlone)
+{
+    const Scratch scratch;
+    const std::string state = scratch / "state";
+    const Words box{"--cells", "16", "--moisture", "on", "--every", "15s", "--json", "-", "-q"};
+    const auto report = [&](const Words& more, const std::string& minutes) {
+        const RunResult r = dry(scratch, with(box, more), minutes);
+        EXPECT_EQ(r.status, 0) << r.err;
+        return nlohmann::json::parse(r.out);
+    };
+    const double first = report({"--checkpoint", state}, "6")["counts"]["steps"];
+    const nlohmann::json rest = report({"--resume", state, "--dry-run"}, "15")["estimate"],
+                         whole = report({"--dry-run"}, "15")["estimate"],
+                         nothing = report({"--resume", state, "--dry-run"}, "6")["estimate"];
+    const nlohmann::json taken = report({"--resume", state}, "15");
+    const double steps = double(taken["counts"]["steps"]) - first;
+    EXPECT_GT(steps, 30);
+    EXPECT_NEAR(rest["steps"], steps, 0.35 * steps);
+    EXPECT_NEAR(whole["steps"], steps + first, 0.35 * (steps + first));
+    EXPECT_EQ(rest["events"]["sim_frame_cell"], taken["events"]["sim_frame_cell"]);
+    EXPECT_EQ(nothing["steps"], 0);
+    EXPECT_EQ(nothing["events"].value("sim_frame_cell", 0.0), 0);
+
+    const RunResult other = dry(scratch, with(box, {"--resume", state, "--dry-run", "--up", "z"}), "15");
+    EXPECT_EQ(other.status, 2);
+    EXPECT_NE(other.err.find("up = Z"), std::string::npos) << other.err;
+}
+
 }  // namespace
 }  // namespace vdbcloud::test

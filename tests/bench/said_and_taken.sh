@@ -8,7 +8,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 for ((n = 1; n < $#; ++n)); do [ "${!n}" != -o ] || { k=$((n + 1)); output=${!k##*/}; }; done
 case ${1##*/} in
-fractalgen | illuminate | p1solve | render | cloudsim | vdbimport) ;;
+fractalgen | illuminate | p1solve | render | cloudsim | vdbimport | exrmerge) ;;
 *) exec "$@" ;;
 esac
 "$@" --dry-run --json "$folder/said" > "$folder/plan"

@@ -38,7 +38,7 @@ END {
     split("", some); some["fractalgen"]; some["illuminate"]; some["p1solve"]
     fit(some, fixed)
     fixed["read_byte"]; fixed["write_byte"]; fixed["light_point"]; fixed["lattice_product"]; fixed["exact_cell"]
-    split("render cloudsim vdbimport", others)
+    split("render cloudsim vdbimport exrmerge", others)
     for (k in others) { split("", one); one[others[k]]; fit(one, fixed) }
     for (l = 1; l <= lines; ++l) {
         $0 = line[l]

@@ -69,5 +69,12 @@ for n in 100 400; do
     run vdbimport table.txt --cell 10,10,10 -o x.vdb
 done
 
+for size in 256 1024; do
+    for part in 0 1; do
+        "$bin/render" d32.vdb --integrator path --spp 1 --spp-offset $part --resolution $size -q -o part$part.exr
+    done
+    run exrmerge part0.exr part1.exr -o x.exr
+done
+
 awk -v machine="$machine" -f "$(dirname "$launch")/unit_costs.awk" "$SAID" "$table" > new
 cp new "$table"

@@ -34,6 +34,10 @@ echo 250000.5 > "$folder/thickness.txt"
 echo 0 0 0 1500 1 1500 0.5 > "$folder/sheet.txt"
 measured vdbimport "$folder/depth.txt" --thickness "$folder/thickness.txt" --cell 1,1,1 -o "$folder/column.vdb"
 measured vdbimport "$folder/sheet.txt" --boxes --cell 1,1,1 -o "$folder/sheet.vdb"
+for part in 0 1; do
+    "$bin/render" -q "$folder/lamp.density.vdb" --integrator path --spp 1 --spp-offset $part --resolution 1024 -o "$folder/part$part.exr"
+done
+measured exrmerge "$folder/part0.exr" "$folder/part1.exr" -o "$folder/both.exr"
 
 # Counts: said over taken of each event that a run counts.
 awk '
@@ -43,7 +47,7 @@ awk '
     END {
         split("noise_point shape_block lattice_product light_point beam_voxel p1_setup_voxel p1_iteration_voxel p1_channel_voxel " \
               "sweep_voxel sweep_moment_voxel closure_voxel outflow_ray ray plain_cell plain_light plain_value plain_peak cell " \
-              "cell_light cell_value path_ray path_collision sim_cell table_cell read_byte write_byte", wanted)
+              "cell_light cell_value path_ray path_collision sim_cell table_cell merged_value read_byte write_byte", wanted)
         for (k in wanted) if (!rows[wanted[k]]) { print "estimates.sh: no run counted " wanted[k]; bad = 1 }
         exit bad
     }' "$SAID" >&2 || fail "counts"

@@ -202,6 +202,8 @@ std::string PictureMerge::ranges() const
     return text;
 }
 
+uint64_t PictureMerge::values() const { return state_->values.size(); }
+
 std::string PictureMerge::history() const { return text_attribute(state_->header, "history"); }
 
 void PictureMerge::write(const std::string& path, const std::string& history, bool no_clobber) const

@@ -48,6 +48,7 @@ public:
     uint64_t samples() const;     ///< of each pixel, in all pictures together
     std::string ranges() const;   ///< "0-63 128-191"
     std::string history() const;  ///< of the first picture
+    uint64_t values() const;      ///< pixels times channels
 
     /// Writes the picture of all samples, with the attributes of the first, whole or not at all; `path` is an .exr or
     /// "-". Throws IoError, path first.

@@ -101,6 +101,42 @@ void continue_schedule(const std::string& path, const Schedule& before, int fram
     now.start = anew ? time : before.start;
 }
 
+/// What stands before the state.
+struct Head {
+    RunRecord record;
+    Schedule schedule;
+    CheckpointPlace place{0, 0};
+};
+
+/// Reads from `stream`, whose bytes come from `in`; leaves both at the state.
+Head read_head(const std::string& path, std::istream& in, std::istream& stream)
+{
+    char head[32] = {};
+    stream.read(head, std::streamsize(std::strlen(magic)));
+    if (std::strcmp(head, magic) != 0)
+        throw IoError(path + ": not a checkpoint of this version of cloudsim: expected '" + printable(magic) +
+                      "' at its start; remove the file to start anew");
+    const std::string values = take_text(path, stream), changes = take_text(path, stream);
+    Head read{record_of(values, changes), {}, {}};
+    Schedule& before = read.schedule;
+    for (double* value : {&before.every, &before.end, &before.start})
+        stream.read(reinterpret_cast<char*>(value), sizeof *value);
+    for (int* value : {&before.first, &read.place.frame}) stream.read(reinterpret_cast<char*>(value), sizeof *value);
+    const std::streampos state = in.tellg();
+    double& time = read.place.time;  // the first value of the state
+    in.read(reinterpret_cast<char*>(&time), sizeof time);
+    if (!in) throw IoError(path + ": damaged checkpoint: the file ends too early");
+    in.seekg(state);
+    return read;
+}
+
+std::ifstream opened(const std::string& path)
+{
+    std::ifstream in(path, std::ios::binary);
+    if (!in) throw IoError(path + ": cannot read the checkpoint");
+    return in;
+}
+
 }  // namespace
 
 void write_checkpoint(const std::string& path, const Simulation& sim, const RunRecord& record, const Schedule& schedule,
@@ -128,28 +164,12 @@ void write_checkpoint(const std::string& path, const Simulation& sim, const RunR
 
 int read_checkpoint(const std::string& path, Simulation& sim, RunRecord& record, Schedule& schedule, bool change)
 {
-    std::ifstream in(path, std::ios::binary);
-    if (!in) throw IoError(path + ": cannot read the checkpoint");
+    std::ifstream in = opened(path);
     Digesting digesting(in.rdbuf());
     std::istream stream(&digesting);
-    char head[32] = {};
-    stream.read(head, std::streamsize(std::strlen(magic)));
-    if (std::strcmp(head, magic) != 0)
-        throw IoError(path + ": not a checkpoint of this version of cloudsim: expected '" + printable(magic) +
-                      "' at its start; remove the file to start anew");
-    const std::string values = take_text(path, stream), changes = take_text(path, stream);
-    Schedule before;
-    int frame = 0;
-    for (double* value : {&before.every, &before.end, &before.start})
-        stream.read(reinterpret_cast<char*>(value), sizeof *value);
-    for (int* value : {&before.first, &frame}) stream.read(reinterpret_cast<char*>(value), sizeof *value);
-    double time = 0;  // the first value of the state
-    const std::streampos state = in.tellg();
-    in.read(reinterpret_cast<char*>(&time), sizeof time);
-    if (!in) throw IoError(path + ": damaged checkpoint: the file ends too early");
-    in.seekg(state);
+    const Head head = read_head(path, in, stream);
     // A parameter that differs is named before the state is read: the state of another lattice has another size.
-    continue_record(path, record_of(values, changes), time, change, record);
+    continue_record(path, head.record, head.place.time, change, record);
     try {
         sim.restore(stream);
     } catch (const InputError&) {
@@ -159,8 +179,17 @@ int read_checkpoint(const std::string& path, Simulation& sim, RunRecord& record,
     std::string found(checksum_size, ' ');
     in.read(found.data(), std::streamsize(found.size()));
     if (!in || found != expected) throw IoError(path + ": damaged checkpoint: wrong checksum");
-    continue_schedule(path, before, frame, sim.time(), change, schedule);
-    return frame;
+    continue_schedule(path, head.schedule, head.place.frame, sim.time(), change, schedule);
+    return head.place.frame;
+}
+
+CheckpointPlace read_checkpoint_place(const std::string& path, RunRecord& record, Schedule& schedule, bool change)
+{
+    std::ifstream in = opened(path);
+    const Head head = read_head(path, in, in);
+    continue_record(path, head.record, head.place.time, change, record);
+    continue_schedule(path, head.schedule, head.place.frame, head.place.time, change, schedule);
+    return head.place;
 }
 
 }  // namespace vdbcloud::sim

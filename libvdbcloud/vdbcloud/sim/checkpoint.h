@@ -17,4 +17,13 @@ void write_checkpoint(const std::string& path, const Simulation&, const RunRecor
 /// UsageError for another run.
 int read_checkpoint(const std::string& path, Simulation&, RunRecord& record, Schedule& schedule, bool change);
 
+/// Where a checkpoint stands.
+struct CheckpointPlace {
+    int frame;    ///< the last that is on disk
+    double time;  ///< [s]
+};
+
+/// As read_checkpoint(), without the state: neither its size nor the checksum is looked at.
+CheckpointPlace read_checkpoint_place(const std::string& path, RunRecord& record, Schedule& schedule, bool change);
+
 }  // namespace vdbcloud::sim
