@@ -336,21 +336,23 @@ TEST(Integrators, StepsAreAFractionOfTheShortestVoxelEdge)
     IntegratorOptions o;
     o.kind = Integrator::Steps;
     o.step = 0.25;
-    // Along x the medium's bricks hold voxels -8 to 16: 24 voxels of length 2, in steps of 0.25 x 0.5.
-    EXPECT_EQ(Picture(scene, one_pixel(Vec3d(15, 3.7, 7.5), Vec3d(1, 0, 0)), o).cost.cells, 24u * 2 * 8);
-    EXPECT_EQ(Picture(scene, one_pixel(Vec3d(15, 3.7, 7.5), Vec3d(0, 0, 1)), o).cost.cells, 24u * 8);
+    // Along x the medium reaches from voxel -1 to 16: 17 voxels of length 2, in steps of 0.25 x 0.5.
+    EXPECT_EQ(Picture(scene, one_pixel(Vec3d(15, 3.7, 7.5), Vec3d(1, 0, 0)), o).cost.cells, 17u * 2 * 8);
+    EXPECT_EQ(Picture(scene, one_pixel(Vec3d(15, 3.7, 7.5), Vec3d(0, 0, 1)), o).cost.cells, 17u * 8);
 }
 
 TEST(Integrators, RombergGainsTwoOrdersInEachColumn)
 {
-    // Voxels 1 to 14 of bricks 0 to 16: density's kinks at 0, 1, 14 and 15 are points of every level from 2^4 intervals
-    // on, so that errors of the trapezoid sums are series in h^2 and each column of the table gains two orders.
+    // Voxels 1 to 14 of a box from -1 to 15: density's kinks at 0, 1, 14 and 15 are points of every level from 2^4
+    // intervals on, so that errors of the trapezoid sums are series in h^2 and each column of the table gains two
+    // orders.
     const auto density = box({15, 15, 15}, 1, [](Coord c) { return c[0] && c[1] && c[2] ? 1.0 : 0.0; });
     for (auto v = density->beginValueOn(); v; ++v)
         if (*v == 0) v.setValueOff();
     Scene scene;
     scene.volumes.push_back(volume_of(density, medium(Vec3d(0.2), Vec3d(0), 0)));
     scene.volumes[0].emission = constant_like<Vec3SGrid>(*density, Vec3f(0.2f));
+    density->tree().setValueOn(Coord(0), 0);  // the corner of the box
     // Evaluations by a table of the same sums that was worked out apart; a table of half the orders needs four times as
     // many.
     for (const auto& [tolerance, evaluations] : {std::pair(1e-4, 65u), {1e-6, 129u}, {1e-8, 257u}}) {

@@ -22,6 +22,9 @@ struct PreparedVolume {
 
     /// For a volume of emission only: the region where emission is nonzero, without extinction.
     BrickMap density;
+    /// First and last cell (inclusive) of the box about the active voxels, one period along periodic axes. Unlike the
+    /// box about the map's bricks, this box does not depend on where leaf blocks cut the medium.
+    Vec3i first_cell{0, 0, 0}, last_cell{-1, -1, -1};
     Vec3d sigma_t{0, 0, 0};  ///< extinction at density 1 [1/world unit]
     Vec3d albedo{1, 1, 1};
     PhaseFunction phase;

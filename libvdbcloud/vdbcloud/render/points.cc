@@ -86,7 +86,8 @@ public:
         media_.set(ray);
         double t0, t1;
         if (!media_.bounds(t0, t1)) return;
-        const auto count = size_t(std::ceil((t1 - t0) / step_));
+        // Rounding does not decide on a further step where the way is a whole number of steps.
+        const auto count = size_t(std::ceil((t1 - t0) / step_ * (1 - 1e-9)));
         const double h = (t1 - t0) / double(count);
         std::vector<Vec3d> sum(outputs_, Vec3d(0)), source(outputs_);
         Vec3d tau(0);
