@@ -1,5 +1,6 @@
 // P1's flux in a thin medium, where diffusion cancels the beam's first moment to the order of the optical depth.
 #include "scatter/fields.h"
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/scatter/beam.h"
 
 #include <gtest/gtest.h>
@@ -35,6 +36,41 @@ TEST(ThinFlux, OfALayerIsWhatItCollects)
             EXPECT_NEAR(double(flux[1][slot]) / s, expected, 10 * n * (10 * s + 1e-6)) << s << ' ' << y;
         }
     }
+}
+
+/// Under a uniform sky of radiance L the fluence of such a layer is 4 pi L to first order in its depth. The layer
+/// absorbs s (1 - w0) 4 pi L a voxel and lets half of it in through each side: F up is s (1 - w0) 4 pi L (n / 2 - y -
+/// 1/2).
+TEST(ThinFlux, UnderASkyIsWhatALayerAbsorbs)
+{
+    constexpr int n = 8;
+    const test::P1Case body(test::voxel_field(Vec3i(8, n, 8), Vec3d(1.0), [](const Vec3i&) { return 1.0; }),
+                            {true, false, true});
+    for (const double absorbed : {0.0, 1e-3, 0.1})
+        for (const double s : {1e-3, 1e-5}) {
+            const P1Operator p1(body.index, body.density, body.exposed,
+                                {s, 1 - absorbed, nullptr, PhaseFunction::henyey_greenstein(0.8), true});
+            P1Source source(p1);
+            add_sky(p1, 0.3, source);
+            Multigrid multigrid(p1.stencil());
+            std::vector<double> phi;
+            const SolveResult solve = solve_p1(p1, multigrid, source, phi, {});
+            EXPECT_TRUE(solve.converged);
+            if (absorbed == 0) {
+                EXPECT_EQ(solve.iterations, 0);
+            }
+            const auto flux = cell_flux(p1, source, phi);
+            for (int y = 0; y < n; ++y) {
+                const size_t slot = body.index.blocks().slot(Vec3i(2, y, 2) - body.index.origin());
+                EXPECT_NEAR(phi[slot], 4 * pi * 0.3, 4 * pi * 0.3 * (absorbed == 0 ? 1e-15 : 10 * n * s));
+                if (absorbed == 0) {
+                    EXPECT_EQ(flux[1][slot], 0.0f) << y;
+                    continue;
+                }
+                const double unit = s * absorbed * 4 * pi * 0.3;
+                EXPECT_NEAR(double(flux[1][slot]) / unit, n / 2.0 - y - 0.5, 10 * n * (10 * s + 1e-6)) << s << ' ' << y;
+            }
+        }
 }
 
 }  // namespace

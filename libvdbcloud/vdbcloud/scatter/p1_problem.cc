@@ -158,33 +158,92 @@ double norm_without_additive(const P1Operator& p1, const P1Source& source)
     return norm_slack * std::sqrt(total(blocks, [&](size_t slot) { return rhs[slot] * rhs[slot]; }));
 }
 
+/// sigma_a hbar and the conductances of the exposed faces: A applied to a fluence of 1 everywhere, in double.
+std::vector<double> losses(const P1Operator& p1)
+{
+    std::vector<double> loss(p1.blocks().slots(), 0.0);
+    each_active(p1.blocks(), [&](size_t slot) { loss[slot] = p1.sigma_a(slot) * p1.hbar(); });
+    for (const ExposedVoxel& voxel : p1.exposed())
+        for (int face = 0; face < 6; ++face)
+            if (voxel.faces >> face & 1) loss[voxel.slot] += p1.conductance(voxel, face);
+    return loss;
+}
+
+/// The mean of P1Source::sky_inflow over the exposed faces, by conductance.
+double mean_inflow(const P1Operator& p1, const P1Source& source)
+{
+    const auto& all = source.sky_inflow;
+    if (std::all_of(all.begin(), all.end(), [&](double j) { return j == all[0]; })) return all[0];  // without rounding
+    double sum = 0, weights = 0;
+    for (const ExposedVoxel& voxel : p1.exposed())
+        for (int face = 0; face < 6; ++face) {
+            if (!(voxel.faces >> face & 1)) continue;
+            const double g = p1.conductance(voxel, face);
+            sum += g * source.sky_inflow[face];
+            weights += g;
+        }
+    return weights > 0 ? sum / weights : 0;
+}
+
+/// The fluence less the constant of a sky, as the unknown: fluxes are differences of fluences, and what the solver
+/// leaves of the constant would be large against them. Changes rhs and phi; returns the constant to add to the
+/// solution, 0 where the right-hand side would not be smaller without it.
+double take_constant(const P1Operator& p1, P1Source& source, std::vector<double>& phi)
+{
+    constexpr double rounding = 2e-15;  // of a sum of six conductances
+    const Blocks& blocks = p1.blocks();
+    const double constant = mean_inflow(p1, source);
+    if (constant == 0) return 0;
+    std::vector<double> rhs = losses(p1);
+    each_active(blocks, [&](size_t slot) {
+        const double less = source.rhs[slot] - constant * rhs[slot];
+        rhs[slot] = std::abs(less) > rounding * std::abs(source.rhs[slot]) ? less : 0.0;
+    });
+    const auto square = [&](const std::vector<double>& v) {
+        return total(blocks, [&](size_t slot) { return v[slot] * v[slot]; });
+    };
+    if (!(square(rhs) < square(source.rhs))) return 0;
+    source.rhs.swap(rhs);
+    if (!phi.empty()) each_active(blocks, [&](size_t slot) { phi[slot] -= constant; });
+    return constant;
+}
+
+void add_constant(const P1Operator& p1, double constant, std::vector<double>& phi)
+{
+    if (constant != 0) each_active(p1.blocks(), [&](size_t slot) { phi[slot] += constant; });
+}
+
 }  // namespace
 
 SolveResult solve_p1(const P1Operator& p1, Multigrid& multigrid, P1Source& source, std::vector<double>& phi,
                      const SolveOptions& options)
 {
     SolveOptions scaled = options;
+    const double constant = take_constant(p1, source, phi);
     scaled.norm = norm_without_additive(p1, source);
     const SolveResult result = conjugate_gradient(p1.stencil(), multigrid, source.rhs, phi, scaled);
     close_balance(p1, source.rhs, phi);
+    add_constant(p1, constant, phi);
     return result;
 }
 
 SolveResult relax_p1(const P1Operator& p1, double factor, P1Source& source, std::vector<double>& phi,
                      const SolveOptions& options)
 {
+    const double constant = take_constant(p1, source, phi);
     const SolveResult result = relax(p1.stencil(), factor, source.rhs, phi, options);
     if (result.converged) close_balance(p1, source.rhs, phi);
+    add_constant(p1, constant, phi);
     return result;
 }
 
-SolveResult judge_p1(const P1Operator& p1, Multigrid& multigrid, const P1Source& source, std::vector<double> phi)
+SolveResult judge_p1(const P1Operator& p1, Multigrid& multigrid, P1Source source, std::vector<double> phi)
 {
     SolveOptions none;
+    take_constant(p1, source, phi);
     none.norm = norm_without_additive(p1, source);
     none.max_iterations = 0;
-    std::vector<double> rhs = source.rhs;
-    return conjugate_gradient(p1.stencil(), multigrid, rhs, phi, none);
+    return conjugate_gradient(p1.stencil(), multigrid, source.rhs, phi, none);
 }
 
 P1Budget budget(const P1Operator& p1, const P1Source& source, const std::vector<double>& phi)

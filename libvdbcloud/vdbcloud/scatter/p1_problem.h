@@ -172,13 +172,15 @@ struct P1Budget {
 /// total power balance exactly (Galerkin correction on constants, of the size of the tolerance).
 ///
 /// The tolerance is relative to ten times the sources without P1Source::through and outflow, if that is less: in a thin
-/// medium diffusion cancels them, and what the solver leaves of them must be small against the flux.
+/// medium diffusion cancels them, and what the solver leaves of them must be small against the flux. The constant
+/// fluence of a sky is subtracted first, where the sources that are left are smaller: a uniform sky without absorption
+/// leaves 0.
 SolveResult solve_p1(const P1Operator&, Multigrid&, P1Source& source, std::vector<double>& phi, const SolveOptions&);
 /// As solve_p1(), by successive over-relaxation (solve/relaxation.h) with relaxation factor `factor`.
 SolveResult relax_p1(const P1Operator&, double factor, P1Source& source, std::vector<double>& phi, const SolveOptions&);
 
 /// The residual and the error estimate of `phi` as a solution, as solve_p1() tells them, without a change of phi.
-SolveResult judge_p1(const P1Operator&, Multigrid&, const P1Source&, std::vector<double> phi);
+SolveResult judge_p1(const P1Operator&, Multigrid&, P1Source, std::vector<double> phi);
 
 P1Budget budget(const P1Operator&, const P1Source&, const std::vector<double>& phi);
 
