@@ -160,7 +160,8 @@ std::vector<World> simpler_worlds(const World& world)
         if (simpler.text() != world.text()) all.push_back(simpler);
     };
     for (size_t k = 0; k < world.lights.size(); ++k)
-        if (world.lights.size() > 1 || !world.sky.empty())
+        // illuminate without a light would bring its own, which does not change with the world.
+        if (world.lights.size() > 1 || (!world.sky.empty() && !world.runs("illuminate")))
             with([&](World& w) { w.lights.erase(w.lights.begin() + std::ptrdiff_t(k)); });
     if (!world.lights.empty()) with([](World& w) { w.sky.clear(); });
     if (world.bodies.size() > 1) with([](World& w) { w.bodies.pop_back(); });
@@ -169,7 +170,10 @@ std::vector<World> simpler_worlds(const World& world)
             const size_t at = w.stages.find(stage);
             if (at != std::string::npos) w.stages.erase(at, std::string(stage).size());
         });
-    with([](World& w) { w.solve.clear(); });
+    // The tolerance stays: with a looser one the world would fail for another reason.
+    const Words solve = split(world.solve);
+    const auto tolerance = std::find(solve.begin(), solve.end(), "--tolerance");
+    with([&](World& w) { w.solve = solve.end() - tolerance > 1 ? "--tolerance " + tolerance[1] : ""; });
     with([](World& w) { w.light.clear(); });
     with([](World& w) { w.view = "--resolution 3"; });
     with([](World& w) { w.periodic.clear(); });
