@@ -236,6 +236,7 @@ TEST(Report, OfTextThatIsNoUtf8IsStillJson)
 
 TEST(Run, LackOfMemoryIsOneSentence)
 {
+    if (sanitized) GTEST_SKIP() << "a sanitizer takes memory of its own";
     RunOptions little;
     little.memory = uint64_t(1) << 30;
     const RunResult r = echo({"-o", "/dev/null", "--act", "huge"}, little);
@@ -245,6 +246,7 @@ TEST(Run, LackOfMemoryIsOneSentence)
 
 TEST(Run, MemoryThatEndsWhileAnExceptionLeavesIsSaidInASentence)
 {
+    if (sanitized) GTEST_SKIP() << "a sanitizer takes memory of its own";
     RunOptions little;
     little.memory = uint64_t(1) << 29;
     const RunResult r = echo({"-o", "/dev/null", "--act", "hoard"}, little);

@@ -70,6 +70,7 @@ TEST_P(Surroundings, ClosedDescriptorsChangeNoResult)
 
 TEST_P(Surroundings, WithoutEnoughMemoryTheSentenceBlamesTheMemory)
 {
+    if (sanitized) GTEST_SKIP() << "a sanitizer takes memory of its own";
     // From far too little (the libraries map some 100 MB before main) to plenty. The lowest steps must fail, the
     // highest succeed, and nothing but these two endings may occur: no signal, no other status, no blame for the input.
     const std::string name = tool().extension.empty() ? "" : "out" + tool().extension;

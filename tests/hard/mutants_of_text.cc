@@ -55,7 +55,7 @@ std::string hostile_exr(std::string bytes, Dice& dice)
     const size_t box = at + window.size() + 7 + 4;
     const int far = dice.one_of({0x7fffffff, 0x3fffffff, 1 << 20, 100000, -1, 0, int(0x80000000u)});
     for (size_t k = 0; k < 4; ++k)
-        if (dice.chance(0.5)) put(bytes, box + 4 * k, int32_t(k < 2 ? -far : far));
+        if (dice.chance(0.5)) put(bytes, box + 4 * k, int32_t(k < 2 ? 0u - uint32_t(far) : uint32_t(far)));
     if (const size_t packing = bytes.find(std::string("compression\0compression\0", 24));
         packing != std::string::npos && dice.chance(0.3))
         bytes[packing + 28] = char(dice.below(12));

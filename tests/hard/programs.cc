@@ -59,12 +59,6 @@ Programs::~Programs() = default;
 
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool sanitized = true;  // a sanitizer must be the first library, and reserves address space without limit
-#else
-constexpr bool sanitized = false;
-#endif
-
 /// A run from the start, without limits of memory and without its processor time.
 Answer run_anew(const std::string& name, const Words& arguments, const std::string& folder, const std::string& input,
                 double seconds)
@@ -83,7 +77,7 @@ Answer run_anew(const std::string& name, const Words& arguments, const std::stri
 
 }  // namespace
 
-bool Programs::start_once() { return !sanitized; }
+bool Programs::start_once() { return !sanitized; }  // a sanitizer must be the first library
 
 Answer Programs::run(const std::string& name, const Words& arguments, const std::string& folder,
                      const std::string& input)

@@ -8,6 +8,14 @@
 
 namespace vdbcloud::test {
 
+/// Whether this build has a sanitizer: its programs take terabytes of address space and more memory, so that limits and
+/// estimates of memory say nothing of them.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool sanitized = true;
+#else
+inline constexpr bool sanitized = false;
+#endif
+
 struct RunOptions {
     std::string input;                     ///< all bytes of standard input
     std::string stdout_to;                 ///< a file or device to open for standard output; empty: captured
