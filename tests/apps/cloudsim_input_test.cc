@@ -40,10 +40,12 @@ TEST(CloudsimInput, InitIsReadOnce)
 {
     const Scratch scratch;
     ASSERT_EQ(cloudsim(with(wet, {"-o", scratch / "first.vdb", "--unpruned"})).status, 0);
-    const std::string program_and_box = "'" + program("cloudsim") + "' --cells 16,12,20 --minutes 0.5 --every 10s -q ";
+    RunOptions there;
+    there.folder = scratch.path();
     const auto started = [&](const std::string& init, const std::string& more, const std::string& output) {
-        return shell("cd '" + scratch.path() + "' && " + program_and_box + "--init " + init + " " + more + " -o " +
-                     output);
+        return shell("cloudsim --cells 16,12,20 --minutes 0.5 --every 10s -q --init " + init + " " + more + " -o " +
+                         output,
+                     there);
     };
     EXPECT_EQ(started("first.vdb", "--checkpoint file.state", "file.vdb").err, "");
     EXPECT_EQ(started("<(cat first.vdb)", "--checkpoint pipe.state", "pipe.vdb").err, "");

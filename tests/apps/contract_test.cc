@@ -217,7 +217,7 @@ TEST(Contract, ShellsCompleteOptionsAndTheirWords)
     const Scratch scratch;
     write_text(scratch / "c", echo({"--completion", "bash"}).out);
     const auto complete = [&](const std::string& words) {
-        return shell("source " + (scratch / "c") + "; COMP_WORDS=(echo_tool " + words +
+        return shell("source '" + (scratch / "c") + "'; COMP_WORDS=(echo_tool " + words +
                      "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _echo_tool; echo ${COMPREPLY[*]}")
             .out;
     };

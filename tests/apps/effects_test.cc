@@ -87,14 +87,14 @@ protected:
         write_text(*inputs_ / "points.txt", "0 0.3 0\n");
         write_text(*inputs_ / "map.pgm", std::string("P5\n2 2\n255\n") + std::string({0, 127, '\xff', 60}));
         const RunResult r =
-            shell(in_folder("fractalgen -q --size 16 -o c.vdb && fractalgen -q c.vdb --mountain --size 16 -o in.vdb && "
-                            "illuminate -q in.vdb --extinction 20 --sun 0.3,1,0.2 -o lattice.vdb && "
-                            "illuminate -q in.vdb --extinction 20 --sun 0.3,1,0.2 --fidelity exact -o exact.vdb && "
-                            "fractalgen -q --size 16 --seed 2 -o seed.vdb && fractalgen -q --size 16 --bounds "
-                            "0,0,0,4,2.5,4 -o moved.vdb && "
-                            "fractalgen -q --size 16 --albedo 0.5 -o a.vdb && fractalgen -q a.vdb --mountain --size 16 "
-                            "-o albedo.vdb && "
-                            "cloudsim -q --cells 8 --minutes 0.5 --unpruned --seed 3 --noise 2 -o start.vdb"));
+            in_folder("fractalgen -q --size 16 -o c.vdb && fractalgen -q c.vdb --mountain --size 16 -o in.vdb && "
+                      "illuminate -q in.vdb --extinction 20 --sun 0.3,1,0.2 -o lattice.vdb && "
+                      "illuminate -q in.vdb --extinction 20 --sun 0.3,1,0.2 --fidelity exact -o exact.vdb && "
+                      "fractalgen -q --size 16 --seed 2 -o seed.vdb && fractalgen -q --size 16 --bounds "
+                      "0,0,0,4,2.5,4 -o moved.vdb && "
+                      "fractalgen -q --size 16 --albedo 0.5 -o a.vdb && fractalgen -q a.vdb --mountain --size 16 "
+                      "-o albedo.vdb && "
+                      "cloudsim -q --cells 8 --minutes 0.5 --unpruned --seed 3 --noise 2 -o start.vdb");
         ASSERT_EQ(r.status, 0) << r.err;
     }
     static void TearDownTestSuite()
@@ -103,10 +103,11 @@ protected:
         inputs_ = nullptr;
     }
 
-    static std::string in_folder(const std::string& line)
+    static RunResult in_folder(const std::string& line)
     {
-        const std::string bin = std::filesystem::path(program("fractalgen")).parent_path();
-        return "export PATH=" + bin + ":$PATH; cd " + inputs_->path() + " && " + line;
+        RunOptions there;
+        there.folder = inputs_->path();
+        return shell(line, there);
     }
 
     /// One run in the folder of the inputs; its files go to `folder`.
@@ -120,7 +121,7 @@ protected:
                            " && for f in ../*.vdb ../*.pgm ../*.txt; do ln -s $f; done; " + GetParam().tool;
         for (const std::string& word : words) line += " '" + word + "'";
         if (GetParam().tool != "vdbdiff") line += " --json report.json";
-        Outcome outcome{shell(in_folder(line)), *inputs_ / folder, ""};
+        Outcome outcome{in_folder(line), *inputs_ / folder, ""};
         const auto report = nlohmann::json::parse(read_text(outcome.folder + "/report.json"), nullptr, false);
         if (report.is_object())
             outcome.channels = report.value("accuracy", nlohmann::json()).dump() +
@@ -139,7 +140,7 @@ protected:
     bool differ(const Outcome& a, const Outcome& b, const EffectRow& row)
     {
         const auto both = [&](const std::string& tool, const std::string& name) {
-            return shell(in_folder(tool + " " + a.folder + "/" + name + " " + b.folder + "/" + name)).status;
+            return in_folder(tool + " '" + a.folder + "/" + name + "' '" + b.folder + "/" + name + "'").status;
         };
         switch (row.seen) {
         case Seen::Status: return a.run.status != b.run.status;

@@ -31,15 +31,15 @@ INSTANTIATE_TEST_SUITE_P(Tools, Examples, testing::ValuesIn(tools()), [](const a
 TEST_P(Examples, OfTheHelpRunAsPrinted)
 {
     const Scratch empty;
-    const std::string bin = std::filesystem::path(program(GetParam().name)).parent_path();
     const Words commands = examples(GetParam());
     EXPECT_EQ(commands.size(), 3u);
     RunOptions patient;
     patient.seconds = 300;
+    patient.folder = empty.path();
     for (const std::string& command : commands) {
         EXPECT_NE(command.find(GetParam().name + " "), std::string::npos);
         const Words before = empty.list();
-        const RunResult r = shell("export PATH=" + bin + ":$PATH; cd " + empty.path() + "; " + command, patient);
+        const RunResult r = shell(command, patient);
         EXPECT_EQ(r.status, 0) << command << "\n" << r.err;
         if (command.find("-o ") != std::string::npos) {
             EXPECT_GT(empty.list().size(), before.size()) << command;

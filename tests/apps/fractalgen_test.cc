@@ -125,7 +125,7 @@ TEST_F(Fractalgen, DigestIsEqualOnAnyThreadsAndThroughAPipe)
     const auto one = grid_digest(*density({"--threads", "1", "--coverage", "0.7"}, "50"));
     EXPECT_EQ(grid_digest(*density({"--threads", "3", "--coverage", "0.7"}, "50")), one);
     const std::string piped = folder_ / "piped.vdb";
-    ASSERT_EQ(shell(program("fractalgen") + " -q --size 50 --coverage 0.7 -o - > " + piped).status, 0);
+    ASSERT_EQ(shell("fractalgen -q --size 50 --coverage 0.7 -o - > '" + piped + "'").status, 0);
     const auto file = read_grid_file(piped);
     EXPECT_EQ(grid_digest(*openvdb::gridPtrCast<FloatGrid>(find_grid(file, "density"))), one);
 }

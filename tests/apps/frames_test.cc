@@ -22,7 +22,9 @@ protected:
     }
     RunResult at(const std::string& line) const
     {
-        return shell("cd '" + scratch.path() + "' && PATH='" + program("") + "':$PATH && " + line);
+        RunOptions there;
+        there.folder = scratch.path();
+        return shell(line, there);
     }
     void refused(const std::string& line, int status, const std::string& said) const
     {

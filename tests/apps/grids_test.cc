@@ -103,8 +103,8 @@ TEST_F(Grids, HistoryGrowsByOneLineAStageAndIsTheSameThroughPipes)
     EXPECT_EQ(text.find("b.vdb"), std::string::npos) << text;
     EXPECT_EQ(get_text(*read_grid_file(c).metadata, "creator", "").rfind("echo_tool 0.", 0), 0u);
 
-    const std::string tool = program("echo_tool") + " --act copy ";
-    EXPECT_EQ(shell(tool + a + " -o - | " + tool + "- -o " + d + " --density 0.5").status, 0);
+    const std::string tool = "echo_tool --act copy ";
+    EXPECT_EQ(shell(tool + "'" + a + "' -o - | " + tool + "- -o '" + d + "' --density 0.5").status, 0);
     EXPECT_EQ(history(d), text);
 }
 

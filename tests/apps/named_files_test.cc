@@ -23,7 +23,9 @@ protected:
     }
     RunResult at(const std::string& line) const
     {
-        return shell("cd '" + scratch.path() + "' && PATH='" + program("") + "':$PATH && " + line);
+        RunOptions there;
+        there.folder = scratch.path();
+        return shell(line, there);
     }
     Scratch scratch;
 };
@@ -47,7 +49,7 @@ TEST_F(NamedFiles, TwoOutputsOfOneFileAreRefusedUnderEverySpelling)
                  {"absent", "sub/absent", false}, {"/dev/null", "/dev/null", false},
                  {"-", "/dev/stderr", false}};
     for (const auto& [output, report, same] : table) {
-        const RunResult r = at("echo_tool -o " + output + " --json " + report);
+        const RunResult r = at("echo_tool -o '" + output + "' --json '" + report + "'");
         EXPECT_EQ(r.status, same ? 2 : 0) << output << " " << report << "\n" << r.err;
         EXPECT_EQ(r.err.find("are the same file: expected a file for each") != std::string::npos, same) << r.err;
         if (same) {
@@ -152,9 +154,8 @@ TEST_F(NamedFiles, TheReportAtASignalFollowsNoLinkThatAnotherPlaced)
     RunOptions options;
     options.until = "sleeping";
     options.signal = SIGTERM;
-    const RunResult r = shell("cd '" + scratch.path() + "' && ln -s victim .r.json.$$ && exec '" +
-                                  program("echo_tool") + "' -o out --act sleep --json r.json",
-                              options);
+    options.folder = scratch.path();
+    const RunResult r = shell("ln -s victim .r.json.$$ && exec echo_tool -o out --act sleep --json r.json", options);
     EXPECT_EQ(r.status, 143) << r.err;
     EXPECT_EQ(read_text(scratch / "victim"), "mine");
     EXPECT_EQ(nlohmann::json::parse(read_text(scratch / "r.json"))["exit_status"], 143);

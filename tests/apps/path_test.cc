@@ -29,9 +29,9 @@ protected:
 
     static RunResult in_folder(const std::string& line)
     {
-        const std::string program_path = program("render");
-        return shell("export PATH=" + program_path.substr(0, program_path.rfind('/')) + ":$PATH; cd " +
-                     folder_->path() + " && " + line);
+        RunOptions there;
+        there.folder = folder_->path();
+        return shell(line, there);
     }
     static RunResult expect_done(const std::string& line)
     {

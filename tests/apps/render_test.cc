@@ -158,12 +158,12 @@ TEST_F(Render, PicturesAreByteIdenticalOnAnyNumberOfThreads)
 TEST_F(Render, APipeOfStagesWritesEqualBytesToFiles)
 {
     write_lump(path("lump.vdb"));
-    const std::string light = program("illuminate") + " --sun 0.3,1,0.2 -q ",
-                      picture = program("render") + " --resolution 32 -q ";
-    const auto files = test::shell(light + path("lump.vdb") + " -o " + path("lit.vdb") + " && " + picture +
-                                   path("lit.vdb") + " -o " + path("files.exr"));
+    const std::string light = "illuminate --sun 0.3,1,0.2 -q ", picture = "render --resolution 32 -q ";
+    test::RunOptions there;
+    there.folder = scratch.path();
+    const auto files = test::shell(light + "lump.vdb -o lit.vdb && " + picture + "lit.vdb -o files.exr", there);
     EXPECT_EQ(files.status, 0) << files.err;
-    const auto pipe = test::shell(light + path("lump.vdb") + " -o - | " + picture + "- -o - > " + path("pipe.exr"));
+    const auto pipe = test::shell(light + "lump.vdb -o - | " + picture + "- -o - > pipe.exr", there);
     EXPECT_EQ(pipe.status, 0) << pipe.err;
     EXPECT_TRUE(read_text(path("files.exr")) == read_text(path("pipe.exr")));
     EXPECT_EQ(files.err, "");  // the light's grid was taken as it is

@@ -67,10 +67,12 @@ TEST(Run, ASignalDoesNotReplaceAReportThatIsADevice)
 TEST(Run, AnInterruptThatTheParentIgnoresIsIgnored)
 {
     const Scratch scratch;
-    const std::string line = "trap '' INT; " + program("echo_tool") + " -o " + (scratch / "out") + " --act sleep 2>" +
-                             (scratch / "err") + " & while ! grep -q sleeping " + (scratch / "err") +
-                             " 2>/dev/null; do sleep 0.02; done; kill -INT $!; sleep 0.2; kill -TERM $!; wait $!";
-    EXPECT_EQ(shell(line).status, 143);
+    RunOptions there;
+    there.folder = scratch.path();
+    const std::string line =
+        "trap '' INT; echo_tool -o out --act sleep 2>err & while ! grep -q sleeping err 2>/dev/null; do sleep 0.02; "
+        "done; kill -INT $!; sleep 0.2; kill -TERM $!; wait $!";
+    EXPECT_EQ(shell(line, there).status, 143);
     EXPECT_EQ(scratch.list(), Words{"err"});
 }
 
@@ -90,7 +92,7 @@ TEST(Run, AClosedPipeEndsTheRunAsSigpipe)
 TEST(Run, AReaderThatLeavesEndsTheWriterInAShellPipe)
 {
     const Scratch scratch;
-    const RunResult r = shell(program("echo_tool") + " -q --act pipe -o " + (scratch / "out") + " | head -c 10");
+    const RunResult r = shell("echo_tool -q --act pipe -o '" + (scratch / "out") + "' | head -c 10");
     EXPECT_EQ(r.status, 141);
     EXPECT_EQ(r.out, "xxxxxxxxxx");
     EXPECT_EQ(scratch.list(), Words());
@@ -166,7 +168,7 @@ TEST(Run, ThreadsAreAtMostThoseGivenAndThoseAllowed)
     slurm.environment = {"SLURM_CPUS_PER_TASK=1"};
     EXPECT_EQ(report_of({}, slurm)["threads"], 1);
     EXPECT_EQ(report_of({"--threads", "3"}, slurm)["threads"], 3);
-    const RunResult pinned = shell("taskset -c 0 " + program("echo_tool") + " -o /dev/null --json -");
+    const RunResult pinned = shell("taskset -c 0 echo_tool -o /dev/null --json -");
     EXPECT_EQ(nlohmann::json::parse(pinned.out)["threads"], 1);
 }
 

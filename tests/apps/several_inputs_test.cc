@@ -54,7 +54,9 @@ protected:
     /// Runs in the folder of the files.
     RunResult run_line(const std::string& program_name, const std::string& arguments)
     {
-        return shell("cd " + scratch.path() + " && " + program(program_name) + " " + arguments);
+        RunOptions there;
+        there.folder = scratch.path();
+        return shell(program_name + " " + arguments, there);
     }
     std::string done(const std::string& program_name, const std::string& arguments)
     {

@@ -50,7 +50,8 @@ protected:
     {
         RunOptions options;
         options.seconds = 600;
-        const RunResult result = shell("cd " + scratch.path() + " && " + program(name) + " -q " + arguments, options);
+        options.folder = scratch.path();
+        const RunResult result = shell(name + " -q " + arguments, options);
         EXPECT_EQ(result.status, 0) << name << " " << arguments << "\n" << result.err;
     }
 

@@ -84,8 +84,10 @@ TEST_F(Stages, EqualRunsWriteEqualBytes)
     EXPECT_GT(one.size(), 100000u);
     EXPECT_TRUE(one == bytes("1")) << "two runs";
     EXPECT_TRUE(one == bytes("2")) << "two threads";
-    const std::string tool = program("illuminate") + " " + input + " --sun 1,2,3 -o - > ";
-    EXPECT_EQ(shell(tool + scratch.path() + "/p1 && " + tool + scratch.path() + "/p2").status, 0);
+    const std::string tool = "illuminate '" + input + "' --sun 1,2,3 -o - > ";
+    test::RunOptions there;
+    there.folder = scratch.path();
+    EXPECT_EQ(shell(tool + "p1 && " + tool + "p2", there).status, 0);
     EXPECT_TRUE(test::read_text(scratch / "p1") == test::read_text(scratch / "p2")) << "through a pipe";
     EXPECT_GT(test::read_text(scratch / "p1").size(), 10000u);
 }

@@ -72,9 +72,9 @@ RunResult expect_refused(const Tool& tool, const Words& command, int status)
 
 void make_lit_cloud(const std::string& path, const Words& fractalgen_options)
 {
-    std::string line = program("fractalgen") + " -q --size 12 -o -";
+    std::string line = "fractalgen -q --size 12 -o -";
     for (const std::string& word : fractalgen_options) line += " " + word;
-    const RunResult r = shell(line + " | " + program("illuminate") + " -q --sun 0.3,1,0.2 - -o " + path);
+    const RunResult r = shell(line + " | illuminate -q --sun 0.3,1,0.2 - -o '" + path + "'");
     ASSERT_EQ(r.status, 0) << r.err;
 }
 

@@ -56,6 +56,7 @@ struct Pipe {
         else
             ::setenv(entry.substr(0, equals).c_str(), entry.substr(equals + 1).c_str(), 1);
     }
+    if (!options.folder.empty() && ::chdir(options.folder.c_str()) != 0) ::_exit(126);
     std::vector<char*> words;
     for (const std::string& word : command) words.push_back(const_cast<char*>(word.c_str()));
     words.push_back(nullptr);
@@ -167,14 +168,19 @@ RunResult run(const std::vector<std::string>& command, const RunOptions& options
 
 RunResult shell(const std::string& line, const RunOptions& options)
 {
-    return run({"bash", "-o", "pipefail", "-c", line}, options);
+    for (size_t at = line.find(VDBCLOUD_PROGRAMS); at != std::string::npos; at = line.find(VDBCLOUD_PROGRAMS, at + 1))
+        if (at == 0 || line[at - 1] != '\'') throw std::logic_error("a path without quotes in: " + line);
+    RunOptions in_path = options;
+    const char* old = ::getenv("PATH");
+    in_path.environment.push_back("PATH=" VDBCLOUD_PROGRAMS ":" + std::string(old ? old : "/usr/bin:/bin"));
+    return run({"bash", "-o", "pipefail", "-c", line}, in_path);
 }
 
 std::string program(const std::string& name) { return std::string(VDBCLOUD_PROGRAMS) + "/" + name; }
 
 Scratch::Scratch()
 {
-    std::string pattern = (std::filesystem::temp_directory_path() / "vdbcloud-test-XXXXXX").string();
+    std::string pattern = (std::filesystem::temp_directory_path() / "vdbcloud test-XXXXXX").string();
     if (!::mkdtemp(pattern.data())) throw std::runtime_error("mkdtemp");
     path_ = pattern;
 }

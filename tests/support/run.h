@@ -18,6 +18,7 @@ inline constexpr bool sanitized = false;
 
 struct RunOptions {
     std::string input;                     ///< all bytes of standard input
+    std::string folder;                    ///< where the command runs; empty: where the test runs
     std::string stdout_to;                 ///< a file or device to open for standard output; empty: captured
     std::vector<std::string> environment;  ///< changes of the test's environment: "NAME=value" sets, "NAME" removes
     double seconds = 60;                   ///< time limit [s]; then the program is killed and `timed_out` is true
@@ -38,13 +39,14 @@ struct RunResult {
 /// Runs `command` (a path or a name in PATH, then arguments) and waits for its end.
 RunResult run(const std::vector<std::string>& command, const RunOptions& = {});
 
-/// As run(), for a line of shell, under `bash -o pipefail`.
+/// As run(), for a line of shell, under `bash -o pipefail`, where the programs of this build are the first in PATH. A
+/// path of theirs without quotes throws std::logic_error: a checkout with a space in its name would not forgive it.
 RunResult shell(const std::string& line, const RunOptions& = {});
 
 /// The path of a program of this build.
 std::string program(const std::string& name);
 
-/// A new empty folder. The destructor removes the folder and its contents.
+/// A new empty folder, whose name has a space. The destructor removes the folder and its contents.
 class Scratch {
 public:
     Scratch();
