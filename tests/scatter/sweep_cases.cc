@@ -15,7 +15,7 @@ Result solve(const P1Case& c, const Lit& lit, ClosureOptions options)
     const bool layered = c.index.blocks().period()[0] && c.index.blocks().period()[2];
     const bool periodic = c.index.blocks().period() != Vec3i(0, 0, 0);
     const P1Operator coarse(c.index, c.density, c.exposed, {lit.sigma, lit.w0, nullptr, hg(lit.g), true, 1});
-    const auto open = closure_exposed(coarse);
+    const auto open = closure_exposed(coarse, c.exposed);
     const P1Operator p1(c.index, c.density, open, {lit.sigma, lit.w0, nullptr, hg(lit.g), true, options.degree});
     Multigrid multigrid(p1.stencil()), multigrid1(coarse.stencil());
     const Light sun = make_sun(lit.to_sun);
@@ -55,10 +55,9 @@ Result solve(const P1Case& c, const Lit& lit, ClosureOptions options)
         }
         closure.start_with(sun, early, lit.sun);
     }
-    P1Source source(p1);
-    r.report = closure.run(multigrid, tight, base, r.phi, source);
+    r.report = closure.run(multigrid, tight, base, r.phi);
     for (const SolveResult& s : r.report.solves) EXPECT_TRUE(s.converged);
-    r.budget = budget(p1, source, r.phi);
+    r.budget = budget(p1, base, r.phi);
     r.moments = closure.moments();
     r.uncollided = late;
     r.extinction = e;

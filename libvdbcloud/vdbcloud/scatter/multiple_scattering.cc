@@ -106,58 +106,63 @@ void Scattering::note_bytes(const P1Operator& p1, size_t sources, size_t besides
     report_.bytes = std::max(report_.bytes, now);
 }
 
-void Scattering::solve_group(const ChannelGroup& group, int& done, int count, const Progress& progress)
+std::vector<P1Source> Scattering::p1_sources(const P1Operator& p1, const ChannelGroup& group, const Progress& progress)
 {
-    const int first = group.solves[0].channel;
-    P1Medium medium{medium_.sigma_t_per_density[first], medium_.albedo[first], tint(first), medium_.phase, o_.delta};
-    medium.ground_albedo = o_.ground_albedo.value_or(0);
-    const P1Operator p1(index_, density_, exposed_, medium);
     std::vector<P1Source> sources(group.solves.size(), source_of(p1));
     std::vector<std::pair<P1Source*, int>> lit;
     for (size_t k = 0; k < sources.size(); ++k) lit.emplace_back(&sources[k], group.solves[k].channel);
-    const auto part = [&](double f) { return !progress || progress((done + f) / count); };
-    add_beams(p1, lit, [&](double f) { return part(0.3 * f); });
-    follow_emission(p1, group);
-    for (size_t k = 0; k < sources.size(); ++k) {
-        const int c = group.solves[k].channel;
-        add_sky_and_glow(p1, c, sources[k]);
-        if (ground_) ground_->add_direct(p1, ground_->direct(beam_medium(p1), beams_, c), sources[k]);
+    add_beams(p1, lit, progress);
+    for (const auto& [source, c] : lit) {
+        add_sky_and_glow(p1, c, *source);
+        if (ground_) ground_->add_direct(p1, ground_->direct(beam_medium(p1), beams_, c), *source);
     }
-    std::optional<Multigrid> multigrid;
+    return sources;
+}
+
+void Scattering::solve_group(const ChannelGroup& group, int& done, int count, const Progress& progress)
+{
+    const bool closes = o_.closure.iterations > 0;
+    const int first = group.solves[0].channel;
+    P1Medium medium{medium_.sigma_t_per_density[first], medium_.albedo[first], tint(first), medium_.phase, o_.delta};
+    medium.ground_albedo = o_.ground_albedo.value_or(0);
+    const Closing* closing_medium = closes ? &closing(medium) : nullptr;
+    if (closes) medium.limiter = &closing_medium->limiter;
+    const P1Operator p1(index_, density_, closes ? closing_medium->exposed : exposed_, medium);
     note_work("p1_setup_voxel", 1);
-    if (o_.solver == P1Solver::Multigrid) {
+    const auto part = [&](double f) { return !progress || progress((done + f) / count); };
+    follow_emission(p1, group);
+    std::vector<P1Source> sources;
+    if (!closes) sources = p1_sources(p1, group, [&](double f) { return part(0.3 * f); });
+    std::optional<Multigrid> multigrid;
+    if (closes || o_.solver == P1Solver::Multigrid) {
         multigrid.emplace(p1.stencil());
         report_.levels = std::max(report_.levels, multigrid->levels());
     }
     note_bytes(p1, sources.size(), (multigrid ? multigrid->bytes() : 0) + 20 * index_.blocks().slots());
-    for (size_t k = 0; k < sources.size(); ++k, ++done) {
-        SolveOptions solve = o_.solve;
-        if (o_.closure.iterations > 0) solve.tolerance = tolerance_before(o_.closure, o_.solve);
-        solve.progress = [&](double f) { return part(0.3 + 0.7 * f); };
+    for (size_t k = 0; k < group.solves.size(); ++k, ++done) {
+        SolveOptions options = o_.solve;
+        options.progress = [&](double f) { return part(0.3 + 0.7 * f); };
         std::vector<double> phi;
         const int c = group.solves[k].channel;
         ChannelReport& report = report_.channel[c];
         const auto solve_for = [&](P1Source& source) {
-            report.solve = multigrid ? solve_p1(p1, *multigrid, source, phi, solve)
-                                     : relax_p1(p1, o_.relaxation, source, phi, solve);
-            note_work("p1_iteration_voxel", report.solve.iterations);
+            report.solve = solve(p1, multigrid ? &*multigrid : nullptr, source, phi, options);
         };
-        if (given) {
+        if (closes) {
+            close(p1, *multigrid, c, options, phi, report);
+        } else if (given) {
             phi = (*given)(index_, c);
             report.solve = judge_p1(p1, *multigrid, sources[k], phi);
-        } else if (endless_ && o_.closure.iterations == 0) {
+        } else if (endless_) {
             const P1Source unlit = sources[k];
             add_patch(p1, unlit, c, solve_for, phi, sources[k], report);
         } else {
             solve_for(sources[k]);
         }
-        if (o_.closure.iterations > 0) {
-            close(p1, sources[k], c, phi, report);
-        } else if (o_.limiter) {
+        if (o_.limiter && !closes)
             limit(p1, sources[k], c, phi, report);
-        } else {
+        else if (!closes)
             keep_p1(p1, sources[k], c, phi, report);
-        }
         solution_[c].phi.assign(phi.begin(), phi.end());
         if (const EmittedLight* light = emitted(c))
             for (size_t slot = 0; slot < phi.size(); ++slot) solution_[c].phi[slot] += light->fluence[slot];

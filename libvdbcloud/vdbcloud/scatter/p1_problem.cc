@@ -31,63 +31,84 @@ double total(const Blocks& blocks, const F& f)
 
 }  // namespace
 
-P1Operator::P1Operator(const VoxelIndex& index, const std::vector<float>& density,
-                       const std::vector<ExposedVoxel>& exposed, const P1Medium& medium)
-    : index_(index), density_(density), exposed_(exposed), medium_(medium),
+P1Cells::P1Cells(const VoxelIndex& index, const std::vector<float>& density, const P1Medium& medium)
+    : index_(index), density_(density), medium_(medium),
       delta_(medium.delta ? delta_scaling(medium.phase, medium.degree) : no_scaling(medium.phase, medium.degree)),
-      mean_cosine_(medium.phase.mean_cosine()), stencil_(index.blocks())
+      mean_cosine_(medium.phase.mean_cosine())
 {
     if (!(medium.albedo >= 0 && medium.albedo <= 1))
         throw InputError("albedo = " + std::to_string(medium.albedo) + ": expected 0 to 1");
     const Vec3d& h = index.spacing();
     hbar_ = std::cbrt(h[0] * h[1] * h[2]);
     for (int a = 0; a < 3; ++a) area_[a] = hbar_ / h[a];
+}
 
+P1Operator::P1Operator(const VoxelIndex& index, const std::vector<float>& density,
+                       const std::vector<ExposedVoxel>& exposed, const P1Medium& medium)
+    : P1Cells(index, density, medium), exposed_(exposed)
+{
     const P1Closure closure = p1_closure();
     const Blocks& of = index.blocks();
+    const auto stencil = std::make_shared<Stencil>(of);
     each_active(of, [&](size_t slot) {
         const double own = sigma_tr(slot);
         for (int a = 0; a < 3; ++a) {
             const size_t to = beside(of, slot, 2 * a + 1);
             if (!of.active(to) || to == slot) continue;
             const double d = closure.divergence * closure.gradient * 2 / (own + sigma_tr(to));  // harmonic mean of D
-            stencil_.face[a][slot] = float(d / h[a] * area_[a]);
+            stencil->face[a][slot] = float(d / index.spacing()[a] * face_area(a));
         }
-        stencil_.extra[slot] = float(sigma_a(slot) * hbar_);
+        stencil->extra[slot] = float(sigma_a(slot) * hbar());
     });
     for (const ExposedVoxel& voxel : exposed)
         for (int face = 0; face < 6; ++face)
-            if (voxel.faces >> face & 1) stencil_.extra[voxel.slot] += float(conductance(voxel, face));
+            if (voxel.faces >> face & 1) stencil->extra[voxel.slot] += float(conductance(voxel, face));
+    stencil_ = stencil;
+}
+
+namespace {
+
+P1Medium of_degree(P1Medium medium, int degree)
+{
+    medium.degree = degree;
+    return medium;
+}
+
+}  // namespace
+
+P1Operator::P1Operator(const P1Operator& of, int degree)
+    : P1Cells(of.index(), of.density(), of_degree(of.medium(), degree)), exposed_(of.exposed_), stencil_(of.stencil_)
+{
 }
 
 double P1Operator::q1_share(int axis, size_t slot) const
 {
     const size_t above = blocks().neighbour(slot, 2 * axis + 1);
-    const double face = stencil_.face[axis][slot];
+    const double face = stencil_->face[axis][slot];
     // No diffusion crosses a period of one voxel; in a medium beyond the range of float it is too small to matter.
     if (face < std::numeric_limits<float>::min())
         return (q1_factor(slot) + q1_factor(above)) / (sigma_tr(slot) + sigma_tr(above));
     const P1Closure closure = p1_closure();
-    return (q1_factor(slot) + q1_factor(above)) / (2 * closure.divergence * closure.gradient) * index_.spacing()[axis] /
-           area_[axis] * face;
+    return (q1_factor(slot) + q1_factor(above)) / (2 * closure.divergence * closure.gradient) *
+           index().spacing()[axis] / face_area(axis) * face;
 }
 
 double P1Operator::face_weight(const ExposedVoxel& voxel, int face) const
 {
     if (!(voxel.grounded >> face & 1)) return voxel.weight[face / 2];
-    return (1 - medium_.ground_albedo) / (1 + medium_.ground_albedo);
+    return (1 - medium().ground_albedo) / (1 + medium().ground_albedo);
 }
 
 double P1Operator::conductance(const ExposedVoxel& voxel, int face) const
 {
     const int axis = face / 2;
-    const double w = face_weight(voxel, face), resistance = 1.5 * sigma_tr(voxel.slot) * index_.spacing()[axis];
-    return w / (2 + w * resistance) * area_[axis];
+    const double w = face_weight(voxel, face), resistance = 1.5 * sigma_tr(voxel.slot) * index().spacing()[axis];
+    return w / (2 + w * resistance) * face_area(axis);
 }
 
 double P1Operator::boundary_flux(const ExposedVoxel& voxel, int face, double a, double c) const
 {
-    const double w = face_weight(voxel, face), k = 2 / (3 * sigma_tr(voxel.slot) * index_.spacing()[face / 2]);
+    const double w = face_weight(voxel, face), k = 2 / (3 * sigma_tr(voxel.slot) * index().spacing()[face / 2]);
     return (w * a / 2 + k * c) / (k + w / 2);
 }
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <optional>
 
 namespace vdbcloud {
@@ -38,35 +39,17 @@ inline double diffusive(double thickness)
     return thickness * thickness / (half * half + thickness * thickness);
 }
 
-/// The matrix. With g the mean cosine, sigma_tr = sigma_t (1 - w0 g), D = 1/(3 sigma_tr), cells the active voxels with
-/// constant coefficients,
-///
-///     div F + sigma_t (1-w0) phi = Q0,     F = -D grad phi + Q1 / sigma_tr - div t / sigma_tr
-///
-/// integrated over each cell: phi at centres, F on faces, the harmonic mean of D between two cells (layers in series
-/// are then exact), and on an exposed face of weight w (boundary.h), inflow J and correction c the Marshak condition
-///
-///     F.n = w (phi_b / 2 - 2 J) + c,   with F.n = 2 D (phi - phi_b) / h + a,   a the additive part of F.n
-///     =>  F.n = G (phi - 4 J) + (w a / 2 + (2 D / h) c) / (2 D / h + w / 2),   G = 1 / (2/w + h / (2 D)).
-///
-/// c = 0 and t = 0 are P1; transport sweeps (Kajiya & Von Herzen's equation itself) later supply both.
-/// Scaling leaves D and sigma_a as they are, so delta-P1 and plain P1 are this same matrix.
-///
-/// Units: equations are divided by hbar^2, hbar^3 the cell's volume, so phi keeps its unit and coefficients have none.
-/// D / hbar is capped at 1e8: a medium thinner than 3.3e-9 mean free paths a voxel is treated as 3.3e-9.
-class P1Operator {
+/// Coefficients of the cells, without the matrix.
+class P1Cells {
 public:
-    /// Keeps references to all arguments; copies `medium`, but not the arrays to which it points. Throws InputError if
-    /// the albedo is out of range.
-    P1Operator(const VoxelIndex& index, const std::vector<float>& density, const std::vector<ExposedVoxel>& exposed,
-               const P1Medium& medium);
+    /// Keeps references to `index` and `density`; copies `medium`, but not the arrays to which it points. Throws
+    /// InputError if the albedo is out of range.
+    P1Cells(const VoxelIndex& index, const std::vector<float>& density, const P1Medium& medium);
 
     const VoxelIndex& index() const { return index_; }
     const Blocks& blocks() const { return index_.blocks(); }
     const P1Medium& medium() const { return medium_; }
     const std::vector<float>& density() const { return density_; }
-    const std::vector<ExposedVoxel>& exposed() const { return exposed_; }
-    const Stencil& stencil() const { return stencil_; }
 
     double hbar() const { return hbar_; }
     double face_area(int axis) const { return area_[axis]; }  ///< [hbar^2]
@@ -93,6 +76,48 @@ public:
         const ScaledCell cell = scaling(slot);
         return cell.albedo * delta_.mean_cosine() * cell.extinction * sigma_t(slot);
     }
+
+private:
+    double albedo(size_t slot) const
+    {
+        return medium_.tint ? std::clamp(medium_.albedo * (*medium_.tint)[slot], 0.0, 1.0) : medium_.albedo;
+    }
+    const VoxelIndex& index_;
+    const std::vector<float>& density_;
+    P1Medium medium_;
+    double hbar_;
+    double area_[3];
+    DeltaScaling delta_;
+    double mean_cosine_;
+};
+
+/// The matrix. With g the mean cosine, sigma_tr = sigma_t (1 - w0 g), D = 1/(3 sigma_tr), cells the active voxels with
+/// constant coefficients,
+///
+///     div F + sigma_t (1-w0) phi = Q0,     F = -D grad phi + Q1 / sigma_tr - div t / sigma_tr
+///
+/// integrated over each cell: phi at centres, F on faces, the harmonic mean of D between two cells (layers in series
+/// are then exact), and on an exposed face of weight w (boundary.h), inflow J and correction c the Marshak condition
+///
+///     F.n = w (phi_b / 2 - 2 J) + c,   with F.n = 2 D (phi - phi_b) / h + a,   a the additive part of F.n
+///     =>  F.n = G (phi - 4 J) + (w a / 2 + (2 D / h) c) / (2 D / h + w / 2),   G = 1 / (2/w + h / (2 D)).
+///
+/// c = 0 and t = 0 are P1; transport sweeps (Kajiya & Von Herzen's equation itself) later supply both.
+/// Scaling leaves D and sigma_a as they are, so delta-P1 and plain P1 are this same matrix.
+///
+/// Units: equations are divided by hbar^2, hbar^3 the cell's volume, so phi keeps its unit and coefficients have none.
+/// D / hbar is capped at 1e8: a medium thinner than 3.3e-9 mean free paths a voxel is treated as 3.3e-9.
+class P1Operator : public P1Cells {
+public:
+    /// As P1Cells; keeps a reference to `exposed`, too.
+    P1Operator(const VoxelIndex& index, const std::vector<float>& density, const std::vector<ExposedVoxel>& exposed,
+               const P1Medium& medium);
+    /// The same matrix, without a copy, in the delta scaling of another degree: scaling leaves the matrix as it is.
+    P1Operator(const P1Operator&, int degree);
+
+    const std::vector<ExposedVoxel>& exposed() const { return exposed_; }
+    const Stencil& stencil() const { return *stencil_; }
+
     /// q of Q1 / sigma_tr = q U through the upper face of a cell to its active neighbour: the mean of q1_factor() over
     /// that of sigma_tr. Computed as a multiple of the matrix's own coefficient of the face, whose rounding to float
     /// then scales diffusion and this flux alike.
@@ -106,19 +131,8 @@ public:
     double boundary_flux(const ExposedVoxel& voxel, int face, double a, double c = 0) const;
 
 private:
-    double albedo(size_t slot) const
-    {
-        return medium_.tint ? std::clamp(medium_.albedo * (*medium_.tint)[slot], 0.0, 1.0) : medium_.albedo;
-    }
-    const VoxelIndex& index_;
-    const std::vector<float>& density_;
     const std::vector<ExposedVoxel>& exposed_;
-    P1Medium medium_;
-    double hbar_;
-    double area_[3];
-    DeltaScaling delta_;
-    double mean_cosine_;
-    Stencil stencil_;
+    std::shared_ptr<const Stencil> stencil_;
 };
 
 /// Right-hand side and bookkeeping of one channel. All powers are in units of radiance x (world unit)^2.

@@ -6,6 +6,7 @@
 #include "vdbcloud/scatter/emission_cost.h"
 #include "vdbcloud/scatter/harmonics.h"
 #include "vdbcloud/scatter/ordinates.h"
+#include "vdbcloud/scatter/streaming.h"
 #include "vdbcloud/sweep/light_lattice.h"
 #include "vdbcloud/voxels/brick_map.h"
 
@@ -61,6 +62,21 @@ double exposed_count(const FloatGrid& density, double enough)
         }
     }
     return std::min(count, enough);
+}
+
+/// How many mediums of one sigma_tr follow one another: each takes a sweep of its own (Scattering::closing).
+double closing_mediums(const std::vector<ChannelGroup>& groups, const Medium& medium, bool tinted)
+{
+    const double g = medium.phase.mean_cosine();
+    double count = 0;
+    std::array<double, 2> last{};
+    for (const ChannelGroup& group : groups) {
+        const int c = group.solves[0].channel;
+        const std::array<double, 2> own{medium.sigma_t_per_density[c], medium.albedo[c] * g};
+        count += count == 0 || own != last || (tinted && g != 0);
+        last = own;
+    }
+    return count;
 }
 
 struct Counts {
@@ -151,9 +167,9 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
     }
     const double first = n.sweeps ? expected_iterations(extent, tolerance_before(o.closure, o.solve)) : iterations;
     const auto voxels = [&](const char* event, double times) { plan.work.add(event, plan.voxels * times); };
-    // P1's beams of a group serve its channels; sweeps add theirs for each channel. Depths are found once where they
+    // P1's beams of a group serve its channels; with sweeps each channel adds its own. Depths are found once where they
     // are kept (Scattering::keeps_beams).
-    const double added = n.groups + (sweeps > 0 || planes > 0 ? n.solves : 0);
+    const double added = sweeps > 0 ? n.solves : n.groups + (planes > 0 ? n.solves : 0);
     const double found = !tint && n.beams <= 4 ? 1 : added;
     voxels("beam_voxel", n.beams * (added + found));
     if (o.periodic == std::array<bool, 3>{} && n.beams > 0) {
@@ -161,16 +177,18 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
         const VoxelIndex index(density);
         for (const Light& beam : beams)
             if (const auto to_light = beam->common_direction())
-                plan.work.add(
-                    "lattice_product",
-                    found * double(lattice_products(bricks, *to_light, beam_offsets(index, *to_light, added > n.groups),
-                                                    o.rays_per_voxel)));
+                plan.work.add("lattice_product",
+                              found * double(lattice_products(bricks, *to_light,
+                                                              beam_offsets(index, *to_light, sweeps + planes > 0),
+                                                              o.rays_per_voxel)));
     }
-    voxels("p1_setup_voxel", n.groups + (sweeps > 0 ? n.solves : 0));
+    voxels("p1_setup_voxel", n.groups);
     voxels("p1_iteration_voxel", n.solves * (rounds * first + later));
     voxels("p1_channel_voxel", n.solves);
-    voxels("sweep_voxel", n.solves * (sweeps + rounds * planes) * double(plan.directions));
-    voxels("sweep_moment_voxel", n.solves * (sweeps + rounds * planes) * double(plan.directions) * n.moments);
+    const double swept = n.solves * (sweeps + rounds * planes) * double(plan.directions);
+    const double streamed = sweeps > 0 ? closing_mediums(groups, medium, tint != nullptr) * streaming_directions : 0;
+    voxels("sweep_voxel", swept + streamed);
+    voxels("sweep_moment_voxel", swept * n.moments + streamed);
     voxels("closure_voxel", n.solves * sweeps);
     plan.work.add("outflow_ray", n.solves * o.reentry_rays);
     if (!o.sky.dark() && o.reentry_rays > 0)

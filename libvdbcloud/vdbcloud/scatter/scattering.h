@@ -98,6 +98,8 @@ private:
     /// Flux-limited diffusion of one channel: solves repeatedly, each time with factors from the last solution.
     void limit(const P1Operator& p1, const P1Source& p1_source, int c, std::vector<double>& phi, ChannelReport& report);
 
+    /// P1's sources of a group's channels.
+    std::vector<P1Source> p1_sources(const P1Operator& p1, const ChannelGroup& group, const Progress& progress);
     /// P1's source, with room for what the request needs.
     P1Source source_of(const P1Operator& p1) const;
 
@@ -146,8 +148,21 @@ private:
     void fill_map(const P1Operator& p1, int c, const PlaneLight& swept, const PlanePower& planes);
     void put_heating();
 
-    /// Solves the transport equation of one channel. `phi` is P1's solution on entry and the closed solution on return.
-    void close(const P1Operator& p1, const P1Source& p1_source, int c, std::vector<double>& phi, ChannelReport& report);
+    /// What the matrix that sweeps close has of its own. It depends on sigma_tr alone, so channels may share it.
+    struct Closing {
+        std::array<double, 2> of{};  // extinction, and albedo times mean cosine
+        const std::vector<float>* tint = nullptr;
+        std::vector<ExposedVoxel> exposed;
+        std::vector<float> limiter;
+    };
+    const Closing& closing(const P1Medium& medium);
+
+    /// Solves the transport equation of one channel, from P1's solution by the same matrix: that of closing(), in the
+    /// scaling of P1.
+    void close(const P1Operator& p1, Multigrid& multigrid, int c, SolveOptions solve, std::vector<double>& phi,
+               ChannelReport& report);
+    SolveResult solve(const P1Operator& p1, Multigrid* multigrid, P1Source& source, std::vector<double>& phi,
+                      const SolveOptions& options);
 
     int degree() const { return o_.closure.iterations > 0 ? o_.closure.degree : 1; }
     DeltaScaling scaling() const
@@ -177,6 +192,7 @@ private:
     std::vector<float> tint_[3], emission_[3];
     std::array<Solution, 3> solution_;
     std::array<Share, 3> share_;
+    std::optional<Closing> closing_;
     std::vector<std::optional<KeptBeam>> kept_;           // by beam, until the last use
     int beam_uses_ = 0;                                   // of add_beams() that are left
     std::array<std::optional<EmittedLight>, 3> emitted_;  // of the solve at work

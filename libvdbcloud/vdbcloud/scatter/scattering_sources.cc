@@ -63,11 +63,10 @@ int Scattering::uses_of_beams(const std::vector<ChannelGroup>& groups) const
 {
     constexpr int many = 1 << 20;
     if (o_.limiter) return many;
-    int uses = int(groups.size());
-    for (const ChannelGroup& group : groups)
-        uses += int(group.solves.size()) *
-                (o_.closure.iterations > 0 ? 1 : (o_.flux_map || endless_ ? 1 : 0) + (endless_ ? 1 : 0));
-    return uses;
+    int solves = 0;
+    for (const ChannelGroup& group : groups) solves += int(group.solves.size());
+    if (o_.closure.iterations > 0) return solves;
+    return int(groups.size()) + solves * ((o_.flux_map || endless_ ? 1 : 0) + (endless_ ? 1 : 0));
 }
 
 void Scattering::follow_emission(const P1Operator& p1, const ChannelGroup& group)
@@ -93,6 +92,7 @@ void Scattering::follow_emission(const P1Operator& p1, const ChannelGroup& group
     for (size_t k = 0; k < part.size(); ++k) of[k] = &part[k];
     P1Medium medium = p1.medium();
     medium.degree = degree();
+    medium.limiter = nullptr;
     const P1Operator scaled(index_, density_, exposed_, medium);
     auto light = emitted_light(scaled, beam_medium(scaled), of, hemisphere());
     for (size_t k = 0; k < channels.size(); ++k) {

@@ -51,9 +51,8 @@ double tolerance_before(const ClosureOptions& closure, const SolveOptions& optio
 
 size_t mixing_bytes(size_t slots, double g) { return Mixing::bytes(slots, mixed_arrays(g), mixing_depth(g)); }
 
-std::vector<ExposedVoxel> closure_exposed(const P1Operator& p1)
+std::vector<ExposedVoxel> closure_exposed(const P1Cells& p1, std::vector<ExposedVoxel> exposed)
 {
-    auto exposed = p1.exposed();
     for (ExposedVoxel& voxel : exposed)
         for (int a = 0; a < 3; ++a) {
             const double x = p1.sigma_tr(voxel.slot) * p1.index().spacing()[a], w = voxel.weight[a];
@@ -170,6 +169,7 @@ void SecondMoment::start_with(const Light& light, const std::vector<float>& flue
 
 void SecondMoment::start_with_flux(const std::array<std::vector<float>, 3>& flux, double factor)
 {
+    if (!takes_flux()) return;
     const double scale = factor * std::sqrt(3 / (4 * pi));
     const int of_axis[3] = {harmonic(1, 1), harmonic(1, -1), harmonic(1, 0)};
     for (int a = 0; a < 3; ++a)
@@ -266,9 +266,11 @@ void SecondMoment::sweep_planes(const std::vector<double>& phi, PlaneLight* plan
     sweep(transport, unused, planes);
 }
 
-ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& options, const P1Source& base,
-                                std::vector<double>& phi, P1Source& source, PlaneLight* planes)
+ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& options, P1Source& source,
+                                std::vector<double>& phi, PlaneLight* planes)
 {
+    const std::vector<double> rhs = source.rhs;  // before the parts of a sweep
+    const auto outflow = source.outflow;
     ClosureReport report;
     report.directions = ordinates_.count();
     const VoxelIndex& index = p1_.index();
@@ -277,7 +279,7 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
     bool has_planes = false;
     take_phi(phi);
     const auto norm = [&](const std::vector<double>& v) { return std::sqrt(dot(index.blocks(), v.data(), v.data())); };
-    const double of_phi = norm(base.rhs);
+    const double of_phi = norm(rhs);
     std::vector<double> excess;
     Mixing mixing(index.blocks().slots(), mixed_arrays(p1_.mean_cosine()), mixing_depth(p1_.mean_cosine()));
     for (int k = 0; k < o_.iterations && !report.converged; ++k) {
@@ -288,7 +290,8 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
         // Planes cost a few per cent of a sweep, so only a sweep that may be the last sums them.
         has_planes = planes && (k + 1 == o_.iterations || (k > 0 && report.change.back() < 8 * o_.change));
         sweep(transport, swept_, has_planes ? planes : nullptr);
-        source = base;
+        source.rhs = rhs;
+        source.outflow = outflow;
         close(source);
         SolveOptions solve = options;
         solve.progress = {};

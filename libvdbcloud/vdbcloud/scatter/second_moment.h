@@ -52,11 +52,11 @@ struct ClosureReport {
 /// Memory of the iteration's history, for scattering of mean cosine `g`.
 size_t mixing_bytes(size_t slots, double g);
 
-/// The exposed voxels from which to make a P1 operator that sweeps close. Weights approach 1 where a voxel is optically
-/// thick: w + (1 - w) x^2 / (1 + x^2), x = sigma_tr h. Through a face of small weight the matrix lets out little, so
-/// the outflow comes from the correction of the previous iteration. In voxels of many mean free paths this delay makes
-/// the iteration diverge.
-std::vector<ExposedVoxel> closure_exposed(const P1Operator&);
+/// The exposed voxels, those of P1 given, from which to make a P1 operator that sweeps close. Weights approach 1 where
+/// a voxel is optically thick: w + (1 - w) x^2 / (1 + x^2), x = sigma_tr h. Through a face of small weight the matrix
+/// lets out little, so the outflow comes from the correction of the previous iteration. In voxels of many mean free
+/// paths this delay makes the iteration diverge.
+std::vector<ExposedVoxel> closure_exposed(const P1Cells&, std::vector<ExposedVoxel> of);
 
 /// Second-moment method for one channel.
 ///
@@ -119,14 +119,16 @@ public:
     /// Adds moments of `fluence` times `strength` along the light's beam to the collided light from which the first
     /// sweep starts. phi itself is not changed.
     void start_with(const Light& light, const std::vector<float>& fluence, double strength);
+    /// Whether the source depends on the flux: not of light that is scattered alike into all directions.
+    bool takes_flux() const { return terms_ > 1; }
     /// Adds `factor` times P1's flux, as moments of degree 1, to the collided light from which the first sweep starts.
     void start_with_flux(const std::array<std::vector<float>, 3>& flux, double factor = 1);
 
-    /// Iterates. `base` is P1's source (beams, sky, emission). phi is the start on entry and the result on return.
-    /// On return `source` has what budget() takes. ClosureReport::solves tell of the solve for phi - phi_L, to
+    /// Iterates. `source` is P1's source (beams, sky, emission) on entry, and has what budget() takes on return. phi is
+    /// the start on entry and the result on return. ClosureReport::solves tell of the solve for phi - phi_L, to
     /// tolerance_between() of that difference. `planes`, if given, is the last sweep's light through the planes of
     /// the box about the voxels, as PlaneLight::by_cell requests.
-    ClosureReport run(Multigrid&, const SolveOptions&, const P1Source& base, std::vector<double>& phi, P1Source& source,
+    ClosureReport run(Multigrid&, const SolveOptions&, P1Source& source, std::vector<double>& phi,
                       PlaneLight* planes = nullptr);
     /// One sweep of the light that phi and the starts above give, on the planes and the ground alone. Null: no planes.
     void sweep_planes(const std::vector<double>& phi, PlaneLight* planes);

@@ -15,10 +15,10 @@ constexpr double widest = 10;
 
 }  // namespace
 
-std::vector<float> streaming_limit(const P1Operator& p1, const OrdinateFrame& frame)
+std::vector<float> streaming_limit(const P1Cells& p1, const OrdinateFrame& frame)
 {
     const Blocks& blocks = p1.blocks();
-    const Ordinates ordinate = ordinates(OrdinateKind::Product, 16, 1, frame.polar, frame.layered);
+    const Ordinates ordinate = ordinates(OrdinateKind::Product, streaming_directions, 1, frame.polar, frame.layered);
     SweepSet set;
     set.source_terms = set.moment_terms = 1;
     set.direction = ordinate.direction;

@@ -5,6 +5,8 @@
 
 namespace vdbcloud {
 
+constexpr int streaming_directions = 16;
+
 /// Factor of P1's D for each slot, at most 1: D = 1 / (3 sigma_tr), but not above 10/3 l, l the mean over
 /// all directions of the length that light has come through the medium,
 ///
@@ -14,9 +16,9 @@ namespace vdbcloud {
 /// duct where 1 / sigma_tr is thousands, and P1 carries light to the duct's far end as if nothing were in the way. What
 /// sweeps correct by P1's matrix (second_moment.h) must not go there: dark places would get negative fluence.
 ///
-/// Cost: one sweep of 16 directions.
+/// Cost: one sweep of streaming_directions.
 /// Source: Larsen & Trahan 2009 take D from the same integral, as a tensor; the bound: none, measured on shields with
 /// ducts.
-std::vector<float> streaming_limit(const P1Operator&, const OrdinateFrame&);
+std::vector<float> streaming_limit(const P1Cells&, const OrdinateFrame&);
 
 }  // namespace vdbcloud

@@ -1,0 +1,99 @@
+// Channels that share what they can: each has the light of a solve of its own, and nothing is built twice.
+#include "scatter/sweep_cases.h"
+
+#include "support/voxel_field.h"
+#include "vdbcloud/scatter/multiple_scattering.h"
+#include "vdbcloud/scatter/streaming.h"
+
+#include "vdbcloud/core/vdb.h"
+
+#include <gtest/gtest.h>
+
+namespace vdbcloud {
+namespace {
+
+constexpr int edge = 24;
+
+FloatGridPtr billowing()
+{
+    return test::voxel_field(Vec3i(edge), Vec3d(1.0 / edge), [](const Vec3i& p) { return test::billows(p, edge); });
+}
+
+Medium coloured(double g)
+{
+    Medium medium;
+    medium.sigma_t_per_density = Vec3d(40);
+    medium.albedo = Vec3d(0.999, 0.99, 0.95);
+    medium.phase = test::hg(g);
+    return medium;
+}
+
+ScatterOptions sweeps(int iterations, int degree)
+{
+    ScatterOptions o;
+    o.closure = test::options(32, iterations, degree, 1e-12);
+    o.reentry_rays = o.line_rays = 0;
+    return o;
+}
+
+const Light& sun()
+{
+    static const Light light = make_sun(Vec3d(0.3, 1, 0.2));
+    return light;
+}
+
+/// Largest difference of a component of phi of three channels to that of a grey medium, over the largest phi.
+double difference(const CollidedLight& three, int channel, const CollidedLight& grey)
+{
+    const auto of = fluence(three), one = fluence(grey);
+    auto at = one->getConstAccessor();
+    double worst = 0, largest = 0;
+    for (auto v = of->cbeginValueOn(); v; ++v) {
+        worst = std::max(worst, double(std::abs((*v)[channel] - at.getValue(v.getCoord())[0])));
+        largest = std::max(largest, double(std::abs((*v)[channel])));
+    }
+    return worst / largest;
+}
+
+TEST(Channels, EachHasTheLightOfAGreyMediumOfItsAlbedo)
+{
+    // The same arithmetic in single precision, so equal to a few of its roundings.
+    const auto grid = billowing();
+    for (const double g : {0.0, 0.6})
+        for (const int iterations : {0, 3}) {
+            const Medium medium = coloured(g);
+            ScatterReport report, of_one;
+            const ScatterOptions o = sweeps(iterations, g == 0 ? 1 : 3);
+            const CollidedLight three = scatter_p1(*grid, nullptr, nullptr, medium, {sun()}, o, {}, report);
+            for (int c = 0; c < 3; ++c) {
+                Medium grey = medium;
+                grey.albedo = Vec3d(medium.albedo[c]);
+                const CollidedLight one = scatter_p1(*grid, nullptr, nullptr, grey, {sun()}, o, {}, of_one);
+                EXPECT_LT(difference(three, c, one), 1e-6) << g << ' ' << iterations << ' ' << c;
+                EXPECT_NEAR(report.channel[c].budget.absorbed / of_one.channel[0].budget.absorbed, 1, 1e-6);
+            }
+        }
+}
+
+TEST(Channels, BuildOneMatrixEachAndFindDepthsOnce)
+{
+    const auto grid = billowing();
+    for (const double g : {0.0, 0.6}) {
+        ScatterReport three, one;
+        Medium medium = coloured(g);
+        scatter_p1(*grid, nullptr, nullptr, medium, {sun()}, sweeps(2, 1), {}, three);
+        medium.albedo = Vec3d(0.99);
+        scatter_p1(*grid, nullptr, nullptr, medium, {sun()}, sweeps(2, 1), {}, one);
+        const double voxels = 512.0 * double(one.blocks);
+        EXPECT_EQ(one.work.of("p1_setup_voxel"), voxels);  // sweeps close the matrix of P1
+        EXPECT_EQ(three.work.of("p1_setup_voxel"), 3 * voxels);
+        EXPECT_EQ(one.work.of("beam_voxel"), 2 * voxels);  // found, and added
+        EXPECT_EQ(three.work.of("beam_voxel"), 4 * voxels);
+        EXPECT_EQ(three.work.of("lattice_product"), one.work.of("lattice_product"));
+        // With g = 0 channels share sigma_tr and with it the bound of its diffusion.
+        EXPECT_EQ(three.work.of("sweep_voxel"), (3 * 64 + (g == 0 ? 1 : 3) * streaming_directions) * voxels);
+    }
+}
+
+}  // namespace
+}  // namespace vdbcloud
