@@ -1,44 +1,91 @@
 #pragma once
 // What the loops over one block share: values with the neighbours' apron, and one row of the seven-point operator.
-// Private to solve/. Everything here is inlined into loops that are compiled for several instruction sets.
+// Private to solve/. Everything here is inlined into loops that are compiled for several instruction sets. Rows of
+// eight voxels are vectors; operations are element by element, so all instruction sets give equal values.
 #include "vdbcloud/core/clones.h"
 #include "vdbcloud/solve/stencil.h"
 
+#include <cstring>
+
 namespace vdbcloud::kernels {
 
-/// Where value (x, y, z), each -1..8, of a padded block is.
-constexpr int pad_x = 100, pad_y = 10, pad_size = 1000;
-constexpr int padded(int x, int y, int z) { return (x + 1) * pad_x + (y + 1) * pad_y + z + 1; }
+// Every function here is inlined: nobody needs the calling convention of these vectors.
+#pragma GCC diagnostic ignored "-Wpsabi"
 
-/// Fills a padded block from a field f(slot); edges and corners of the apron are not filled.
+using Floats = float __attribute__((vector_size(32)));
+using Doubles = double __attribute__((vector_size(64)));
+
+template<typename T>
+struct RowOf;
+template<>
+struct RowOf<float> {
+    using Type = Floats;
+};
+template<>
+struct RowOf<double> {
+    using Type = Doubles;
+};
+template<typename T>
+using Row = typename RowOf<T>::Type;
+
+template<typename T>
+VDBCLOUD_INLINE Row<T> load(const T* from)
+{
+    Row<T> row;
+    std::memcpy(&row, from, sizeof row);
+    return row;
+}
+template<typename T>
+VDBCLOUD_INLINE void store(T* to, Row<T> row)
+{
+    std::memcpy(to, &row, sizeof row);
+}
+template<typename T>
+VDBCLOUD_INLINE Row<T> all(T x)
+{
+    return Row<T>{x, x, x, x, x, x, x, x};
+}
+/// A row of either precision as one of T.
+template<typename T, typename R>
+VDBCLOUD_INLINE Row<T> as(R row)
+{
+    return __builtin_convertvector(row, Row<T>);
+}
+/// The sum of a row, the first value first.
+VDBCLOUD_INLINE double sum(Doubles row)
+{
+    double total = 0;
+    for (int k = 0; k < 8; ++k) total += row[k];
+    return total;
+}
+
+/// Where value (x, y, z), each -1..8, of a padded block is.
+constexpr int pad_x = 160, pad_y = 16, pad_size = 1600;
+constexpr int padded(int x, int y, int z) { return (x + 1) * pad_x + (y + 1) * pad_y + z + 8; }
+
+/// Fills a padded block from a field: f.row(slot) of eight values, f.one(slot). Edges and corners of the apron are not
+/// filled.
 template<typename T, typename F>
 VDBCLOUD_INLINE void load_padded(const int32_t* neighbour, size_t block, T* pad, const F& f)
 {
     const size_t here = block * 512;
     for (int x = 0; x < 8; ++x)
-        for (int y = 0; y < 8; ++y)
-            for (int z = 0; z < 8; ++z) pad[padded(x, y, z)] = f(here + x * 64 + y * 8 + z);
+        for (int y = 0; y < 8; ++y) store(pad + padded(x, y, 0), f.row(here + size_t(x * 64 + y * 8)));
     const size_t xm = size_t(neighbour[0]) * 512 + 7 * 64, xp = size_t(neighbour[1]) * 512;
     const size_t ym = size_t(neighbour[2]) * 512 + 7 * 8, yp = size_t(neighbour[3]) * 512;
     const size_t zm = size_t(neighbour[4]) * 512 + 7, zp = size_t(neighbour[5]) * 512;
-    for (int i = 0; i < 8; ++i)
-        for (int z = 0; z < 8; ++z) {
-            pad[padded(-1, i, z)] = f(xm + i * 8 + z);
-            pad[padded(8, i, z)] = f(xp + i * 8 + z);
-            pad[padded(i, -1, z)] = f(ym + i * 64 + z);
-            pad[padded(i, 8, z)] = f(yp + i * 64 + z);
-        }
+    for (int i = 0; i < 8; ++i) {
+        store(pad + padded(-1, i, 0), f.row(xm + size_t(i * 8)));
+        store(pad + padded(8, i, 0), f.row(xp + size_t(i * 8)));
+        store(pad + padded(i, -1, 0), f.row(ym + size_t(i * 64)));
+        store(pad + padded(i, 8, 0), f.row(yp + size_t(i * 64)));
+    }
     for (int x = 0; x < 8; ++x)
         for (int y = 0; y < 8; ++y) {
-            pad[padded(x, y, -1)] = f(zm + x * 64 + y * 8);
-            pad[padded(x, y, 8)] = f(zp + x * 64 + y * 8);
+            pad[padded(x, y, -1)] = f.one(zm + size_t(x * 64 + y * 8));
+            pad[padded(x, y, 8)] = f.one(zp + size_t(x * 64 + y * 8));
         }
 }
-
-/// The coefficients of one row of eight voxels along z: lower and upper faces of each axis.
-struct RowFaces {
-    const float *xl, *xu, *yl, *yu, *zl, *zu, *extra;
-};
 
 /// Bare pointers of a stencil.
 struct StencilArrays {
@@ -46,56 +93,45 @@ struct StencilArrays {
     const int32_t (*neighbours)[6];
 };
 
-/// The lower z faces of one block: its upper ones moved by one voxel.
-VDBCLOUD_INLINE void load_lower_z(const StencilArrays& a, size_t block, float* lower)
-{
-    const float *own = a.z + block * 512, *below = a.z + size_t(a.neighbours[block][4]) * 512;
-    for (int row = 0; row < 64; ++row) {
-        lower[row * 8] = below[row * 8 + 7];
-        for (int z = 1; z < 8; ++z) lower[row * 8 + z] = own[row * 8 + z - 1];
-    }
-}
-
-VDBCLOUD_INLINE RowFaces row_faces(const StencilArrays& a, size_t block, const float* lower_z, int x, int y)
-{
-    const size_t here = block * 512, row = here + x * 64 + y * 8;
-    const int32_t* neighbour = a.neighbours[block];
-    return {x > 0 ? a.x + row - 64 : a.x + size_t(neighbour[0]) * 512 + 7 * 64 + y * 8,
-            a.x + row,
-            y > 0 ? a.y + row - 8 : a.y + size_t(neighbour[2]) * 512 + x * 64 + 7 * 8,
-            a.y + row,
-            lower_z + (x * 8 + y) * 8,
-            a.z + row,
-            a.extra + row};
-}
-
-/// out[0..7] = (A v) of one row; v points at the row's first value in a padded block.
+/// out = (A v) of one row of eight voxels along z; v points at the row's first value in a padded block.
 template<typename T>
-VDBCLOUD_INLINE void row_apply(const RowFaces& c, const T* v, T* out)
+VDBCLOUD_INLINE Row<T> row_apply(const StencilArrays& a, size_t block, int x, int y, const T* v)
 {
-    for (int z = 0; z < 8; ++z)
-        out[z] = T(c.extra[z]) * v[z] + ((T(c.xl[z]) * (v[z] - v[z - pad_x]) + T(c.xu[z]) * (v[z] - v[z + pad_x])) +
-                                         (T(c.yl[z]) * (v[z] - v[z - pad_y]) + T(c.yu[z]) * (v[z] - v[z + pad_y])) +
-                                         (T(c.zl[z]) * (v[z] - v[z - 1]) + T(c.zu[z]) * (v[z] - v[z + 1])));
+    const size_t row = block * 512 + size_t(x * 64 + y * 8);
+    const int32_t* neighbour = a.neighbours[block];
+    const float* xl = x > 0 ? a.x + row - 64 : a.x + size_t(neighbour[0]) * 512 + 7 * 64 + y * 8;
+    const float* yl = y > 0 ? a.y + row - 8 : a.y + size_t(neighbour[2]) * 512 + x * 64 + 7 * 8;
+    const Floats zu = load(a.z + row);
+    Floats zl = __builtin_shufflevector(zu, zu, 0, 0, 1, 2, 3, 4, 5, 6);
+    zl[0] = a.z[size_t(neighbour[4]) * 512 + size_t(x * 64 + y * 8 + 7)];
+    const Row<T> own = load(v);
+    const auto pull = [&](Floats c, int to) __attribute__((always_inline)) { return as<T>(c) * (own - load(v + to)); };
+    return as<T>(load(a.extra + row)) * own +
+           ((pull(load(xl), -pad_x) + pull(load(a.x + row), pad_x)) +
+            (pull(load(yl), -pad_y) + pull(load(a.y + row), pad_y)) + (pull(zl, -1) + pull(zu, 1)));
 }
 
-/// Calls row(slot, v, product) for each row of eight voxels of a block, x slowest: `slot` its first, v its values
-/// value(slot) within a padded block, product[0..7] = (A v) there. Both functions must be always_inline.
-template<typename T, typename Value, typename Row>
-VDBCLOUD_INLINE void over_rows(const StencilArrays& a, size_t block, const Value& value, const Row& row)
+/// Calls row(slot, v, product) for each row of eight voxels of a block, x slowest: `slot` its first, v its values of a
+/// field `value` (load_padded()), product = (A v) there. The function must be always_inline.
+template<typename T, typename Value, typename Function>
+VDBCLOUD_INLINE void over_rows(const StencilArrays& a, size_t block, const Value& value, const Function& row)
 {
     alignas(64) T pad[pad_size];
-    alignas(64) float lower_z[512];
     load_padded(a.neighbours[block], block, pad, value);
-    load_lower_z(a, block, lower_z);
     for (int x = 0; x < 8; ++x)
         for (int y = 0; y < 8; ++y) {
             const T* v = pad + padded(x, y, 0);
-            T product[8];
-            row_apply(row_faces(a, block, lower_z, x, y), v, product);
-            row(block * 512 + size_t(x * 64 + y * 8), v, product);
+            row(block * 512 + size_t(x * 64 + y * 8), load(v), row_apply(a, block, x, y, v));
         }
 }
+
+/// The values of an array as T, for load_padded().
+template<typename T, typename From = T>
+struct Values {
+    const From* from;
+    VDBCLOUD_INLINE Row<T> row(size_t slot) const { return as<T>(load(from + slot)); }
+    VDBCLOUD_INLINE T one(size_t slot) const { return T(from[slot]); }
+};
 
 StencilArrays arrays_of(const Stencil&);
 

@@ -1,5 +1,6 @@
 #include "vdbcloud/solve/conjugate_gradient.h"
 
+#include "vdbcloud/solve/block_kernels.h"
 #include "vdbcloud/solve/parallel.h"
 
 #include <algorithm>
@@ -7,33 +8,46 @@
 
 namespace vdbcloud {
 
+using namespace kernels;
+
 namespace {
 
 constexpr double least_norm = 1e-9;  // of SolveOptions::norm over that of b
+
+VDBCLOUD_CLONES double advance_block(double alpha, const float* p, const double* ap, double* x, double* r)
+{
+    const Doubles step = all(alpha);
+    Doubles rr{};
+    for (int row = 0; row < 512; row += 8) {
+        store(x + row, load(x + row) + step * as<double>(load(p + row)));
+        const Doubles left = load(r + row) - step * load(ap + row);
+        store(r + row, left);
+        rr += left * left;
+    }
+    return sum(rr);
+}
 
 /// x += alpha p, r -= alpha Ap; returns r . r.
 double advance(const Blocks& blocks, double alpha, const std::vector<float>& p, const std::vector<double>& ap,
                std::vector<double>& x, std::vector<double>& r)
 {
     return ordered_sum(blocks.count(), [&](size_t block) {
-        double rr[8] = {};
-        for (size_t row = block * 512; row < block * 512 + 512; row += 8)
-            for (int k = 0; k < 8; ++k) {
-                x[row + k] += alpha * double(p[row + k]);
-                r[row + k] -= alpha * ap[row + k];
-                rr[k] += r[row + k] * r[row + k];
-            }
-        double total = 0;
-        for (double lane : rr) total += lane;
-        return total;
+        const size_t at = block * 512;
+        return advance_block(alpha, p.data() + at, ap.data() + at, x.data() + at, r.data() + at);
     });
+}
+
+VDBCLOUD_CLONES void add_block(const float* z, float beta, float* p)
+{
+    for (int row = 0; row < 512; row += 8) store(p + row, load(z + row) + all(beta) * load(p + row));
 }
 
 /// p = z + beta p.
 void add_direction(const Blocks& blocks, const std::vector<float>& z, float beta, std::vector<float>& p)
 {
     for_ranges(blocks.count(), [&](size_t first, size_t last) {
-        for (size_t slot = first * 512; slot < last * 512; ++slot) p[slot] = z[slot] + beta * p[slot];
+        for (size_t block = first; block < last; ++block)
+            add_block(z.data() + block * 512, beta, p.data() + block * 512);
     });
 }
 

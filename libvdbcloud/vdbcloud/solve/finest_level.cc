@@ -12,16 +12,23 @@ using namespace chebyshev;
 
 namespace {
 
+VDBCLOUD_INLINE Floats floats(const double* from) { return as<float>(load(from)); }
+
+/// The first smoothing step from a zero guess, for load_padded().
+struct FirstStep {
+    const float* inverse;
+    const double* b;
+    VDBCLOUD_INLINE Floats row(size_t slot) const { return all(first_step) * load(inverse + slot) * floats(b + slot); }
+    VDBCLOUD_INLINE float one(size_t slot) const { return first_step * inverse[slot] * float(b[slot]); }
+};
+
 /// Both smoothing steps from a zero guess, in one pass.
 VDBCLOUD_CLONES void smooth_from_zero(const StencilArrays& a, const float* inverse, const double* b, float* x,
                                       size_t block)
 {
     over_rows<float>(
-        a,
-        block, [=](size_t slot) __attribute__((always_inline)) { return first_step * inverse[slot] * float(b[slot]); },
-        [=](size_t row, const float* v, const float* product) __attribute__((always_inline)) {
-            for (int k = 0; k < 8; ++k)
-                x[row + k] = (1 + keep) * v[k] + second_step * inverse[row + k] * (float(b[row + k]) - product[k]);
+        a, block, FirstStep{inverse, b}, [=](size_t row, Floats v, Floats product) __attribute__((always_inline)) {
+            store(x + row, all(1 + keep) * v + all(second_step) * load(inverse + row) * (floats(b + row) - product));
         });
 }
 
@@ -30,10 +37,8 @@ VDBCLOUD_CLONES void smooth_first(const StencilArrays& a, const float* inverse, 
                                   float* y, size_t block)
 {
     over_rows<float>(
-        a, block, [=](size_t slot) __attribute__((always_inline)) { return x[slot]; },
-        [=](size_t row, const float* v, const float* product) __attribute__((always_inline)) {
-            for (int k = 0; k < 8; ++k)
-                y[row + k] = v[k] + first_step * inverse[row + k] * (float(b[row + k]) - product[k]);
+        a, block, Values<float>{x}, [=](size_t row, Floats v, Floats product) __attribute__((always_inline)) {
+            store(y + row, v + all(first_step) * load(inverse + row) * (floats(b + row) - product));
         });
 }
 
@@ -41,32 +46,26 @@ VDBCLOUD_CLONES void smooth_first(const StencilArrays& a, const float* inverse, 
 VDBCLOUD_CLONES Multigrid::Products smooth_second(const StencilArrays& a, const float* inverse, const double* b,
                                                   const double* against, const float* x1, float* x, size_t block)
 {
-    double xb[8] = {}, xa[8] = {};
+    Doubles xb{}, xa{};
     over_rows<float>(
-        a, block, [=](size_t slot) __attribute__((always_inline)) { return x1[slot]; },
-        [&](size_t row, const float* v, const float* product) __attribute__((always_inline)) {
-            for (int k = 0; k < 8; ++k) {
-                const float step = inverse[row + k] * (float(b[row + k]) - product[k]);
-                const float end = v[k] + keep * (v[k] - x[row + k]) + second_step * step;
-                x[row + k] = end;
-                xb[k] += double(end) * b[row + k];
-                xa[k] += double(end) * against[row + k];
-            }
+        a, block, Values<float>{x1}, [&](size_t row, Floats v, Floats product) __attribute__((always_inline)) {
+            const Floats step = load(inverse + row) * (floats(b + row) - product);
+            const Floats end = v + all(keep) * (v - load(x + row)) + all(second_step) * step;
+            store(x + row, end);
+            xb += as<double>(end) * load(b + row);
+            xa += as<double>(end) * load(against + row);
         });
-    Multigrid::Products total{0, 0};
-    for (int k = 0; k < 8; ++k) total = {total.residual + xb[k], total.against + xa[k]};
-    return total;
+    return {sum(xb), sum(xa)};
 }
 
 /// The residual of one block, summed over groups.
 VDBCLOUD_CLONES void restrict_residual(const StencilArrays& a, const double* b, const float* x, const uint16_t* group,
                                        float* sums, int groups, size_t block)
 {
-    float residual[512];
+    alignas(32) float residual[512];
     over_rows<float>(
-        a, block, [=](size_t slot) __attribute__((always_inline)) { return x[slot]; },
-        [&](size_t row, const float*, const float* product) __attribute__((always_inline)) {
-            for (int k = 0; k < 8; ++k) residual[row % 512 + k] = float(b[row + k]) - product[k];
+        a, block, Values<float>{x}, [&](size_t row, Floats, Floats product) __attribute__((always_inline)) {
+            store(residual + row % 512, floats(b + row) - product);
         });
     for (int g = 0; g < groups; ++g) sums[g] = 0;
     for (int i = 0; i < 512; ++i)

@@ -22,18 +22,13 @@ namespace {
 template<typename T>
 VDBCLOUD_INLINE double apply_rows(const StencilArrays& a, size_t block, const T* x, double* y)
 {
-    double lanes[8] = {};
+    Doubles lanes{};
     over_rows<double>(
-        a, block, [=](size_t slot) __attribute__((always_inline)) { return double(x[slot]); },
-        [&](size_t slot, const double* v, const double* product) __attribute__((always_inline)) {
-            for (int k = 0; k < 8; ++k) {
-                y[slot + k] = product[k];
-                lanes[k] += v[k] * product[k];
-            }
+        a, block, Values<double, T>{x}, [&](size_t slot, Doubles v, Doubles product) __attribute__((always_inline)) {
+            store(y + slot, product);
+            lanes += v * product;
         });
-    double total = 0;
-    for (double lane : lanes) total += lane;
-    return total;
+    return sum(lanes);
 }
 
 VDBCLOUD_CLONES double apply_block(const StencilArrays& a, size_t block, const double* x, double* y)
@@ -48,12 +43,9 @@ VDBCLOUD_CLONES double apply_block_float(const StencilArrays& a, size_t block, c
 
 VDBCLOUD_CLONES double dot_block(const double* a, const double* b)
 {
-    double lanes[8] = {};
-    for (int row = 0; row < 64; ++row)
-        for (int k = 0; k < 8; ++k) lanes[k] += a[row * 8 + k] * b[row * 8 + k];
-    double total = 0;
-    for (double lane : lanes) total += lane;
-    return total;
+    Doubles lanes{};
+    for (int row = 0; row < 512; row += 8) lanes += load(a + row) * load(b + row);
+    return sum(lanes);
 }
 
 }  // namespace
