@@ -11,7 +11,7 @@ made() {
     shift
     local targets=("${@/#/$folder/$pipeline/}")
     make -s -C "$tests/../pipelines/$pipeline" BIN="$bin" OUT="$folder/$pipeline" PICTURE="${PICTURE:-full}" SPP=16 PARTS=1 THREADS=1 \
-        LAUNCH="$tests/bench/said_and_taken.sh" "${targets[@]}" > "$folder/log" 2>&1 || { cat "$folder/log" >&2; exit 1; }
+        LAUNCH="'$tests/bench/said_and_taken.sh'" "${targets[@]}" > "$folder/log" 2>&1 || { cat "$folder/log" >&2; exit 1; }
 }
 made cumulus cumulus.png
 made multiple-scattering cumulus.both.png

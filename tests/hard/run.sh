@@ -44,11 +44,13 @@ seconds=$(sed -n 's/.* programs, \(.*\) processor seconds/\1/p' "$work"/*.log | 
 runs=$(sed -n 's/\(.*\) runs of programs.*/\1/p' "$work"/*.log | awk '{s += $1} END {print s}')
 parts=$(cd "$work" && ls worlds-*.csv | sed 's/worlds-0*\([0-9]*\)-0*\([0-9]*\).csv/\1-\2/' | awk -F- '
     NR == 1 {a = $1} NR > 1 && $1 != b + 1 {printf "%s%d-%d", c++ ? ", " : "", a, b; a = $1} {b = $2} END {printf "%s%d-%d", c ? ", " : "", a, b}')
+hostile_tables=("$work"/hostile-*.csv)
+[ -e "${hostile_tables[0]}" ] || hostile_tables=()
 {
     cat "$here/page.md"
     echo "Seeds $parts; $runs runs of programs in $seconds processor seconds."
     echo
-    "$bin/hard" table "$work"/cases.csv "$work/faults-${SIZE:-small}.csv" "$work/soak-${SIZE:-small}.csv" $(ls "$work"/hostile-*.csv 2> /dev/null) "$work"/worlds-*.csv
+    "$bin/hard" table "$work"/cases.csv "$work/faults-${SIZE:-small}.csv" "$work/soak-${SIZE:-small}.csv" "${hostile_tables[@]}" "$work"/worlds-*.csv
 } > "$work/page" || failed=1
 cp "$work/page" "$here/../../docs/hard-cases.md"
 sed -n '/^| case/,$p' "$work/page"

@@ -17,7 +17,7 @@ made() {
     shift
     local targets=("${@/#/$folder/$pipeline/}")
     make -s -C "$tests/../pipelines/$pipeline" BIN="$bin" OUT="$folder/$pipeline" PICTURE=$picture SPP=4 PARTS=1 \
-        LAUNCH="$tests/bench/said_and_taken.sh" "${targets[@]}" > "$folder/log" 2>&1 || { cat "$folder/log" >&2; fail "$pipeline"; }
+        LAUNCH="'$tests/bench/said_and_taken.sh'" "${targets[@]}" > "$folder/log" 2>&1 || { cat "$folder/log" >&2; fail "$pipeline"; }
 }
 made multiple-scattering cumulus.both.png
 made cumulus cumulus.path.exr
