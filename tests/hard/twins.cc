@@ -130,8 +130,8 @@ Verdict denser(Chain& chain, const World& world, const Seen& seen)
     for (const auto& [channel, report] : seen.channels.items()) {
         const double thin = report["budget"]["beam_lost_in_medium"].get<double>();
         const double dense = other.channels[channel]["budget"]["beam_lost_in_medium"].get<double>();
-        // Where a voxel is opaque, a face is in shadow as a whole or not at all: a body of these worlds has some 20
-        // faces towards the light, and one of them counts for twice the mean at most.
+        // Shadows fall on quarters of the faces of opaque voxels. In a regular body the same quarter of all faces
+        // across one axis darkens: a twelfth of the light where the axes count alike.
         if (thin > 0) verdict.take((thin - dense) / thin - 0.1, "beam_lost_in_medium of channel " + channel);
     }
     return verdict;

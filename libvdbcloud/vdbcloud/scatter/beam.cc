@@ -1,13 +1,13 @@
 #include "vdbcloud/scatter/beam.h"
 
 #include "vdbcloud/scatter/active_slots.h"
+#include "vdbcloud/scatter/exposed_beam.h"
 #include "vdbcloud/scatter/free_flux.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace vdbcloud {
 
@@ -92,6 +92,7 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
 {
     const Blocks& blocks = p1.blocks();
     const FreeFlux free(p1, depths.light);
+    const ExposedBeam at_exposed(p1, depths, extinction);
     const double unit = p1.hbar() * p1.hbar();
     const bool forward = p1.mean_cosine() != 0;
 
@@ -120,7 +121,7 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
             const ExposedVoxel& voxel = p1.exposed()[k];
             for (int up = 0; up < 2; ++up) {
                 if (!(voxel.faces >> (2 * a + up) & 1)) continue;
-                const Transmitted t(extinction * double(depths.exposed[k][2 * a + up]));
+                const auto t = at_exposed(k, 2 * a + up);
                 const double value = free(voxel.slot, a, up) * t.part;
                 (up ? upper[k] : u[voxel.slot]) = value;
                 (up ? upper_less[k] : less[voxel.slot]) = common * t.less;
@@ -204,6 +205,7 @@ void add_beam_profile(const P1Operator& p1, const BeamDepths& depths, double ext
 {
     const Blocks& blocks = p1.blocks();
     const FreeFlux free(p1, depths.light);
+    const ExposedBeam at_exposed(p1, depths, extinction);
     const auto factor = [&](size_t slot) { return p1.scaling(slot).albedo + p1.q1_factor(slot) / p1.sigma_tr(slot); };
     for (int a = 0; a < 3; ++a) {
         std::vector<double> lower(blocks.slots(), 0.0), upper(blocks.slots(), 0.0), flux(blocks.slots(), 0.0);
@@ -217,8 +219,7 @@ void add_beam_profile(const P1Operator& p1, const BeamDepths& depths, double ext
         for (size_t k = 0; k < p1.exposed().size(); ++k)
             for (int up = 0; up < 2; ++up)
                 if (const size_t slot = p1.exposed()[k].slot; p1.exposed()[k].faces >> (2 * a + up) & 1)
-                    (up ? upper : lower)[slot] =
-                        free(slot, a, up) * std::exp(-extinction * double(depths.exposed[k][2 * a + up]));
+                    (up ? upper : lower)[slot] = free(slot, a, up) * at_exposed(k, 2 * a + up).part;
         each_active(blocks, [&](size_t slot) {  // through lower faces between cells
             const size_t below = beside(blocks, slot, 2 * a);
             if (!blocks.active(below)) return;
@@ -255,21 +256,22 @@ std::vector<float> mean_fluence(const P1Operator& p1, const BeamDepths& depths, 
 {
     const Blocks& blocks = p1.blocks();
     const FreeFlux free(p1, depths.light);
+    const ExposedBeam at_exposed(p1, depths, extinction);
     std::vector<double> taken(blocks.slots(), 0.0), lower(blocks.slots(), 0.0);
-    std::vector<float> least(blocks.slots(), std::numeric_limits<float>::max());  // depth among a cell's lower faces
-    const auto note = [&](size_t slot, float depth) { least[slot] = std::min(least[slot], depth); };
+    std::vector<double> brightest(blocks.slots(), 0.0);  // T' among a cell's faces
+    const auto note = [&](size_t slot, double t) { brightest[slot] = std::max(brightest[slot], t); };
     for (int a = 0; a < 3; ++a) {
         each_active(blocks, [&](size_t slot) {
-            lower[slot] = free(slot, a, 0) * std::exp(-extinction * double(depths.lower[a][slot]));
-            note(slot, depths.lower[a][slot]);
+            const double t = std::exp(-extinction * double(depths.lower[a][slot]));
+            lower[slot] = free(slot, a, 0) * t;
+            note(slot, t);
         });
         for (size_t k = 0; k < p1.exposed().size(); ++k) {
             const ExposedVoxel& voxel = p1.exposed()[k];
             for (int up = 0; up < 2; ++up) {
                 if (!(voxel.faces >> (2 * a + up) & 1)) continue;
-                const double value =
-                    free(voxel.slot, a, up) * std::exp(-extinction * double(depths.exposed[k][2 * a + up]));
-                if (free(voxel.slot, a, up) != 0) note(voxel.slot, depths.exposed[k][2 * a + up]);
+                const double t = at_exposed(k, 2 * a + up).part, value = free(voxel.slot, a, up) * t;
+                if (value != 0) note(voxel.slot, t);
                 if (up)
                     taken[voxel.slot] -= value;
                 else
@@ -279,7 +281,7 @@ std::vector<float> mean_fluence(const P1Operator& p1, const BeamDepths& depths, 
         each_active(blocks, [&](size_t slot) {
             const size_t above = beside(blocks, slot, 2 * a + 1);
             taken[slot] += lower[slot] - (blocks.active(above) ? lower[above] : 0.0);
-            if (blocks.active(above)) note(slot, depths.lower[a][above]);
+            if (blocks.active(above)) note(slot, std::exp(-extinction * double(depths.lower[a][above])));
         });
     }
     P1Source point(p1);
@@ -293,24 +295,11 @@ std::vector<float> mean_fluence(const P1Operator& p1, const BeamDepths& depths, 
         // Density is trilinear, so a thin voxel beside a dense voxel removes power at more than its own collision rate.
         // Without the cap its fluence would be too large.
         const double free_of_medium = depths.light->irradiance(p1.index().world(as_double(blocks.voxel(slot))));
-        const double most = std::exp(-extinction * double(least[slot])) * free_of_medium;
+        const double most = brightest[slot] * free_of_medium;
         fluence[slot] = float(inside > 0 ? mean : std::min(mean, most));
     });
     return fluence;
 }
-
-namespace {
-
-/// Root of the sum of squares of what a direction (unit, world) crosses of a voxel's edges: h for cubes. A field that
-/// is linear from centre to centre of an exponential along the direction is too large by (sigma_t' times this)^2 / 12.
-double width_along(const VoxelIndex& index, const Vec3d& direction)
-{
-    double square = 0;
-    for (int a = 0; a < 3; ++a) square += std::pow(direction.dot(index.axis(a)) * index.spacing()[a], 2);
-    return std::sqrt(square);
-}
-
-}  // namespace
 
 std::vector<float> beam_fluence(const P1Operator& p1, const BeamDepths& depths, const std::vector<float>& centre,
                                 double extinction)

@@ -22,6 +22,10 @@ struct BeamDepths {
     Light light;  ///< a lamp on a plane of voxel faces stands beside the plane (beam_depths.cc)
     std::array<std::vector<float>, 3> lower;    ///< at the lower face of every active slot, by axis
     std::vector<std::array<float, 6>> exposed;  ///< at the exposed faces of exposed_voxels(), by Blocks::Face
+    static constexpr int points = 4;            ///< of a face
+    /// At points of exposed faces in a medium that is constant in each voxel, where voxels may be opaque
+    /// (exposed_beam.h); -1: not computed. Empty: no voxel is opaque.
+    std::vector<std::array<std::array<float, points>, 6>> boxed;
 };
 
 /// Depths by one pass of the light lattice (sweep/) for a light of one direction, by one ray per face for any other

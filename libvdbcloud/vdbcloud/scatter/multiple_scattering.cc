@@ -101,7 +101,8 @@ void Scattering::note_bytes(const P1Operator& p1, size_t sources, size_t besides
     size_t now = p1.stencil().bytes() + slots * (4 + 8 * sources) + besides + exposed_.size() * sizeof(ExposedVoxel);
     for (const auto& beam : kept_)
         if (beam)
-            now += 4 * slots * (beam->centres.empty() ? 3 : 4) + exposed_.size() * sizeof(beam->depths.exposed[0]);
+            now += 4 * slots * (beam->centres.empty() ? 3 : 4) + exposed_.size() * sizeof(beam->depths.exposed[0]) +
+                   beam->depths.boxed.size() * sizeof(beam->depths.boxed[0]);
     if (medium_.phase.mean_cosine() != 0) now += 12 * slots * sources;
     report_.bytes = std::max(report_.bytes, now);
 }

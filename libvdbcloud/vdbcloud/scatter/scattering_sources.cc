@@ -1,4 +1,5 @@
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/scatter/exposed_beam.h"
 #include "vdbcloud/scatter/scattering.h"
 
 #include <algorithm>
@@ -33,6 +34,7 @@ void Scattering::add_beams(
             note_work("beam_voxel", 1);
             report_.work.add("lattice_product", double(products));
         }
+        add_boxed_depths(p1, beam->depths);
         note_bytes(p1, sources.size(), 20 * index_.blocks().slots());
         std::vector<std::pair<P1Source*, double>> channels;
         for (const auto& [source, channel] : sources) channels.emplace_back(source, light.strength()[channel]);

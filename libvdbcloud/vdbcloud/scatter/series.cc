@@ -3,6 +3,7 @@
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/scatter/active_slots.h"
+#include "vdbcloud/scatter/exposed_beam.h"
 #include "vdbcloud/scatter/free_flux.h"
 #include "vdbcloud/solve/dense.h"
 
@@ -102,6 +103,7 @@ private:
     {
         const Blocks& blocks = p1_.blocks();
         const FreeFlux free(p1_, depths.light);
+        const ExposedBeam at_exposed(p1_, depths, extinction_);
         const double q = forward() ? (g_ - delta_f_) / (1 - g_) : 0;
         const auto beam = [&](double depth) { return strength * std::exp(-(1 - delta_f_) * extinction_ * depth); };
         std::vector<double> u(blocks.slots());
@@ -121,10 +123,11 @@ private:
                 const ExposedVoxel& voxel = p1_.exposed()[k];
                 for (int up = 0; up < 2; ++up) {
                     if (!(voxel.faces >> (2 * a + up) & 1)) continue;
-                    const double depth = depths.exposed[k][2 * a + up];
-                    const double outward = (up ? 1 : -1) * free(voxel.slot, a, up) * beam(depth);
-                    rhs_[voxel.slot] -= outward * scatter_order(extinction_ * depth);
-                    leaving_[k][2 * a + up] += q * outward * forward_order(extinction_ * depth);
+                    at_exposed.each_depth(k, 2 * a + up, [&](double weight, double depth) {
+                        const double outward = (up ? weight : -weight) * free(voxel.slot, a, up) * beam(depth);
+                        rhs_[voxel.slot] -= outward * scatter_order(extinction_ * depth);
+                        leaving_[k][2 * a + up] += q * outward * forward_order(extinction_ * depth);
+                    });
                 }
             }
         }

@@ -5,7 +5,7 @@
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/sources.h"
-
+#include "vdbcloud/scatter/exposed_beam.h"
 #include "vdbcloud/scatter/world_axes.h"
 
 #include <algorithm>
@@ -99,10 +99,12 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
     }
     const bool periodic = index.blocks().period() != Vec3i(0, 0, 0);
     const BrickMap bricks(density);
-    for (const Light& light : points_of(lights, scatter.disc_samples))
+    for (const Light& light : points_of(lights, scatter.disc_samples)) {
         sources.beams.emplace_back(periodic ? periodic_beam_depths(index, exposed, values, light)
                                             : beam_depths(index, exposed, bricks, light, scatter.rays_per_voxel),
                                    light.strength()[c0]);
+        add_boxed_depths(index, exposed, values, medium.sigma_t_per_density[0], sources.beams.back().first);
+    }
     sources.sky = sky_on_faces(index, scatter.sky, c0);
     const P1Medium channel{medium.sigma_t_per_density[0], 1, nullptr, medium.phase, scatter.delta};
     const AlbedoSeries series = albedo_series(index, values, exposed, channel, sources, options);
