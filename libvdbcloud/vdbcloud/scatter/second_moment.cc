@@ -46,7 +46,7 @@ double tolerance_between(const ClosureOptions& closure, const SolveOptions& opti
 
 double tolerance_before(const ClosureOptions& closure, const SolveOptions& options)
 {
-    return tolerance_between(closure, options, 0.1);
+    return tolerance_between(closure, options, 1);
 }
 
 size_t mixing_bytes(size_t slots, double g) { return Mixing::bytes(slots, mixed_arrays(g), mixing_depth(g)); }

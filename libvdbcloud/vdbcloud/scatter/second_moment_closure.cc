@@ -1,53 +1,174 @@
 // The balance of each cell from what a sweep has gathered: the source of phi - phi_L.
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/scatter/active_slots.h"
+#include "vdbcloud/scatter/block_rows.h"
 #include "vdbcloud/scatter/second_moment.h"
 
 #include <cmath>
 
 namespace vdbcloud {
 
+using namespace eight;
+
 namespace {
+
+/// Factors of the moments' harmonics (harmonics.h).
+const double of_fluence = std::sqrt(4 * pi), of_current = std::sqrt(4 * pi / 3), of_zz = std::sqrt(16 * pi / 45),
+             of_xx_less_yy = std::sqrt(16 * pi / 15), of_mixed = std::sqrt(4 * pi / 15);
 
 /// A weight of the medium alone, so that light adds up.
 double blend(double weight, double diffusion, double sweep) { return sweep + weight * (diffusion - sweep); }
 
+/// Moments of swept light.
+struct Moments {
+    const float *zero, *zz, *xx_less_yy;
+    std::array<const float*, 3> current, mixed;  // by axis; by the axis that is neither a nor b
+};
+
+/// The law of the fluxes through the lower faces of an axis.
+struct FaceLaw {
+    double inverse_length, inverse_area, gradient_share;  // the share of a conductance that a gradient of t has
+    double half_length;
+    const float *conductance, *thickest;
+    const double* beam;  // null: none
+};
+
+/// t_aa, t_ab = int (s_a s_b - delta_ab / 3) L, of a row.
+template<int axis, int d>
+VDBCLOUD_INLINE Doubles diagonal(const Moments& m, const BlockRows& rows, int x, int y)
+{
+    const Doubles zz = all(of_zz) * as<double>(rows.at<axis, d>(m.zz, x, y));
+    if (axis == 2) return zz;
+    const Doubles difference = all(of_xx_less_yy) * as<double>(rows.at<axis, d>(m.xx_less_yy, x, y));
+    return ((axis == 0 ? difference : -difference) - zz) * all(0.5);
+}
+
+/// d t / d b, one-sided where a neighbour is missing. `inverse`: factor of the difference of two neighbours.
+template<int b>
+VDBCLOUD_INLINE Floats gradient(const float* t, const BlockRows& rows, int x, int y, float inverse)
+{
+    const unsigned below = rows.active<b, -1>(x, y), above = rows.active<b, 1>(x, y);
+    const Floats own = rows.at<b, 0>(t, x, y);
+    const Floats from = lanes_of(below) ? rows.at<b, -1>(t, x, y) : own;
+    const Floats to = lanes_of(above) ? rows.at<b, 1>(t, x, y) : own;
+    return (to - from) * (lanes_of(below & above) ? all(inverse) : all(2 * inverse));
+}
+
+template<int axis>
+VDBCLOUD_INLINE void cross_gradients(const Moments& m, const BlockRows& rows, const float* inverse, float* to)
+{
+    constexpr int b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;
+    for (int x = 0; x < 8; ++x)
+        for (int y = 0; y < 8; ++y)
+            store(to + rows.slot(x, y), gradient<b>(m.mixed[3 - axis - b], rows, x, y, inverse[b]) +
+                                            gradient<c>(m.mixed[3 - axis - c], rows, x, y, inverse[c]));
+}
+
+/// Flux through the lower faces of one block, without the beam's part; 0 where a face is not between two voxels.
+template<int axis>
+VDBCLOUD_INLINE void lower_fluxes(const Moments& m, const FaceLaw& law, const BlockRows& rows, const float* cross,
+                                  float* lower)
+{
+    for (int x = 0; x < 8; ++x)
+        for (int y = 0; y < 8; ++y) {
+            const size_t slot = rows.slot(x, y);
+            const unsigned inner = rows.active<axis, 0>(x, y) & rows.active<axis, -1>(x, y);
+            if (!inner) {
+                store(lower + slot, all(0.0f));
+                continue;
+            }
+            const Doubles gradient =
+                (diagonal<axis, 0>(m, rows, x, y) - diagonal<axis, -1>(m, rows, x, y)) * all(law.inverse_length) +
+                as<double>(load(cross + slot) + rows.at<axis, -1>(cross, x, y)) * all(0.5);
+            const Doubles fluences = as<double>(rows.at<axis, -1>(m.zero, x, y) - load(m.zero + slot));
+            const Doubles diffusion =
+                as<double>(rows.at<axis, -1>(law.conductance, x, y)) *
+                (fluences * all(of_fluence * law.inverse_area) - gradient * all(law.gradient_share));
+            // The current through the face: by four centres, or two where there are no more.
+            const float* current = m.current[axis];
+            const Doubles two = as<double>(rows.at<axis, -1>(current, x, y)) + as<double>(load(current + slot));
+            const Doubles next =
+                as<double>(rows.at<axis, -2>(current, x, y)) + as<double>(rows.at<axis, 1>(current, x, y));
+            const auto four = lanes_of(rows.active<axis, -2>(x, y) & rows.active<axis, 1>(x, y));
+            const Doubles outer = as<double>(four ? all(1.0f) : all(0.0f));
+            Doubles own = all(of_current / 2) * (two + outer * (two - next) * all(0.125));
+            if (law.beam) own -= load(law.beam + slot);
+            const Doubles thickness =
+                as<double>(rows.at<axis, -1>(law.thickest, x, y) + load(law.thickest + slot)) * all(law.half_length);
+            const Doubles square = thickness * thickness, weight = square / (all(0.25) + square);
+            store(lower + slot, lanes_of(inner) ? as<float>(own + weight * (diffusion - own)) : all(0.0f));
+        }
+}
+
+/// rhs += the fluxes into each voxel through the faces of an axis.
+template<int axis>
+VDBCLOUD_INLINE void add_fluxes(const BlockRows& rows, const float* lower, double area, double* rhs)
+{
+    for (int x = 0; x < 8; ++x)
+        for (int y = 0; y < 8; ++y) {
+            const size_t slot = rows.slot(x, y);
+            const Doubles in = as<double>(load(lower + slot)) - as<double>(rows.at<axis, 1>(lower, x, y));
+            store(rhs + slot, load(rhs + slot) + in * all(area));
+        }
+}
+
+VDBCLOUD_CLONES void cross_gradients(int axis, const Moments& m, const BlockRows& rows, const float* inverse, float* to)
+{
+    switch (axis) {
+    case 0: return cross_gradients<0>(m, rows, inverse, to);
+    case 1: return cross_gradients<1>(m, rows, inverse, to);
+    default: return cross_gradients<2>(m, rows, inverse, to);
+    }
+}
+
+VDBCLOUD_CLONES void lower_fluxes(int axis, const Moments& m, const FaceLaw& law, const BlockRows& rows,
+                                  const float* cross, float* lower)
+{
+    switch (axis) {
+    case 0: return lower_fluxes<0>(m, law, rows, cross, lower);
+    case 1: return lower_fluxes<1>(m, law, rows, cross, lower);
+    default: return lower_fluxes<2>(m, law, rows, cross, lower);
+    }
+}
+
+VDBCLOUD_CLONES void add_fluxes(int axis, const BlockRows& rows, const float* lower, double area, double* rhs)
+{
+    switch (axis) {
+    case 0: return add_fluxes<0>(rows, lower, area, rhs);
+    case 1: return add_fluxes<1>(rows, lower, area, rhs);
+    default: return add_fluxes<2>(rows, lower, area, rhs);
+    }
+}
+
+template<typename F>
+void each_block(const Blocks& blocks, const F& f)
+{
+    tbb::parallel_for(size_t(0), blocks.count(), [&](size_t block) { f(BlockRows(blocks, block)); });
+}
+
+Moments moments_of(const std::vector<std::vector<float>>& moments)
+{
+    const auto of = [&](int l, int m) { return moments[size_t(harmonic(l, m))].data(); };
+    return {of(0, 0), of(2, 0), of(2, 2), {of(1, 1), of(1, -1), of(1, 0)}, {of(2, -1), of(2, 1), of(2, -2)}};
+}
+
 }  // namespace
 
-/// Fluence, current and second moment of swept light.
+/// Fluence and second moment of swept light at one voxel.
 class SecondMoment::Swept {
 public:
-    Swept(const P1Operator& p1, const std::vector<std::vector<float>>& moments)
-        : blocks_(p1.blocks()), spacing_(p1.index().spacing())
+    Swept(const P1Operator& p1, const Moments& moments)
+        : blocks_(p1.blocks()), spacing_(p1.index().spacing()), m_(moments)
     {
-        const auto of = [&](int l, int m) { return moments[size_t(harmonic(l, m))].data(); };
-        zero_ = of(0, 0);
-        current_ = {of(1, 1), of(1, -1), of(1, 0)};
-        mixed_ = {of(2, -1), of(2, 1), of(2, -2)};
-        zz_ = of(2, 0);
-        xx_less_yy_ = of(2, 2);
     }
 
-    double fluence(size_t slot) const { return std::sqrt(4 * pi) * double(zero_[slot]); }
+    double fluence(size_t slot) const { return of_fluence * double(m_.zero[slot]); }
 
-    /// Component of the current at a voxel's centre.
-    double current(int axis, size_t slot) const { return std::sqrt(4 * pi / 3) * double(current_[size_t(axis)][slot]); }
-
-    /// The current through the lower face of a voxel: by four centres, or two where there are no more.
-    double current_through(int axis, size_t below, size_t slot) const
-    {
-        const double inner = current(axis, below) + current(axis, slot);
-        const size_t first = beside(blocks_, below, 2 * axis), last = beside(blocks_, slot, 2 * axis + 1);
-        if (!blocks_.active(first) || !blocks_.active(last)) return inner / 2;
-        return (9 * inner - current(axis, first) - current(axis, last)) / 16;
-    }
-
-    /// t_aa, t_ab = int (s_a s_b - delta_ab / 3) L.
     double diagonal(int axis, size_t slot) const
     {
-        const double zz = std::sqrt(16 * pi / 45) * double(zz_[slot]);
+        const double zz = of_zz * double(m_.zz[slot]);
         if (axis == 2) return zz;
-        const double difference = std::sqrt(16 * pi / 15) * double(xx_less_yy_[slot]);
+        const double difference = of_xx_less_yy * double(m_.xx_less_yy[slot]);
         return ((axis == 0 ? difference : -difference) - zz) / 2;
     }
 
@@ -60,9 +181,9 @@ public:
             const size_t below = beside(blocks_, slot, 2 * b), above = beside(blocks_, slot, 2 * b + 1);
             const bool has_below = blocks_.active(below), has_above = blocks_.active(above);
             if (!has_below && !has_above) continue;
-            const float* t = mixed_[size_t(3 - axis - b)];
+            const float* t = m_.mixed[size_t(3 - axis - b)];
             const double difference = double(t[has_above ? above : slot]) - double(t[has_below ? below : slot]);
-            sum += std::sqrt(4 * pi / 15) * difference / (spacing_[b] * (has_below && has_above ? 2 : 1));
+            sum += of_mixed * difference / (spacing_[b] * (has_below && has_above ? 2 : 1));
         }
         return sum;
     }
@@ -70,8 +191,7 @@ public:
 private:
     const Blocks& blocks_;
     Vec3d spacing_;
-    const float *zero_, *zz_, *xx_less_yy_;
-    std::array<const float*, 3> current_, mixed_;  // by axis; by the axis that is neither a nor b
+    Moments m_;
 };
 
 /// Weight of diffusion on a face between two voxels. A thin voxel beside a far thicker one counts for an eighth of
@@ -104,30 +224,28 @@ void SecondMoment::close_face(const Swept& swept, P1Source& source, size_t expos
 void SecondMoment::close(P1Source& source) const
 {
     const Blocks& blocks = p1_.blocks();
-    const Swept swept(p1_, swept_.moments);
-    std::vector<double> cross(blocks.slots(), 0.0);
-    std::vector<float> lower(blocks.slots(), 0.0f);  // flux through the lower face, without the beam's part
+    const Moments moments = moments_of(swept_.moments);
+    const Swept swept(p1_, moments);
+    const P1Closure closure = p1_closure();
+    const Vec3d& spacing = p1_.index().spacing();
+    std::vector<float> cross(blocks.slots(), 0.0f), lower(blocks.slots(), 0.0f);
+    float inverse[3];
+    for (int b = 0; b < 3; ++b) inverse[b] = float(of_mixed / (2 * spacing[b]));
     for (int a = 0; a < 3; ++a) {
-        const double h = p1_.index().spacing()[a], area = p1_.face_area(a);
+        const double h = spacing[a], area = p1_.face_area(a);
         const std::vector<double>& beam = source.through[size_t(a)];
-        const std::vector<float>& conductance = p1_.stencil().face[size_t(a)];
-        each_active(blocks, [&](size_t slot) { cross[slot] = swept.cross_gradient(a, slot); });
-        each_active(blocks, [&](size_t slot) {
-            const size_t below = beside(blocks, slot, 2 * a);
-            lower[slot] = 0;
-            if (!blocks.active(below) || below == slot) return;
-            const double gradient =
-                (swept.diagonal(a, slot) - swept.diagonal(a, below)) / h + (cross[slot] + cross[below]) / 2;
-            const double diffusion = double(conductance[below]) / area * (swept.fluence(below) - swept.fluence(slot)) -
-                                     gradient * 2 / (p1_.sigma_tr(slot) + p1_.sigma_tr(below));
-            const double own = swept.current_through(a, below, slot) - (beam.empty() ? 0.0 : beam[slot]);
-            lower[slot] = float(blend(weight_between(a, below, slot), diffusion, own));
-        });
-        each_active(blocks, [&](size_t slot) {
-            const size_t above = beside(blocks, slot, 2 * a + 1);
-            const double upper = blocks.active(above) && above != slot ? lower[above] : 0.0f;
-            source.rhs[slot] += (double(lower[slot]) - upper) * area;
-        });
+        // A conductance is that of the matrix, 2 divergence gradient / (sigma_tr + sigma_tr) area / h.
+        const FaceLaw law{1 / h,
+                          1 / area,
+                          h / (area * closure.divergence * closure.gradient),
+                          h / 2,
+                          p1_.stencil().face[size_t(a)].data(),
+                          thickest_.data(),
+                          beam.empty() ? nullptr : beam.data()};
+        each_block(blocks, [&](const BlockRows& rows) { cross_gradients(a, moments, rows, inverse, cross.data()); });
+        each_block(blocks,
+                   [&](const BlockRows& rows) { lower_fluxes(a, moments, law, rows, cross.data(), lower.data()); });
+        each_block(blocks, [&](const BlockRows& rows) { add_fluxes(a, rows, lower.data(), area, source.rhs.data()); });
     }
     each_active(blocks, [&](size_t slot) { source.rhs[slot] -= p1_.sigma_a(slot) * p1_.hbar() * fluence(slot); });
     size_t n = 0;

@@ -2,62 +2,12 @@
 // What the loops over one block share: values with the neighbours' apron, and one row of the seven-point operator.
 // Private to solve/. Everything here is inlined into loops that are compiled for several instruction sets. Rows of
 // eight voxels are vectors; operations are element by element, so all instruction sets give equal values.
-#include "vdbcloud/core/clones.h"
+#include "vdbcloud/core/eight.h"
 #include "vdbcloud/solve/stencil.h"
-
-#include <cstring>
 
 namespace vdbcloud::kernels {
 
-// Every function here is inlined: nobody needs the calling convention of these vectors.
-#pragma GCC diagnostic ignored "-Wpsabi"
-
-using Floats = float __attribute__((vector_size(32)));
-using Doubles = double __attribute__((vector_size(64)));
-
-template<typename T>
-struct RowOf;
-template<>
-struct RowOf<float> {
-    using Type = Floats;
-};
-template<>
-struct RowOf<double> {
-    using Type = Doubles;
-};
-template<typename T>
-using Row = typename RowOf<T>::Type;
-
-template<typename T>
-VDBCLOUD_INLINE Row<T> load(const T* from)
-{
-    Row<T> row;
-    std::memcpy(&row, from, sizeof row);
-    return row;
-}
-template<typename T>
-VDBCLOUD_INLINE void store(T* to, Row<T> row)
-{
-    std::memcpy(to, &row, sizeof row);
-}
-template<typename T>
-VDBCLOUD_INLINE Row<T> all(T x)
-{
-    return Row<T>{x, x, x, x, x, x, x, x};
-}
-/// A row of either precision as one of T.
-template<typename T, typename R>
-VDBCLOUD_INLINE Row<T> as(R row)
-{
-    return __builtin_convertvector(row, Row<T>);
-}
-/// The sum of a row, the first value first.
-VDBCLOUD_INLINE double sum(Doubles row)
-{
-    double total = 0;
-    for (int k = 0; k < 8; ++k) total += row[k];
-    return total;
-}
+using namespace eight;
 
 /// Where value (x, y, z), each -1..8, of a padded block is.
 constexpr int pad_x = 160, pad_y = 16, pad_size = 1600;
