@@ -16,18 +16,29 @@ VDBCLOUD_INLINE Lanes ramp_series(Lanes t)
     return all(0.5f) - t * s;
 }
 
-/// (1 - e^-t) / t - e^-t: by its series where that would cancel; `inverse` is 1 / t elsewhere.
-VDBCLOUD_INLINE Lanes ramp(Lanes t, Lanes inverse, Lanes lost, Lanes e)
+/// (m - 2 r) / t by its series, m = (1 - e^-t) / t, r = (m - e^-t) / t, for t below `series_below`.
+VDBCLOUD_INLINE Lanes lean_series(Lanes t)
 {
-    return t < all(series_below) ? t * ramp_series(t) : lost * inverse - e;
+    Lanes s = all(1.0f / 1008) - t * all(1.0f / 6720);
+    s = all(1.0f / 180) - t * s;
+    s = all(1.0f / 40) - t * s;
+    s = all(1.0f / 12) - t * s;
+    return all(1.0f / 6) - t * s;
 }
 
-/// The weight of q_u for emission, without the factor 1 - e^-tau. `whole`: sigma_t ds where the characteristic ends.
-VDBCLOUD_INLINE Lanes emission_weight(Lanes sigma_u, Lanes sigma, Lanes whole)
+/// The light of emission S, `emitted_u` where the characteristic begins and `emitted` where it ends, linear in length
+/// [world unit], given the part `lost` of other light: S_u and S are weighted by what is above 0 alone. (In the weight
+/// of q = S / sigma_t that a thin voxel has beside a dense one all digits would cancel.)
+VDBCLOUD_INLINE Lanes emission_along(Lanes sigma_u, Lanes emitted_u, Lanes sigma, Lanes emitted, Lanes length,
+                                     Lanes lost)
 {
-    const Lanes e = exp_minus(at_most(whole, 80.0f)), inverse = all(1.0f) / at_least(whole, series_below);
-    const Lanes part = whole < all(series_below) ? ramp_series(whole) : ((all(1.0f) - e) * inverse - e) * inverse;
-    return all(2.0f) * sigma_u * part / (at_least(sigma_u + sigma, 1e-30f) * (whole * part + e));
+    const Lanes x = sigma * length, e = exp_minus(at_most(x, 80.0f)), inverse = all(1.0f) / at_least(x, series_below);
+    // Integrals of e^-xs and of s e^-xs over 0 < s < 1, and the first less twice the second, over x.
+    const auto thin = x < all(series_below);
+    const Lanes ramp = thin ? ramp_series(x) : ((all(1.0f) - e) * inverse - e) * inverse, mean = x * ramp + e;
+    const Lanes lean = thin ? lean_series(x) : (mean - all(2.0f) * ramp) * inverse;
+    return lost * (all(2.0f) * emitted_u * ramp + emitted * (mean + sigma_u * length * lean)) /
+           (at_least(sigma_u + sigma, 1e-30f) * mean);
 }
 
 /// `radiance`, `sigma_u`, `source_u` = sigma_t q where the characteristic begins; `sigma`, `own` = q where it ends;
@@ -35,18 +46,20 @@ VDBCLOUD_INLINE Lanes emission_weight(Lanes sigma_u, Lanes sigma, Lanes whole)
 template<bool emission>
 VDBCLOUD_INLINE Lanes characteristic(Lanes radiance, Lanes sigma_u, Lanes source_u, Lanes sigma, Lanes own, Lanes half)
 {
-    const Lanes t = (sigma_u + sigma) * half;
+    const Lanes t = (sigma_u + sigma) * half, series = ramp_series(t), by_exp = exp_minus(at_most(t, 80.0f));
+    // 1 - e^-t has its own rounding where t is small, and both add up to 1: a furnace stays exact.
+    const auto thin = t < all(series_below);
+    const Lanes lost = thin ? t * (t * series + by_exp) : all(1.0f) - by_exp, e = thin ? all(1.0f) - lost : by_exp;
+    if constexpr (emission)
+        return radiance * e + emission_along(sigma_u, source_u, sigma, sigma * own, all(2.0f) * half, lost);
     // 1 / sigma_u, 1 / t and 1 / lean by one division.
     const Lanes divisor = at_least(sigma_u, 1e-30f), length = at_least(t, series_below);
     const Lanes lean = all(6.0f) + t * (all(3.0f) + t), both = divisor * length;
     const Lanes inverse = all(1.0f) / (both * lean), inverse_both = inverse * lean;
     const Lanes q_u = sigma_u > all(0.0f) ? source_u * (inverse_both * length) : own;
     const Lanes q = sigma > all(0.0f) ? own : q_u;
-    const Lanes e = exp_minus(at_most(t, 80.0f)), lost = all(1.0f) - e;
-    const Lanes weight = emission
-                             ? lost * emission_weight(sigma_u, sigma, sigma * half * all(2.0f))
-                             : ramp(t, inverse_both * divisor, lost, e) - (sigma - sigma_u) * half * (inverse * both);
-    return radiance * e + q * lost + (q_u - q) * weight;
+    const Lanes ramp = thin ? t * series : lost * (inverse_both * divisor) - e;
+    return radiance * e + q * lost + (q_u - q) * (ramp - (sigma - sigma_u) * half * (inverse * both));
 }
 
 }  // namespace vdbcloud::lanes
