@@ -117,6 +117,28 @@ TEST(SecondMoment, SolvesThatFollowTheChangeMoveLightByLessThanAHundredthOfTheCh
             }
 }
 
+TEST(SecondMoment, TheLastSolveFollowsItsOwnChangeWhereThatFallsSteeply)
+{
+    // Thin voxels and voids by turns: the second sweep changes light by 2e-3 of what the first does.
+    P1Case c(test::voxel_field(Vec3i(5, 8, 4), Vec3d(1.0),
+                               [](const Vec3i& p) { return (p[0] + p[1] + p[2]) % 2 ? 5e-7 : 1.0; }));
+    Lit lit;
+    lit.w0 = 0.9999999;
+    lit.sigma = 0.008657;
+    lit.g = 0.85;
+    lit.to_sun = Vec3d(-0.9253, 0.2051, 0.01326);
+    ClosureOptions follows = options(8, 2, 3, 1e-12), exact = follows;
+    exact.solve_share = 0;
+    const Result r = solve(c, lit, follows), truth = solve(c, lit, exact);
+    ASSERT_LT(truth.report.change[1], 0.01 * truth.report.change[0]);
+    double difference = 0, size = 0;
+    for (size_t n = 0; n < r.phi.size(); ++n) {
+        difference += std::pow(r.phi[n] - truth.phi[n], 2);
+        size += std::pow(truth.phi[n], 2);
+    }
+    EXPECT_LT(std::sqrt(difference / size), 0.01 * truth.report.change.back() + 2e-7);
+}
+
 TEST(SecondMoment, WhiteFurnaceIsExactInSaltAndPepper)
 {
     for (const auto& [g, degree, directions] : {std::tuple(0.0, 1, 32), {0.85, 3, 64}}) {

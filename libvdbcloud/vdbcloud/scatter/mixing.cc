@@ -13,6 +13,11 @@ namespace {
 constexpr size_t piece = 4096;     // values per partial sum
 constexpr double parallel = 1e-8;  // squared sine below which a difference counts as dependent
 
+double relative(double change, double size)  // of squares
+{
+    return size > 0 ? std::sqrt(change / size) : change > 0 ? 1.0 : 0.0;
+}
+
 size_t pieces(size_t length) { return (length + piece - 1) / piece; }
 
 }  // namespace
@@ -65,6 +70,24 @@ std::vector<double> Mixing::coefficients() const
 
 void Mixing::before(const Arrays& x) { x_.assign(x.begin(), x.begin() + long(arrays_)); }
 
+double Mixing::change(const Arrays& g) const
+{
+    const size_t count = pieces(length_);
+    const auto square = [&](const auto& value) {
+        return ordered_sum(count * arrays_, [&](size_t n) {
+            double sum = 0;
+            for (size_t k = n % count * piece; k < std::min((n % count + 1) * piece, length_); ++k) {
+                const double v = value(n / count, k);
+                sum += v * v;
+            }
+            return sum;
+        });
+    };
+    const double size = square([&](size_t array, size_t k) { return g[array][k]; });
+    const double change = square([&](size_t array, size_t k) { return g[array][k] - x_[array][k]; });
+    return relative(change, size);
+}
+
 double Mixing::after(const Arrays& g)
 {
     subtract(g, x_);  // now G(x) - x
@@ -81,7 +104,7 @@ double Mixing::after(const Arrays& g)
     f_ = std::move(x_);
     g_.assign(g.begin(), g.begin() + long(arrays_));
     const double size = product(g_, g_), change = product(f_, f_);
-    return size > 0 ? std::sqrt(change / size) : change > 0 ? 1.0 : 0.0;
+    return relative(change, size);
 }
 
 void Mixing::next(Arrays& g) const

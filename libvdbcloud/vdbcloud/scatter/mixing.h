@@ -26,6 +26,8 @@ public:
 
     /// Stores x. Call before G is applied to x.
     void before(const Arrays& x);
+    /// The residual that after() would return.
+    double change(const Arrays& g) const;
     /// Stores G(x) and its difference to x. Returns the residual || G(x) - x || / || G(x) ||, 0 if both are 0.
     double after(const Arrays& g);
     /// Replaces G(x), as given to after(), by the next x.
