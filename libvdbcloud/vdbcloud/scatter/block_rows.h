@@ -22,14 +22,14 @@ public:
     VDBCLOUD_INLINE size_t slot(int x, int y) const { return slot(own_, x, y); }
 
     /// Values of a field at a distance d along an axis.
-    template<int axis, int d>
-    VDBCLOUD_INLINE eight::Floats at(const float* f, int x, int y) const
+    template<int axis, int d, typename T>
+    VDBCLOUD_INLINE eight::Row<T> at(const T* f, int x, int y) const
     {
         using namespace eight;
         if constexpr (axis == 2) {
-            const Floats own = load(f + slot(x, y));
+            const Row<T> own = load(f + slot(x, y));
             if constexpr (d == 0) return own;
-            const Floats other = load(f + slot(beside_[d < 0 ? 4 : 5], x, y));
+            const Row<T> other = load(f + slot(beside_[d < 0 ? 4 : 5], x, y));
             if constexpr (d == -2) return __builtin_shufflevector(other, own, 6, 7, 8, 9, 10, 11, 12, 13);
             if constexpr (d == -1) return __builtin_shufflevector(other, own, 7, 8, 9, 10, 11, 12, 13, 14);
             return __builtin_shufflevector(own, other, 1, 2, 3, 4, 5, 6, 7, 8);

@@ -9,19 +9,30 @@ namespace vdbcloud {
 namespace {
 
 /// Factor x such that b's light is x times a's light, if such a factor exists.
-std::optional<double> multiple(const ChannelInput& a, const ChannelInput& b)
+std::optional<double> solution_as(const ChannelInput& a, const ChannelInput& b)
 {
     if (a.emission != b.emission) return std::nullopt;
-    double x = -1;
-    for (size_t k = 0; k < a.light.size(); ++k)
-        if (a.light[k] != 0) x = b.light[k] / a.light[k];
-    if (x < 0) return std::nullopt;
-    for (size_t k = 0; k < a.light.size(); ++k)
-        if (std::abs(b.light[k] - x * a.light[k]) > 1e-14 * std::abs(b.light[k])) return std::nullopt;
-    return x;
+    return multiple(a.light, b.light);
 }
 
 }  // namespace
+
+std::optional<double> multiple(const std::vector<double>& a, const std::vector<double>& b)
+{
+    double x = -1;
+    for (size_t k = 0; k < a.size(); ++k)
+        if (a[k] != 0) x = b[k] / a[k];
+    if (x < 0) return std::nullopt;
+    for (size_t k = 0; k < a.size(); ++k)
+        if (std::abs(b[k] - x * a[k]) > 1e-14 * std::abs(b[k])) return std::nullopt;
+    return x;
+}
+
+std::optional<double> beams_as(const ChannelBeams& of, const ChannelBeams& as)
+{
+    if (of.extinction != as.extinction || !(of.albedo > 0)) return std::nullopt;
+    return multiple(of.strength, as.strength);
+}
 
 std::vector<ChannelGroup> group_channels(const std::array<ChannelInput, 3>& input)
 {
@@ -38,7 +49,7 @@ std::vector<ChannelGroup> group_channels(const std::array<ChannelInput, 3>& inpu
         }
         bool shared = false;
         for (auto& solve : group->solves)
-            if (const auto x = multiple(input[size_t(solve.channel)], own); x && !shared) {
+            if (const auto x = solution_as(input[size_t(solve.channel)], own); x && !shared) {
                 solve.shared.emplace_back(c, *x);
                 shared = true;
             }

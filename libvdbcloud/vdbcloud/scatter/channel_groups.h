@@ -1,6 +1,7 @@
 #pragma once
 // Finds channels that share a matrix or a solution, so that each solve runs once. Private to scatter/.
 #include <array>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -22,6 +23,18 @@ struct ChannelGroup {
     };
     std::vector<Solve> solves;
 };
+
+/// Factor x such that b = x a, if such a factor exists.
+std::optional<double> multiple(const std::vector<double>& a, const std::vector<double>& b);
+
+/// What a channel's beams depend on, where all light is scattered alike into all directions, by one albedo.
+struct ChannelBeams {
+    double extinction = 0, albedo = 0;
+    std::vector<double> strength;  ///< of each light
+};
+/// Factor of the fluence of beams by which those of a channel follow from those of another, if there is one. What
+/// collides and is scattered has the ratio of the albedos as a factor besides.
+std::optional<double> beams_as(const ChannelBeams& of, const ChannelBeams& as);
 
 /// Channels share a solution if matrix and emission are equal and their lights differ only by a factor x >= 0.
 std::vector<ChannelGroup> group_channels(const std::array<ChannelInput, 3>&);

@@ -79,6 +79,25 @@ double closing_mediums(const std::vector<ChannelGroup>& groups, const Medium& me
     return count;
 }
 
+/// How often beams are computed for sweeps (Scattering::add_closed_beams).
+double closed_beams(const std::vector<ChannelGroup>& groups, const Medium& medium, const std::vector<Light>& lights,
+                    const ScatterOptions& o, bool tinted)
+{
+    const bool alike = medium.phase.mean_cosine() == 0 && !tinted && !o.heating && !o.flux_map;
+    double count = 0;
+    std::optional<ChannelBeams> last;
+    for (const ChannelGroup& group : groups)
+        for (const ChannelGroup::Solve& solve : group.solves) {
+            const int c = solve.channel;
+            ChannelBeams own{medium.sigma_t_per_density[c], medium.albedo[c], {}};
+            for (const Light& light : lights) own.strength.push_back(light.strength()[c]);
+            if (alike && last && beams_as(*last, own)) continue;
+            last = own;
+            ++count;
+        }
+    return count;
+}
+
 struct Counts {
     double solves = 0, groups = 0, at_once = 0, blocks = 0, beams = 0;
     double terms = 1, moments = 1;  // harmonics of the source, and of a sweep's result
@@ -167,9 +186,10 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
     }
     const double first = n.sweeps ? expected_iterations(extent, tolerance_before(o.closure, o.solve)) : iterations;
     const auto voxels = [&](const char* event, double times) { plan.work.add(event, plan.voxels * times); };
-    // P1's beams of a group serve its channels; with sweeps each channel adds its own. Depths are found once where they
-    // are kept (Scattering::keeps_beams).
-    const double added = sweeps > 0 ? n.solves : n.groups + (planes > 0 ? n.solves : 0);
+    // P1's beams of a group serve its channels; with sweeps each channel adds its own, or that of another. Depths are
+    // found once where they are kept (Scattering::keeps_beams).
+    const double added =
+        sweeps > 0 ? closed_beams(groups, medium, lights, o, tint != nullptr) : n.groups + (planes > 0 ? n.solves : 0);
     const double found = !tint && n.beams <= 4 ? 1 : added;
     voxels("beam_voxel", n.beams * (added + found));
     if (o.periodic == std::array<bool, 3>{} && n.beams > 0) {

@@ -48,14 +48,14 @@ private:
 
     BeamMedium beam_medium(const P1Operator& p1) const { return BeamMedium(index_, grid_, density_, p1); }
 
+    using BeamNote =
+        std::function<void(const BeamDepths&, const std::vector<float>&, double, const std::optional<Vec3d>&)>;
     /// Adds the beams of all lights in the medium of a channel. Density depths are found once and kept for all
     /// channels, scalings and sweeps, where these share them: not where the albedo changes from voxel to voxel. `note`,
     /// if given, is called with each light's depths at faces and at centres, the extinction, and the middle of the sun
     /// that the light is a part of.
     void add_beams(const P1Operator& p1, const std::vector<std::pair<P1Source*, int>>& sources,
-                   const Progress& progress,
-                   const std::function<void(const BeamDepths&, const std::vector<float>&, double,
-                                            const std::optional<Vec3d>&)>& note = {});
+                   const Progress& progress, const BeamNote& note = {});
     /// Depths of a beam in the density, whatever the extinction.
     struct KeptBeam {
         BeamDepths depths;
@@ -103,6 +103,8 @@ private:
     /// P1's source, with room for what the request needs.
     P1Source source_of(const P1Operator& p1) const;
 
+    /// The sweeps of all channels.
+    TransportSweep& transport();
     /// A sweep of degree 1 by uncollided light, without collided light.
     SecondMoment plane_sweep(const P1Operator& p1, int c, ChannelReport& report);
 
@@ -157,6 +159,16 @@ private:
     };
     const Closing& closing(const P1Medium& medium);
 
+    /// The beams of a channel as a source, with the light that has not collided and that which lines lose.
+    struct BeamSource {
+        ChannelBeams of;
+        P1Source source;
+        std::vector<std::vector<float>> uncollided;
+        double lines;
+    };
+    /// Adds the beams to what sweeps close. Where a channel's beams are those of another channel times a number, they
+    /// are computed once.
+    void add_closed_beams(const P1Operator& fine, int c, SecondMoment& closure, P1Source& base, const BeamNote& note);
     /// Solves the transport equation of one channel, from P1's solution by the same matrix: that of closing(), in the
     /// scaling of P1.
     void close(const P1Operator& p1, Multigrid& multigrid, int c, SolveOptions solve, std::vector<double>& phi,
@@ -193,6 +205,8 @@ private:
     std::array<Solution, 3> solution_;
     std::array<Share, 3> share_;
     std::optional<Closing> closing_;
+    std::unique_ptr<TransportSweep> transport_;
+    std::optional<BeamSource> beam_source_;
     std::vector<std::optional<KeptBeam>> kept_;           // by beam, until the last use
     int beam_uses_ = 0;                                   // of add_beams() that are left
     std::array<std::optional<EmittedLight>, 3> emitted_;  // of the solve at work

@@ -73,11 +73,17 @@ void Scattering::count_sweeps(const SecondMoment& closure, double sweeps)
     note_work("sweep_moment_voxel", sweeps * directions * double(closure.moments().size()));
 }
 
+TransportSweep& Scattering::transport()
+{
+    if (!transport_) transport_ = std::make_unique<TransportSweep>(index_, faces_of(exposed_));
+    return *transport_;
+}
+
 SecondMoment Scattering::plane_sweep(const P1Operator& p1, int c, ChannelReport& report)
 {
     ClosureOptions options = o_.closure;
     options.degree = 1;
-    SecondMoment closure(p1, options, frame_of(index_, o_.periodic, o_.up));
+    SecondMoment closure(p1, options, frame_of(index_, o_.periodic, o_.up), &transport());
     set_inflow(closure, c);
     const double lines = report.lines;  // add_beams() measures them again
     P1Source unused(p1);
@@ -155,7 +161,7 @@ void Scattering::close(const P1Operator& p1, Multigrid& multigrid, int c, SolveO
                        std::vector<double>& phi, ChannelReport& report)
 {
     const P1Operator fine(p1, o_.closure.degree);
-    SecondMoment closure(fine, o_.closure, frame_of(index_, o_.periodic, o_.up));
+    SecondMoment closure(fine, o_.closure, frame_of(index_, o_.periodic, o_.up), &transport());
     set_inflow(closure, c);
     // Light that is uncollided in P1's scaling but collided in this scaling starts along the beam.
     const bool along = o_.closure.degree > 1 && o_.delta && p1.uniform_albedo() && p1.mean_cosine() != 0;
@@ -166,23 +172,23 @@ void Scattering::close(const P1Operator& p1, Multigrid& multigrid, int c, SolveO
         first.emplace(p1);
         ahead.assign(index_.blocks().slots(), 0.0);
     }
-    add_beams(fine, {{&base, c}}, {},
-              [&](const BeamDepths& depths, const std::vector<float>& centre, double extinction,
-                  const std::optional<Vec3d>& disc) {
-                  const Light& light = depths.light;
-                  const double strength = light.strength()[c];
-                  add_beam_profile(fine, depths, extinction, {{&base, strength}});
-                  const auto late = beam_fluence(fine, depths, centre, extinction);
-                  closure.add_uncollided(light, late, strength, disc);
-                  if (!along) return;
-                  add_beam(p1, depths, beam_extinction(p1), {{&*first, strength}});
-                  auto early = beam_fluence(p1, depths, centre, beam_extinction(p1));
-                  for (size_t slot = 0; slot < early.size(); ++slot) {
-                      early[slot] -= late[slot];
-                      ahead[slot] += strength * early[slot];
-                  }
-                  closure.start_with(light, early, strength);
-              });
+    add_closed_beams(fine, c, closure, base,
+                     [&](const BeamDepths& depths, const std::vector<float>& centre, double extinction,
+                         const std::optional<Vec3d>& disc) {
+                         const Light& light = depths.light;
+                         const double strength = light.strength()[c];
+                         add_beam_profile(fine, depths, extinction, {{&base, strength}});
+                         const auto late = beam_fluence(fine, depths, centre, extinction);
+                         closure.add_uncollided(light, late, strength, disc);
+                         if (!along) return;
+                         add_beam(p1, depths, beam_extinction(p1), {{&*first, strength}});
+                         auto early = beam_fluence(p1, depths, centre, beam_extinction(p1));
+                         for (size_t slot = 0; slot < early.size(); ++slot) {
+                             early[slot] -= late[slot];
+                             ahead[slot] += strength * early[slot];
+                         }
+                         closure.start_with(light, early, strength);
+                     });
     add_sky_and_glow(fine, c, base);
     add_emission_to(closure, c);
     if (along)

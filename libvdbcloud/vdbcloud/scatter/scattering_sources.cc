@@ -2,13 +2,15 @@
 #include "vdbcloud/scatter/exposed_beam.h"
 #include "vdbcloud/scatter/scattering.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 
 namespace vdbcloud {
 
-void Scattering::add_beams(
-    const P1Operator& p1, const std::vector<std::pair<P1Source*, int>>& sources, const Progress& progress,
-    const std::function<void(const BeamDepths&, const std::vector<float>&, double, const std::optional<Vec3d>&)>& note)
+void Scattering::add_beams(const P1Operator& p1, const std::vector<std::pair<P1Source*, int>>& sources,
+                           const Progress& progress, const BeamNote& note)
 {
     if (beams_.empty()) return;
     const double extinction = beam_extinction(p1);
@@ -53,6 +55,43 @@ void Scattering::add_beams(
         std::any_of(lights_.begin(), lights_.end(), [](const Light& l) { return !l->common_direction(); });
     for (const auto& [source, channel] : sources)
         if (lamps) report_.channel[channel].lines = -1;
+}
+
+void Scattering::add_closed_beams(const P1Operator& fine, int c, SecondMoment& closure, P1Source& base,
+                                  const BeamNote& note)
+{
+    double& lines = report_.channel[c].lines;
+    ChannelBeams own{medium_.sigma_t_per_density[c], medium_.albedo[c], {}};
+    for (const Light& light : beams_) own.strength.push_back(light.strength()[c]);
+    const bool alike = fine.mean_cosine() == 0 && fine.uniform_albedo() && base.beam_absorbed.empty();
+    const auto x = alike && beam_source_ ? beams_as(beam_source_->of, own) : std::nullopt;
+    if (!x) {
+        add_beams(fine, {{&base, c}}, {}, note);
+        if (alike && beam_uses_ > 0) beam_source_.emplace(BeamSource{own, base, closure.uncollided(), lines});
+        return;
+    }
+    const double scattered = *x * own.albedo / beam_source_->of.albedo;
+    base = beam_source_->source;
+    const auto scale = [&](std::vector<double>& values) {
+        tbb::parallel_for(tbb::blocked_range<size_t>(0, values.size()), [&](const tbb::blocked_range<size_t>& range) {
+            for (size_t k = range.begin(); k < range.end(); ++k) values[k] *= scattered;
+        });
+    };
+    scale(base.rhs);
+    for (auto& through : base.through) scale(through);
+    for (auto& faces : base.outflow)
+        for (double& outflow : faces) outflow *= scattered;
+    base.first_scatter *= scattered;
+    for (double* power : {&base.deposited, &base.beam_in, &base.beam_out}) *power *= *x;
+    auto uncollided = beam_source_->uncollided;
+    for (auto& moment : uncollided)
+        for (float& value : moment) value = float(*x * value);
+    closure.add_uncollided(uncollided);
+    lines = beam_source_->lines < 0 ? -1 : beam_source_->lines * *x;
+    if (--beam_uses_ <= 0) {
+        kept_.clear();
+        beam_source_.reset();
+    }
 }
 
 bool Scattering::keeps_beams(const P1Operator& p1) const

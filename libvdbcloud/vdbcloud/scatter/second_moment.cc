@@ -70,8 +70,20 @@ OrdinateFrame frame_of(const VoxelIndex& index, const std::array<bool, 3>& perio
     return {nearest, false};
 }
 
-SecondMoment::SecondMoment(const P1Operator& p1, const ClosureOptions& options, const OrdinateFrame& frame)
-    : p1_(p1), o_(options)
+std::vector<SweepFace> faces_of(const std::vector<ExposedVoxel>& exposed)
+{
+    std::vector<SweepFace> faces;
+    for (const ExposedVoxel& voxel : exposed)
+        for (int face = 0; face < 6; ++face)
+            if (voxel.faces >> face & 1) faces.push_back({voxel.slot, uint8_t(face)});
+    return faces;
+}
+
+SecondMoment::SecondMoment(const P1Operator& p1, const ClosureOptions& options, const OrdinateFrame& frame,
+                           TransportSweep* transport)
+    : p1_(p1), o_(options),
+      own_(transport ? nullptr : std::make_unique<TransportSweep>(p1.index(), faces_of(p1.exposed()))),
+      transport_(transport ? *transport : *own_)
 {
     if (o_.degree < 1 || o_.degree > 7) throw InputError("degree " + std::to_string(o_.degree) + ": expected 1 to 7");
     // t needs moments of degree 2, which must be exact only for radiance that P1 treats as isotropic.
@@ -92,9 +104,7 @@ SecondMoment::SecondMoment(const P1Operator& p1, const ClosureOptions& options, 
         set_.moment_basis.insert(set_.moment_basis.end(), y.begin(), y.end());
     }
     const Blocks& blocks = p1.blocks();
-    for (const ExposedVoxel& voxel : p1.exposed())
-        for (int face = 0; face < 6; ++face)
-            if (voxel.faces >> face & 1) faces_.push_back({voxel.slot, uint8_t(face)});
+    for (const ExposedVoxel& voxel : p1.exposed()) faces_ += size_t(__builtin_popcount(voxel.faces));
     sigma_.assign(blocks.slots(), 0.0f);
     each_active(blocks, [&](size_t slot) { sigma_[slot] = float(p1.scaling(slot).extinction * p1.sigma_t(slot)); });
     thickest_ = sigma_;
@@ -220,7 +230,7 @@ void SecondMoment::build_source()
     });
 }
 
-void SecondMoment::sweep_emission(TransportSweep& by, const PlaneLight* planes)
+void SecondMoment::sweep_emission(const PlaneLight* planes)
 {
     if (emission_.empty()) return;
     SweepSet set = set_;
@@ -233,15 +243,15 @@ void SecondMoment::sweep_emission(TransportSweep& by, const PlaneLight* planes)
         ground.direct.assign(ground_->direct.size(), 0.0f);
     }
     glow_.planes.by_cell = planes && planes->by_cell;
-    by.run(set, {&sigma_, &emission_, true}, glow_.light, planes ? &glow_.planes : nullptr,
-           ground_ ? &ground : nullptr);
+    transport_.run(set, {&sigma_, &emission_, true}, glow_.light, planes ? &glow_.planes : nullptr,
+                   ground_ ? &ground : nullptr);
     glow_.on_ground = std::move(ground.irradiance);
 }
 
 /// Light by the source of collided light and of the sky, and the light of emission.
-void SecondMoment::sweep(TransportSweep& by, SweepResult& to, PlaneLight* planes) const
+void SecondMoment::sweep(SweepResult& to, PlaneLight* planes) const
 {
-    by.run(set_, {&sigma_, &source_}, to, planes, ground_);
+    transport_.run(set_, {&sigma_, &source_}, to, planes, ground_);
     if (emission_.empty()) return;
     const auto add = [](const std::vector<float>& from, std::vector<float>& sum) {
         for (size_t n = 0; n < sum.size(); ++n) sum[n] += from[n];
@@ -260,10 +270,9 @@ void SecondMoment::sweep_planes(const std::vector<double>& phi, PlaneLight* plan
 {
     take_phi(phi);
     build_source();
-    TransportSweep transport(p1_.index(), faces_);
-    sweep_emission(transport, planes);
+    sweep_emission(planes);
     SweepResult unused;
-    sweep(transport, unused, planes);
+    sweep(unused, planes);
 }
 
 ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& options, P1Source& source,
@@ -274,8 +283,7 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
     ClosureReport report;
     report.directions = ordinates_.count();
     const VoxelIndex& index = p1_.index();
-    TransportSweep transport(index, faces_);
-    sweep_emission(transport, planes);
+    sweep_emission(planes);
     bool has_planes = false;
     take_phi(phi);
     const auto norm = [&](const std::vector<double>& v) { return std::sqrt(dot(index.blocks(), v.data(), v.data())); };
@@ -289,7 +297,7 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
         build_source();
         // Planes cost a few per cent of a sweep, so only a sweep that may be the last sums them.
         has_planes = planes && (k + 1 == o_.iterations || (k > 0 && report.change.back() < 8 * o_.change));
-        sweep(transport, swept_, has_planes ? planes : nullptr);
+        sweep(swept_, has_planes ? planes : nullptr);
         source.rhs = rhs;
         source.outflow = outflow;
         close(source);
@@ -328,7 +336,7 @@ ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& option
     if (planes && !has_planes) {
         build_source();
         SweepResult unused;
-        sweep(transport, unused, planes);
+        sweep(unused, planes);
     }
     estimate_error(report);
     return report;
@@ -340,7 +348,7 @@ size_t SecondMoment::bytes() const
     return 4 * slots *
                (size_t(2 * terms_) + suns_.size() + size_t(set_.moment_terms) + 2 + (less_.empty() ? 0 : 1) +
                 (emission_.empty() ? 0 : 1 + size_t(set_.moment_terms))) +
-           mixing_bytes(slots, p1_.mean_cosine()) + faces_.size() * (sizeof(SweepFace) + sizeof(FaceTally));
+           mixing_bytes(slots, p1_.mean_cosine()) + faces_ * (sizeof(SweepFace) + sizeof(FaceTally));
 }
 
 }  // namespace vdbcloud

@@ -4,6 +4,7 @@
 #include "vdbcloud/scatter/ordinates.h"
 #include "vdbcloud/sweep/transport_sweep.h"
 
+#include <memory>
 #include <optional>
 
 namespace vdbcloud {
@@ -23,6 +24,9 @@ struct ClosureOptions {
 double tolerance_between(const ClosureOptions&, const SolveOptions& options, double change);
 /// The same of P1's solution from which sweeps start.
 double tolerance_before(const ClosureOptions&, const SolveOptions& options);
+
+/// The exposed faces, in the order of SweepResult::tally.
+std::vector<SweepFace> faces_of(const std::vector<ExposedVoxel>&);
 
 /// Orientation of a set of directions in the grid (ordinates.h).
 struct OrdinateFrame {
@@ -96,7 +100,9 @@ class SecondMoment {
 public:
     /// Keeps references. Requires `p1.medium().degree` == `options.degree` and exposed voxels from closure_exposed().
     /// Throws InputError if the degree is outside 1..7 or no set of directions is large enough.
-    SecondMoment(const P1Operator& p1, const ClosureOptions& options, const OrdinateFrame& frame = {});
+    /// `transport`, if given, is of faces_of(p1); sweeps of equal directions then find what they need of geometry once.
+    SecondMoment(const P1Operator& p1, const ClosureOptions& options, const OrdinateFrame& frame = {},
+                 TransportSweep* transport = nullptr);
 
     /// Adds a light's uncollided fluence (beam_fluence()) times `strength`, along the light's beam. `disc` is the unit
     /// vector towards the middle of the sun that `light` is a part of, if it is: all parts scatter for the first time
@@ -108,6 +114,7 @@ public:
     /// Adds emission j [radiance / world unit] times `factor`. Its light up to the first collision is swept once, with
     /// j linear from voxel to voxel (SweepFields::emission), and added to the light of each sweep.
     void add_emission(const std::vector<float>& emission, double factor);
+    const std::vector<std::vector<float>>& uncollided() const { return uncollided_; }
     /// Takes `light` [radiance / world unit] from what is scattered into each direction.
     void scatter_less(const std::vector<float>& light);
     /// Sets the radiance that enters along each of set().direction: one value for a uniform sky, or one per direction.
@@ -146,8 +153,8 @@ private:
     double fluence(size_t slot) const;
     double weight_between(int axis, size_t below, size_t slot) const;
     void build_source();
-    void sweep_emission(TransportSweep& by, const PlaneLight* planes);
-    void sweep(TransportSweep& by, SweepResult& to, PlaneLight* planes) const;
+    void sweep_emission(const PlaneLight* planes);
+    void sweep(SweepResult& to, PlaneLight* planes) const;
     void close(P1Source& source) const;
     void close_face(const Swept&, P1Source& source, size_t exposed, int face, const FaceTally& tally) const;
     std::vector<float>& first_scattered(const Vec3d& along);
@@ -157,7 +164,9 @@ private:
     const P1Operator& p1_;
     ClosureOptions o_;
     Ordinates ordinates_;
-    std::vector<SweepFace> faces_;
+    size_t faces_ = 0;
+    std::unique_ptr<TransportSweep> own_;
+    TransportSweep& transport_;
     SweepSet set_;
     int terms_;                            // harmonics of the source: up to the last nonzero scaled moment
     std::vector<float> sigma_, thickest_;  // sigma_t', and the largest of a voxel's and an eighth of its neighbours'
