@@ -115,7 +115,8 @@ double bytes_a_voxel(const Counts& n, const ScatterOptions& o, double g)
         const double depth = g == 0 ? 8 : 5, states = std::min(double(o.closure.iterations), depth);
         const double history = double(mixing_bytes(1, g)) * (2 * states + 3) / (2 * depth + 3);
         const double closure = 4 * (2 * n.terms + n.beams + n.moments + 2) + history;
-        peak = matrix + 3 * source + closure + 4 * n.moments * n.solves + 80;
+        // A source with its fluxes, and a copy of its right side; beams that channels share; fluence, solver, aprons.
+        peak = matrix + 40 + (n.solves > 1 ? 52 : 0) + closure + 4 * n.moments * (n.solves - 1) + 50;
     } else if (o.flux_map) {
         peak += 60;
     }

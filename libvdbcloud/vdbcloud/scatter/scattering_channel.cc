@@ -196,7 +196,9 @@ void Scattering::close(const P1Operator& p1, Multigrid& multigrid, int c, SolveO
     else
         first = base;
     if (ground_) ground_->add_direct(p1, ground_->direct(beam_medium(p1), beams_, c), *first);
-    note_bytes(fine, 3, multigrid.bytes() + closure.bytes() + 20 * index_.blocks().slots());
+    // Besides: the source with its fluxes and a copy of its right side, fluence, the solver's vectors, fluxes of
+    // close().
+    note_bytes(fine, 0, multigrid.bytes() + closure.bytes() + (40 + 16 + 12 + 8) * index_.blocks().slots());
     options.tolerance = tolerance_before(o_.closure, o_.solve);
     report.solve = solve(p1, o_.solver == P1Solver::Multigrid ? &multigrid : nullptr, *first, phi, options);
     // At g = 0.85 P1's flux is far too long where light enters. From half of it one sweep leaves half the error
