@@ -13,6 +13,13 @@ namespace vdbcloud::app {
 
 namespace {
 
+/// An estimate in words: three digits, or whole seconds.
+std::string rounded(double seconds)
+{
+    const double unit = seconds > 0 ? std::pow(10.0, std::min(std::floor(std::log10(seconds)) - 2, 0.0)) : 1;
+    return brief(unit * std::round(seconds / unit));
+}
+
 /// A size in MB, or in GB from 1 GB on.
 std::string size_text(double bytes)
 {
@@ -55,7 +62,7 @@ void tell(App& app, const Plan& plan, const std::string& task)
                                      {"seconds", all.seconds()},
                                      {"events", events},
                                      {"machine", unit_cost_machine()}});
-    app.say("would " + task + ": about " + brief(all.seconds()) + " s of processor time on " + unit_cost_machine() +
+    app.say("would " + task + ": about " + rounded(all.seconds()) + " s of processor time on " + unit_cost_machine() +
             ", and " + size_text(plan.peak()));
     if (const std::string lack = plan.lack(); !lack.empty()) app.warnings()(lack);
 }
