@@ -122,7 +122,8 @@ TEST_F(Hard, GrowthIsSeen)
     EXPECT_LE(std::abs(still.descriptors), 2) << "the shell's own, while it opens a frame";
     EXPECT_EQ(still.left, 0);
     std::filesystem::remove(scratch / "frame.0004");
-    const Growth grown = growth("x=$x$(printf %02000000d 0); exec {file}</dev/null;", "; echo > $TMPDIR/a; echo > .b");
+    const Growth grown =
+        growth("x=$x$(printf %02000000d 0); exec {file}</dev/null;", "; echo > \"$TMPDIR/a\"; echo > .b");
     EXPECT_GT(grown.memory, 0.3);
     EXPECT_GE(grown.descriptors, 3);
     EXPECT_EQ(grown.left, 2);

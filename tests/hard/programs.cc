@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <sstream>
 #include <stdexcept>
 
@@ -25,7 +26,12 @@ struct Programs::Started {
         if (process == 0) {
             ::dup2(in[0], 0);
             ::dup2(out[1], 1);
-            ::setenv("LD_PRELOAD", VDBCLOUD_START_ONCE, 1);
+            // The loader splits LD_PRELOAD at spaces, which a folder may hold; it splits the folders at colons alone.
+            const std::filesystem::path library = VDBCLOUD_START_ONCE;
+            const char* others = ::getenv("LD_LIBRARY_PATH");
+            const std::string folders = library.parent_path().string() + (others ? std::string(":") + others : "");
+            ::setenv("LD_LIBRARY_PATH", folders.c_str(), 1);
+            ::setenv("LD_PRELOAD", library.filename().c_str(), 1);
             ::setenv("LD_BIND_NOW", "1", 1);  // else each run looks up the same symbols
             ::execl(path.c_str(), path.c_str(), nullptr);
             ::_exit(127);
