@@ -221,6 +221,19 @@ uint64_t Aprons::fill_tile(const SweepPath& path, int d, const Vec3d& corner, co
     return ends;
 }
 
+uint64_t Aprons::fill_tile(const SweepPath& path, int d, const Vec3d& corner, const std::array<int, 2>& along,
+                           float* radiance, const int32_t* blocks, size_t count) const
+{
+    Patch patch{path, d, 0.0f, corner, {along[0], along[1]}, {8, 1}, 1, 0, {}};
+    uint64_t ends = 0;
+    for (int k = 0; k < 64; ++k) {
+        const auto hit = rays_.trace(patch.start(k / 8, k % 8), path.traversal.step, blocks, count);
+        ends |= uint64_t(hit.block < 0) << k;
+        radiance[k] = hit.block < 0 ? 0.0f : light_of(patch, hit, k / 8, k % 8);
+    }
+    return ends;
+}
+
 /// Adds to `radiance` what reaches a region's rays from blocks near it; returns the rays that meet none, as bits.
 uint64_t Aprons::from_near_blocks(const SweepPath& path, int d, int region, size_t block, float* radiance) const
 {

@@ -46,6 +46,9 @@ public:
     /// rays come from the sky, as bits; their radiance is not set.
     uint64_t fill_tile(const SweepPath&, int d, const Vec3d& corner, const std::array<int, 2>& along, float* radiance,
                        int pitch = 1) const;
+    /// The same with pitch 1 where a ray to a point meets none but `count` of `blocks`.
+    uint64_t fill_tile(const SweepPath&, int d, const Vec3d& corner, const std::array<int, 2>& along, float* radiance,
+                       const int32_t* blocks, size_t count) const;
 
     size_t bytes() const;
 

@@ -25,6 +25,7 @@ void PlaneLight::add(const PlaneLight& more)
         ground_in[face] += more.ground_in[face];
     }
     traced += more.traced;
+    tests += more.tests;
 }
 
 void set_half_ranges(const SweepSet& set, PlaneLight& to)
@@ -35,7 +36,7 @@ void set_half_ranges(const SweepSet& set, PlaneLight& to)
     to.medium_along.fill(std::vector<double>(set.count(), 0.0));
     to.sky_along = to.medium_along;
     to.direction = set.direction;
-    to.traced = 0;
+    to.traced = to.tests = 0;
     for (size_t m = 0; m < set.count(); ++m)
         for (size_t face = 0; face < 6; ++face) {
             const double out = (face % 2 ? 1 : -1) * set.direction[m][int(face / 2)] * set.weight[m];

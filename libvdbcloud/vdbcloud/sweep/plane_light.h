@@ -31,6 +31,8 @@ struct PlaneLight {
     std::array<double, 6> of_unit_radiance{};
     /// Tiles of 8 x 8 rays that were traced from planes, each for one direction.
     uint64_t traced = 0;
+    /// Pairs of such a ray and a block that may stop it, where few blocks may. Other rays walk from block to block.
+    uint64_t tests = 0;
 
     /// Adds light of the same medium and the same directions.
     void add(const PlaneLight&);

@@ -14,6 +14,7 @@ using block_sweep::batch;
 
 namespace {
 
+constexpr size_t few = 2;     // blocks that shade a tile along a direction: its rays then ask each of them
 constexpr double pad = 0.25;  // that a shadow is taken wider than it is [voxels]: rays start at middles of cells
 
 Vec3d as_double(const Vec3i& v) { return Vec3d(v.x(), v.y(), v.z()); }
@@ -89,11 +90,11 @@ std::vector<PlaneTallies::Tile> PlaneTallies::all_voids() const
 }
 
 /// Adds the tiles of a plane on which the shadow of a block along a direction may fall.
-void PlaneTallies::add_shadow(int face, uint8_t way, const Vec3d& step, const Vec3i& block, std::vector<Tile>& to) const
+void PlaneTallies::add_shadow(int face, uint8_t way, const Vec3d& step, size_t block, std::vector<Tile>& to) const
 {
     const int axis = face / 2;
     const auto [u, v] = ActiveBox::axes(axis);
-    Vec3d low = as_double(block) * 8.0 - Vec3d(0.5 + pad), high = low + Vec3d(8 + 2 * pad);
+    Vec3d low = as_double(blocks_.at(block)) * 8.0 - Vec3d(0.5 + pad), high = low + Vec3d(8 + 2 * pad);
     const double plane = face % 2 ? box_.last[axis] + 0.5 : box_.first[axis] - 0.5;
     const double p = (plane - low[axis]) / step[axis], q = (plane - high[axis]) / step[axis];
     double t0 = std::max(std::min(p, q), 0.0), t1 = std::max(p, q);
@@ -111,7 +112,7 @@ void PlaneTallies::add_shadow(int face, uint8_t way, const Vec3d& step, const Ve
         if (!overlap(low[u], high[u], step[u], 8.0 * tu - 0.5, 8.0 * tu + 7.5, from, until)) continue;
         const auto [v0, v1] = tiles(low[v] + std::min(step[v] * from, step[v] * until),
                                     high[v] + std::max(step[v] * from, step[v] * until), box_.first[v], box_.last[v]);
-        Tile tile{face, {}, way, 0};
+        Tile tile{face, {}, way, 0, block, 1};
         tile.corner[axis] = (face % 2 ? box_.last : box_.first)[axis];
         tile.corner[u] = 8 * tu;
         for (int tv = v0; tv <= v1; ++tv) {
@@ -124,7 +125,7 @@ void PlaneTallies::add_shadow(int face, uint8_t way, const Vec3d& step, const Ve
 /// The tiles without a block on which the shadow of a block falls, and the directions of a batch along which it does. A
 /// ray against the light meets a block's downstream side first, so blocks whose downstream sides all touch blocks cast
 /// no shadow of their own.
-std::vector<PlaneTallies::Tile> PlaneTallies::shaded(const std::vector<SweepPath>& paths) const
+std::vector<PlaneTallies::Tile> PlaneTallies::shaded(const std::vector<SweepPath>& paths)
 {
     std::vector<std::vector<Tile>> found(blocks_.count());
     tbb::parallel_for(size_t(0), blocks_.count(), [&](size_t b) {
@@ -136,19 +137,30 @@ std::vector<PlaneTallies::Tile> PlaneTallies::shaded(const std::vector<SweepPath
                     outer || (step[a] != 0 && size_t(blocks_.neighbours(b)[2 * a + (step[a] > 0)]) == blocks_.count());
             for (int a = 0; a < 3 && outer; ++a)
                 if (const int face = 2 * a + (step[a] > 0); step[a] != 0 && box_.cells(face) > 0)
-                    add_shadow(face, uint8_t(1 << d), step, blocks_.at(b), found[b]);
+                    add_shadow(face, uint8_t(1 << d), step, b, found[b]);
         }
     });
     std::vector<Tile> all;
     for (const auto& of_block : found) all.insert(all.end(), of_block.begin(), of_block.end());
+    // Until here `first` is the block.
     const auto key = [](const Tile& t) { return std::make_tuple(t.face, t.corner[0], t.corner[1], t.corner[2]); };
-    std::sort(all.begin(), all.end(), [&](const Tile& p, const Tile& q) { return key(p) < key(q); });
+    std::sort(all.begin(), all.end(), [&](const Tile& p, const Tile& q) {
+        return std::make_tuple(key(p), p.first, p.ways) < std::make_tuple(key(q), q.first, q.ways);
+    });
+    shadows_.clear();
     std::vector<Tile> tiles;
-    for (const Tile& tile : all)
-        if (!tiles.empty() && key(tiles.back()) == key(tile))
-            tiles.back().ways |= tile.ways;
-        else if (is_void(tile.corner))
-            tiles.push_back(tile);
+    for (size_t n = 0, next = 0; n < all.size(); n = next) {
+        for (next = n + 1; next < all.size() && key(all[next]) == key(all[n]);) ++next;
+        if (!is_void(all[n].corner)) continue;
+        Tile tile = all[n];
+        tile.first = shadows_.size();
+        tile.shadows = next - n;
+        for (size_t k = n; k < next; ++k) {
+            tile.ways |= all[k].ways;
+            shadows_.push_back({int32_t(all[k].first), all[k].ways});
+        }
+        tiles.push_back(tile);
+    }
     return tiles;
 }
 
@@ -170,7 +182,18 @@ PlaneTallies::TileSums PlaneTallies::trace(const Tile& tile, const std::vector<S
     for (size_t d = 0; d < paths.size(); ++d) {
         if (!(tile.ways >> d & 1)) continue;
         alignas(32) float radiance[64];
-        const uint64_t sky = aprons.fill_tile(paths[d], int(d), corner, ActiveBox::axes(axis), radiance);
+        int32_t blocks[few];
+        size_t count = 0;
+        for (size_t n = tile.first; n < tile.first + tile.shadows && count <= few; ++n) {
+            if (!(shadows_[n].ways >> d & 1)) continue;
+            if (count < few) blocks[count] = shadows_[n].block;
+            ++count;
+        }
+        const bool direct = count > 0 && count <= few;
+        if (direct) sums.tests += 64 * count;
+        const uint64_t sky =
+            direct ? aprons.fill_tile(paths[d], int(d), corner, ActiveBox::axes(axis), radiance, blocks, count)
+                   : aprons.fill_tile(paths[d], int(d), corner, ActiveBox::axes(axis), radiance);
         if (!to_.by_cell && !~sky) continue;
         const double weight = power(tile.face, paths[d].number);
         for (size_t k = 0; k < 64; ++k) {
@@ -227,6 +250,7 @@ void PlaneTallies::add_voids(const std::vector<SweepPath>& paths, const Aprons& 
             if (power(tile.face, paths[d].number) > 0) tile.ways |= uint8_t(1 << d);
     std::vector<TileSums> sums(tiles.size());
     tbb::parallel_for(size_t(0), tiles.size(), [&](size_t n) { sums[n] = trace(tiles[n], paths, aprons, below); });
+    for (const TileSums& of : sums) to_.tests += of.tests;
     for (size_t d = 0; d < paths.size(); ++d) {
         const size_t m = paths[d].number;
         for (int face = 0; face < 6; ++face)

@@ -30,7 +30,13 @@ private:
         int face;
         Vec3i corner;  // the voxel of the tile's first cell; may be outside the box, as may others
         uint8_t ways = 0;
-        size_t cells = 0;  // place in cells_
+        size_t cells = 0;               // place in cells_
+        size_t first = 0, shadows = 0;  // in shadows_; none if by_cell
+    };
+    /// Of a block on a tile.
+    struct Shadow {
+        int32_t block;
+        uint8_t ways;
     };
     struct Cells {
         std::array<float, 64> from_medium{}, from_sky{};
@@ -38,11 +44,12 @@ private:
     /// Of one tile, by direction of a batch: power from blocks, and what it hides of the sky and the patch.
     struct TileSums {
         std::array<double, block_sweep::batch> medium{}, hidden{};
+        uint64_t tests = 0;
     };
     std::vector<SweepFace> find_faces();
     std::vector<Tile> all_voids() const;
-    std::vector<Tile> shaded(const std::vector<SweepPath>& batch) const;
-    void add_shadow(int face, uint8_t way, const Vec3d& step, const Vec3i& block, std::vector<Tile>& to) const;
+    std::vector<Tile> shaded(const std::vector<SweepPath>& batch);
+    void add_shadow(int face, uint8_t way, const Vec3d& step, size_t block, std::vector<Tile>& to) const;
     bool is_void(const Vec3i& corner) const;
     TileSums trace(const Tile&, const std::vector<SweepPath>& batch, const Aprons&, const PatchLight* below);
     void add_sky(size_t m, int face, const PatchLight* below);
@@ -64,6 +71,7 @@ private:
     std::vector<std::array<double, 3>> sums_;  // of a batch: block by block, `batch` each, by axis
     std::vector<Tile> voids_;                  // all tiles without a block, if by_cell
     std::vector<Cells> cells_;                 // of voids_
+    std::vector<Shadow> shadows_;              // of a batch, tile by tile
     std::array<size_t, 6> void_cells_{};       // cells of the planes that lie in tiles without a block
 };
 

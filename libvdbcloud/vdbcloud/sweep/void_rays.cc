@@ -132,4 +132,47 @@ VoidRays::Hit VoidRays::trace(const Vec3d& point, const Vec3d& step) const
     }
 }
 
+VoidRays::Hit VoidRays::trace(const Vec3d& point, const Vec3d& step, const int32_t* blocks, size_t count) const
+{
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    const Vec3d from = point + Vec3d(0.5);
+    Hit hit;
+    double nearest = infinity;
+    for (size_t n = 0; n < count; ++n) {
+        const Vec3i& at = blocks_.at(size_t(blocks[n]));
+        // Ray parameters at the walls that the ray crosses into the block and out of it, by axis.
+        double in[3], out[3], last = 0;
+        int last_axis = -1;
+        for (int a = 0; a < 3; ++a) {
+            const double low = 8.0 * at[a], to_low = from[a] - low, to_high = to_low - 8;
+            if (step[a] == 0) {
+                in[a] = to_low >= 0 && to_high < 0 ? -infinity : infinity;
+                out[a] = infinity;
+            } else {
+                in[a] = (step[a] > 0 ? to_high : to_low) / step[a];
+                out[a] = (step[a] > 0 ? to_low : to_high) / step[a];
+            }
+            if (in[a] > last) last = in[a], last_axis = a;
+        }
+        if (last_axis < 0 || last == infinity) continue;
+        // Walls this close are met at once (Walk::cross): an edge that is only touched stops no ray.
+        double t = last;
+        for (const double wall : in)
+            if ((last - wall) * std::abs(step[last_axis]) < same_wall) t = std::min(t, wall);
+        int axes = 0;
+        bool meets = t < nearest;
+        for (int a = 0; a < 3; ++a) {
+            axes |= in[a] >= t ? 1 << a : 0;
+            meets = meets && (out[a] == infinity || (out[a] - t) * std::abs(step[a]) >= same_wall);
+        }
+        if (!meets) continue;
+        nearest = t;
+        hit.block = blocks[n];
+        hit.axes = axes;
+        for (int a = 0; a < 3; ++a)
+            hit.at[a] = axes >> a & 1 ? (step[a] > 0 ? 7.5 : -0.5) : from[a] - t * step[a] - 0.5 - 8.0 * at[a];
+    }
+    return hit;
+}
+
 }  // namespace vdbcloud

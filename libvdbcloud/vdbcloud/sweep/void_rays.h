@@ -29,6 +29,10 @@ public:
     /// those that it only touches, so that mirrored rays meet mirrored blocks.
     Hit trace(const Vec3d& point, const Vec3d& step) const;
 
+    /// The same for a ray that meets none but these blocks, without a walk through emptiness; in a medium that ends on
+    /// all sides. Time in proportion to `count`; ends to rounding of those of the walk.
+    Hit trace(const Vec3d& point, const Vec3d& step, const int32_t* blocks, size_t count) const;
+
     /// As Blocks::find, in constant time.
     int32_t find(const Vec3i& at) const;
 
