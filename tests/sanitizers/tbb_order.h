@@ -18,7 +18,7 @@ struct Ordered {
     char *begin, *end;
 
     template<typename Range>
-    void operator()(const Range& range) const
+    void operator()(Range&& range) const  // some bodies take a range that is not const
     {
         __tsan_acquire(begin);
         body(range);
