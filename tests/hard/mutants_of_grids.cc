@@ -137,6 +137,7 @@ void change_transform(const GridFile& file, Dice& dice, std::string& what)
     what += "transform of " + grid->getName();
     try {
         grid->setTransform(bad_transform(dice));
+        grid->copyGrid();                  // as a writer does
     } catch (const openvdb::Exception&) {  // OpenVDB itself refuses it: a small voxel instead
         grid->setTransform(openvdb::math::Transform::createLinearTransform(1e-4));
     }
