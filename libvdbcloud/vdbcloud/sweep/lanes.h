@@ -1,28 +1,18 @@
 #pragma once
 // Arithmetic on eight floats at a time, one row of a block. Private to sweep/: inlined into loops that are compiled for
 // several instruction sets.
-#include "vdbcloud/core/clones.h"
+#include "vdbcloud/core/eight.h"
 
-#include <cstdint>
 #include <cstring>
 
 namespace vdbcloud::lanes {
 
-// Every function here is inlined: nobody needs the calling convention of these vectors.
-#pragma GCC diagnostic ignored "-Wpsabi"
+using Lanes = eight::Floats;
+using Ints = eight::Ints;
+using eight::load;
+using eight::store;
 
-// Eight lanes: one row of a block. Operations are element by element, so both clones give equal values.
-using Lanes = float __attribute__((vector_size(32)));
-using Ints = int32_t __attribute__((vector_size(32)));
-
-VDBCLOUD_INLINE Lanes load(const float* from)
-{
-    Lanes v;
-    std::memcpy(&v, from, sizeof v);
-    return v;
-}
-VDBCLOUD_INLINE void store(float* to, Lanes v) { std::memcpy(to, &v, sizeof v); }
-VDBCLOUD_INLINE Lanes all(float x) { return Lanes{x, x, x, x, x, x, x, x}; }
+VDBCLOUD_INLINE Lanes all(float x) { return eight::all(x); }
 
 /// exp(-t) for t in [0, 80], relative error 1e-7.
 VDBCLOUD_INLINE Lanes exp_minus(Lanes t)
