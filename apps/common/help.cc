@@ -22,7 +22,8 @@ Configuration:
 
 Exit status:
   0    done
-  1    an input was refused or could not be read, or an output could not be written
+  1    an input was refused or could not be read, an output could not be written, or a limit of memory
+       or of processor time was reached
   2    the command line or the configuration is wrong
   3    a solver missed its tolerance, or a result is not finite
   130, 143, 129, 141  ended by SIGINT, SIGTERM, SIGHUP, SIGPIPE; nothing half-written stays

@@ -6,9 +6,11 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstdio>
@@ -24,7 +26,11 @@ struct Ending {
     int signal;
     const char* name;
 };
-constexpr Ending endings[] = {{SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}, {SIGHUP, "SIGHUP"}, {SIGPIPE, "SIGPIPE"}};
+constexpr Ending endings[] = {
+    {SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}, {SIGHUP, "SIGHUP"}, {SIGPIPE, "SIGPIPE"}, {SIGXCPU, "SIGXCPU"}};
+
+/// The status of a run that a signal ends. Limits of the system end it as its other failures do.
+int status_of(int signal) { return signal == SIGXCPU ? 1 : 128 + signal; }
 
 /// What a handler needs must be there before, as memory that no longer changes.
 struct LastWords {
@@ -59,9 +65,10 @@ void leave_report(const LastWords& words, int signal)
     for (const Ending& ending : endings)
         if (ending.signal == signal) put(file, ending.name, std::strlen(ending.name));
     put(file, words.between);
-    const int status = 128 + signal;
+    const int status = status_of(signal);
     const char digits[] = {char('0' + status / 100), char('0' + status / 10 % 10), char('0' + status % 10)};
-    put(file, digits, 3);
+    const size_t zeros = status < 10 ? 2 : status < 100 ? 1 : 0;
+    put(file, digits + zeros, 3 - zeros);
     put(file, words.after);
     ::close(file);
     if (::rename(words.temporary.c_str(), words.path.c_str()) != 0) ::unlink(words.temporary.c_str());
@@ -75,6 +82,12 @@ void handle(int signal)
         for (;;) ::pause();
     remove_temporaries();
     if (const LastWords* words = last_words.load()) leave_report(*words, signal);
+    if (signal == SIGXCPU) {
+        complain(tool_name.c_str(),
+                 "the limit of processor time (ulimit -t) ended the run: expected a higher limit, or less "
+                 "work, which --dry-run estimates");
+        ::_exit(status_of(signal));
+    }
 
     struct sigaction action = {};
     action.sa_handler = SIG_DFL;
@@ -110,6 +123,15 @@ void before_libraries(int /*argc*/, char** /*argv*/, char** /*environment*/) { s
 using Early = void (*)(int, char**, char**);
 [[gnu::section(".preinit_array"), gnu::used]] const Early early = before_libraries;
 
+/// The system kills at the hard limit of processor time, so the lower limit, which sends SIGXCPU, must be below it.
+void leave_time_to_end()
+{
+    rlimit time = {};
+    if (::getrlimit(RLIMIT_CPU, &time) != 0 || time.rlim_max == RLIM_INFINITY || time.rlim_max < 2) return;
+    time.rlim_cur = std::min(time.rlim_cur, time.rlim_max - 1);
+    ::setrlimit(RLIMIT_CPU, &time);
+}
+
 }  // namespace
 
 void install_signals(const std::string& tool)
@@ -117,6 +139,7 @@ void install_signals(const std::string& tool)
     tool_name = tool;
     std::set_terminate(terminated);
     ::signal(SIGXFSZ, SIG_IGN);
+    leave_time_to_end();
     struct sigaction action = {}, before = {};
     action.sa_handler = handle;
     sigfillset(&action.sa_mask);

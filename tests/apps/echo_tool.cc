@@ -123,6 +123,10 @@ void act(app::App& app, const Options& o)
         if (what == "sleep") sleep_long(app);
         for (;;) std::cout << std::string(65536, 'x') << std::flush;
     }
+    if (what == "spin") {
+        const AtomicFile half_done(o.output);
+        for (volatile int k = 0;; k = k + 1) continue;
+    }
     if (what == "copy") {
         GridFile file = app.read(o.input);
         app.write(o.output, file);

@@ -50,6 +50,22 @@ TEST_P(Signals, EndTheRunByThatSignalAndLeaveAReportAlone)
 INSTANTIATE_TEST_SUITE_P(Run, Signals, testing::Values(SIGINT, SIGTERM, SIGHUP),
                          [](const auto& p) { return std::string(sigabbrev_np(p.param)); });
 
+TEST(Run, ALimitOfProcessorTimeEndsARunAsOtherLimitsDo)
+{
+    // One number for both limits, at the greater of which the system kills.
+    const Scratch scratch;
+    const RunResult r =
+        shell("ulimit -t 2; echo_tool -o '" + scratch / "out' --act spin --json '" + scratch / "report'");
+    EXPECT_EQ(r.status, 1);
+    EXPECT_EQ(r.err,
+              "echo_tool: the limit of processor time (ulimit -t) ended the run: expected a higher limit, or less "
+              "work, which --dry-run estimates\n");
+    EXPECT_EQ(scratch.list(), Words{"report"});
+    const auto report = nlohmann::json::parse(read_text(scratch / "report"));
+    EXPECT_EQ(report["exit_status"], 1);
+    EXPECT_EQ(report["error"], "ended by SIGXCPU");
+}
+
 TEST(Run, ASignalDoesNotReplaceAReportThatIsADevice)
 {
     const Scratch scratch;

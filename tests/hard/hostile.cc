@@ -248,7 +248,8 @@ void Hostile::run(const std::string& tool, uint64_t seed)
     write_text(folder_ + "/" + mutant.name, mutant.bytes);
     const Answer answer = programs_.run(tool, mutant.arguments, folder_, mutant.input);
     ++statuses_[answer.status];
-    std::string bad = complaint(tool, answer.status, read_text(folder_ + "/stderr"));
+    const std::string said = read_text(folder_ + "/stderr");
+    std::string bad = complaint(tool, answer.status, said);
     for (const std::string& name : names_in(folder_)) {
         if (std::binary_search(known_.begin(), known_.end(), name)) continue;
         if (name != mutant.name && name.rfind("out.", 0) != 0) bad = "the file " + name + " stays";
@@ -259,6 +260,8 @@ void Hostile::run(const std::string& tool, uint64_t seed)
     add_row(rows_, {group, "ends", bad.empty() ? 0.0 : 1.0, 0, 1, bad.empty() ? 0 : 1, bad.empty() ? "" : where, ""});
     add_row(rows_, {group, "seconds", answer.seconds, 20, 1, answer.seconds <= 20 ? 0 : 1, where, ""});
     add_row(rows_, {group, "MiB", mebibytes, 2048, 1, mebibytes <= 2048 ? 0 : 1, where, ""});
+    if (said.find("the limit of processor time") != std::string::npos)
+        add_row(rows_, {group, "seconds at which a limit of time ends", answer.seconds, 20, 1, 0, where, ""});
     if (bad.empty()) return;
     std::string line = tool;
     for (const std::string& word : mutant.arguments) line += " " + word;

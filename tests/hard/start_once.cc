@@ -12,6 +12,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -49,7 +50,7 @@ void redirect(int file, const char* path, int flags)
     redirect(1, "stdout", O_WRONLY | O_CREAT | O_TRUNC);
     redirect(2, "stderr", O_WRONLY | O_CREAT | O_TRUNC);
     const rlim_t seconds = std::strtoull(words[1], nullptr, 10), bytes = std::strtoull(words[2], nullptr, 10);
-    const rlimit processor = {seconds, seconds + 1}, memory = {bytes, bytes};
+    const rlimit processor = {std::max<rlim_t>(seconds, 2) - 1, seconds + 1}, memory = {bytes, bytes};
     ::setrlimit(RLIMIT_CPU, &processor);
     ::setrlimit(RLIMIT_AS, &memory);
     ::alarm(unsigned(10 * seconds));  // a program that waits for ever

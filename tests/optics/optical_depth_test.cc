@@ -2,6 +2,7 @@
 #include "vdbcloud/optics/optical_depth.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/optics/cell_march.h"
 
 #include "support/fields.h"
 
@@ -125,6 +126,43 @@ TEST(OpticalDepth, IncludesActiveTilesAndDistantPieces)
     EXPECT_NEAR(density_depth(map, ray, 0, 1e5), 2.0 * 128, 1e-9);
     EXPECT_NEAR(density_depth(map, ray, 0, far), 2.0 * 128 + 5.0 * 8, 1e-6);  // distances of 5e8 round at 1e-7
     EXPECT_LT(map.bytes(), 20u << 20) << "constant bricks must share storage";
+}
+
+TEST(OpticalDepth, CrossesATileInAStepABrick)
+{
+    // Tiles of one value, of another, of zeros, and a leaf beside them; and the same voxels as leaves.
+    auto tiles = FloatGrid::create();
+    tiles->fill({Coord(0), Coord(127)}, 0.75f);
+    tiles->fill({Coord(0, 0, 128), Coord(127, 127, 255)}, 0.0f);
+    tiles->fill({Coord(0, 128, 0), Coord(7, 135, 7)}, 3.0f);
+    tiles->tree().setValueOn(Coord(60, 60, 300), 2.0f);
+    auto leaves = tiles->deepCopy();
+    leaves->tree().voxelizeActiveTiles();
+    ASSERT_LT(tiles->tree().leafCount(), 5u);
+    for (const Vec3i& length : {Vec3i(0), Vec3i(128, 0, 0)}) {
+        const BrickMap map(*tiles, 0, {}, {Vec3i(0), length}), dense(*leaves, 0, {}, {Vec3i(0), length});
+        size_t pieces = 0, cells = 0;
+        double sum = 0;
+        for (int n = 0; n < 300; ++n) {
+            WorldRay ray = random_ray(*tiles, uint64_t(n));
+            if (length[0] > 0) ray.direction = Vec3d(1, 3, 3 * (n % 2)).unit();
+            double cell_by_cell = 0;
+            const IndexRay index(dense.index_from_world(), ray);
+            march_cells(dense, index, 0, far, [&](double in, double out, const float* corners, const Vec3i& cell) {
+                const Vec3d p = index.at(in) - Vec3d(cell[0], cell[1], cell[2]);
+                cell_by_cell += (out - in) * along(corners, p, (out - in) * index.direction).integral(1);
+                return ++cells, true;
+            });
+            // Crossings at distances of 1e3 voxels round to 1e-13 each, hundreds of them.
+            EXPECT_NEAR(density_depth(map, ray, 0, far), cell_by_cell, 1e-10 * (1 + cell_by_cell)) << "ray " << n;
+            sum += cell_by_cell;
+            march_pieces(map, index, 0, far, [&](auto...) { return ++pieces, true; });
+        }
+        EXPECT_GT(sum, 300 * 5) << "the rays met little";
+        // A brick has 8 cells along each axis, so a ray crosses 8 to 22 in one; 1 brick of 7 to 16 lies at a border.
+        EXPECT_LT(double(pieces), 0.4 * double(cells));
+        EXPECT_GT(pieces, 300u);
+    }
 }
 
 TEST(OpticalDepth, ConvergesAtSecondOrderForSmoothFieldsAndFirstForJumps)

@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 namespace vdbcloud {
@@ -83,6 +85,53 @@ TEST(BrickMap, RaysFindTheRootsThatTheyMeetAmongMany)
     }
     EXPECT_GE(met, size_t(rays) * 2 / 3);
     EXPECT_LT(double(tested) / rays, 200) << "of 2000 roots";
+}
+
+TEST(BrickMap, EmptinessInARootIsCrossedInLargeSteps)
+{
+    std::vector<Vec3i> places{{5, 5, 5}, {4090, 4090, 4090}};
+    for (const Vec3i& at : scattered(12, 2000)) places.push_back(at + Vec3i(2047));
+    const BrickMap map(*voxels_at(places));
+    ASSERT_EQ(map.roots().size(), 1u);
+    const BrickMap::Root& root = map.roots()[0];
+    std::map<int, int> sizes;
+    for (int n = 0; n < 100000; ++n) {
+        // Half of the cells lie near a voxel.
+        const Vec3i cell =
+            n % 2 ? places[size_t(n) % places.size()] / 64 * 64 + Vec3i(n / 2 % 64, n / 128 % 64, n / 999 % 64)
+                  : Vec3i(int(hash_bits(n, 1) % 4096), int(hash_bits(n, 2) % 4096), int(hash_bits(n, 3) % 4096));
+        const int32_t super = BrickMap::super_at(root, cell);
+        if (super >= 0 && map.number_at(super, cell) >= 0) continue;
+        const int shift = map.empty_shift(root, super, cell);
+        ++sizes[shift];
+        const auto same = [&](const Vec3i& b) {
+            for (int a = 0; a < 3; ++a)
+                if ((b[a] * 8) >> shift != cell[a] >> shift) return false;
+            return true;
+        };
+        ASSERT_TRUE(std::none_of(map.bricks().begin(), map.bricks().end(), same)) << cell;
+    }
+    ASSERT_EQ(sizes.size(), 4u);
+    for (const int shift : {3, 5, 7, 9}) EXPECT_GT(sizes[shift], 0) << shift;
+    // A diagonal row of places of 512 cells: 8 of them, and three crossings of a plane for each.
+    const IndexRay ray(map.index_from_world(), {Vec3d(0.5, 3, 4), Vec3d(1, 1.01, 0.99).unit()});
+    int steps = 0;
+    double t = 0;
+    for (Vec3i cell(0, 3, 4); cell[0] < 4096 && cell[1] < 4096 && cell[2] < 4096; ++steps) {
+        const int32_t super = BrickMap::super_at(root, cell);
+        const bool brick = super >= 0 && map.number_at(super, cell) >= 0;
+        const int shift = brick ? 3 : map.empty_shift(root, super, cell);
+        int axis = 0;
+        t = march_detail::exit_of(ray, cell, shift, axis);
+        march_detail::leave(ray, cell, shift, axis, t);
+    }
+    EXPECT_GT(t, 4000 * 1.7);
+    // Through 14 places at most that hold a voxel, each 4^3 of 128, which hold 4^3 of 32, which hold 4^3 of 8.
+    EXPECT_LT(steps, 8 * 3 + 14 * 12);
+    // As many as are counted, but for those of cells within bricks that the ray meets.
+    const size_t counted = count_steps(map, ray, 0, 1e12);
+    EXPECT_GE(counted, size_t(steps) / 2);
+    EXPECT_LE(counted, size_t(steps) + 14 * 24);
 }
 
 }  // namespace

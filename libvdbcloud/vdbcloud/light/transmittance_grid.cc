@@ -206,20 +206,19 @@ void compare(const BrickMap& density, const Medium& medium, const std::vector<st
     }
 }
 
-/// Cells that a ray from a wanted point to a light crosses, the mean of some hundred points.
-double mean_cells(const BrickMap& density, const LightModel& light, const Wanted& wanted)
+/// Steps of a ray from a wanted point to a light, the mean of some hundred points.
+double mean_steps(const BrickMap& density, const LightModel& light, const Wanted& wanted)
 {
     const size_t step = std::max<size_t>(1, size_t(wanted.voxels) / 300);
-    size_t seen = 0, rays = 0, cells = 0;
+    size_t seen = 0, rays = 0, steps = 0;
     for (size_t n = 0; n < wanted.leaf.size() * 512; ++n) {
         if (!wanted.has(n) || seen++ % step != step / 2) continue;
         const Vec3d x = wanted.world(n, density);
         const Sight sight = light.towards(x);
         ++rays;
-        march_cells(density, IndexRay(density.index_from_world(), {x, sight.direction}), 0, sight.distance,
-                    [&](double, double, const float*, const Vec3i&) { return ++cells, true; });
+        steps += count_steps(density, IndexRay(density.index_from_world(), {x, sight.direction}), 0, sight.distance);
     }
-    return rays ? double(cells) / double(rays) : 0;
+    return rays ? double(steps) / double(rays) : 0;
 }
 
 template<typename TreeT>
@@ -347,7 +346,7 @@ TransmittancePlan transmittance_plan(const FloatGrid& density, const Medium& med
                 plan.work.add("lattice_product", double(lattice_products(map, *part->common_direction(),
                                                                          refined_offsets(o.refine), o.rays_per_voxel)));
         else
-            plan.work.add("exact_cell", parts * double(wanted.voxels) * mean_cells(map, *light, wanted));
+            plan.work.add("exact_cell", parts * double(wanted.voxels) * mean_steps(map, *light, wanted));
     }
     // Bricks of the density, the topology and the transmittance; then the depths, and after them the grid.
     const double values = 2048.0 * double(channels);

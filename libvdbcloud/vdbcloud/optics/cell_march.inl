@@ -24,11 +24,14 @@ inline double exit_of(const IndexRay& ray, const Vec3i& cell, int shift, int& ax
 inline void leave(const IndexRay& ray, Vec3i& cell, int shift, int axis, double t)
 {
     for (int a = 0; a < 3; ++a) {
-        const int low = cell[a] & -(1 << shift), high = low + (1 << shift) - 1;
-        if (a == axis)
-            cell[a] = ray.direction[a] > 0 ? high + 1 : low - 1;
-        else
-            cell[a] = int(std::clamp(std::floor(ray.origin[a] + t * ray.direction[a]), double(low), double(high)));
+        const int size = 1 << shift, low = cell[a] & -size;
+        if (a == axis) {
+            cell[a] = ray.direction[a] > 0 ? low + size : low - 1;
+        } else {
+            // From `low` on, where a conversion cuts as std::floor() does, which is a call on old processors.
+            const double place = ray.origin[a] + t * ray.direction[a] - low;
+            cell[a] = low + int(std::clamp(place, 0.0, size - 0.5));
+        }
     }
 }
 
@@ -64,10 +67,10 @@ bool march_brick(const float* brick, const IndexRay& ray, Vec3i& cell, double& t
 }
 
 /// Calls on_brick(number, cell, t) for each brick on the ray; on_brick moves t and `cell` beyond the brick, or t to t1,
-/// and returns false to stop.
-template<typename OnBrick>
+/// and returns false to stop. Calls on_gap() for each box of emptiness in between.
+template<typename OnBrick, typename OnGap>
 bool march_root(const BrickMap& map, const BrickMap::Root& root, const IndexRay& ray, double t, double t1,
-                OnBrick& on_brick)
+                OnBrick& on_brick, OnGap& on_gap)
 {
     Vec3i cell;
     for (int a = 0; a < 3; ++a)
@@ -82,7 +85,8 @@ bool march_root(const BrickMap& map, const BrickMap::Root& root, const IndexRay&
             if (!on_brick(number, cell, t)) return false;
             continue;
         }
-        const int shift = s < 0 ? 7 : 3;
+        on_gap();
+        const int shift = map.empty_shift(root, s, cell);
         int axis = 0;
         t = std::max(t, exit_of(ray, cell, shift, axis));
         if (t < t1) leave(ray, cell, shift, axis, t);
@@ -139,16 +143,22 @@ inline void find_roots(const BrickMap& map, const IndexRay& ray, double t0, doub
     }
 }
 
-template<typename OnBrick>
-bool march_roots(const BrickMap& map, const IndexRay& ray, double t0, double t1, OnBrick on_brick)
+template<typename OnBrick, typename OnGap>
+bool march_roots(const BrickMap& map, const IndexRay& ray, double t0, double t1, OnBrick on_brick, OnGap on_gap)
 {
     RootHits hits;
     find_roots(map, ray, t0, t1, hits);
     RootHit* hit = hits.begin();
     std::sort(hit, hit + hits.count, [](const RootHit& p, const RootHit& q) { return p.t0 < q.t0; });
     for (size_t n = 0; n < hits.count; ++n)
-        if (!march_root(map, *hit[n].root, ray, hit[n].t0, hit[n].t1, on_brick)) return false;
+        if (!march_root(map, *hit[n].root, ray, hit[n].t0, hit[n].t1, on_brick, on_gap)) return false;
     return true;
+}
+
+template<typename OnBrick>
+bool march_roots(const BrickMap& map, const IndexRay& ray, double t0, double t1, OnBrick on_brick)
+{
+    return march_roots(map, ray, t0, t1, on_brick, [] {});
 }
 
 /// Calls on_copy(ray, t_in, t_out, shift) for each copy of the map that the ray crosses, in order: the ray as the map
@@ -189,12 +199,31 @@ bool march_copies(const BrickMap& map, const IndexRay& ray, double t, double t1,
     }
 }
 
-/// As march_roots() through one copy of a map.
-template<typename Visit>
+/// Moves t and `cell` beyond the brick about `cell`, or t to t1 or beyond; true if the ray has a length in the brick,
+/// which then ends at t_out.
+inline bool cross_brick(const IndexRay& ray, Vec3i& cell, double& t, double t1, double& t_out)
+{
+    int axis = 0;
+    const double exit = exit_of(ray, cell, 3, axis);
+    t_out = std::min(exit, t1);
+    const bool met = t_out > t;
+    t = std::max(t, exit);
+    if (t < t1) leave(ray, cell, 3, axis, t);
+    return met;
+}
+
+/// As march_cells() through one copy of a map; `pieces`: as march_pieces().
+template<bool pieces, typename Visit>
 bool march_cells_once(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit& visit)
 {
     return march_roots(map, ray, t0, t1, [&](int32_t number, Vec3i& cell, double& t) {
-        return march_brick(map.brick(map.slot(number)), ray, cell, t, t1, visit);
+        const int32_t slot = map.slot(number);
+        const float* corners = map.brick(slot);
+        if (!map.constant(slot) || (!pieces && corners[0] != 0)) return march_brick(corners, ray, cell, t, t1, visit);
+        const double t_in = t;
+        const Vec3i entered = cell;
+        double t_out = t;
+        return !cross_brick(ray, cell, t, t1, t_out) || corners[0] == 0 || visit(t_in, t_out, corners, entered);
     });
 }
 
@@ -202,13 +231,23 @@ template<typename Visit>
 bool march_bricks_once(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit& visit)
 {
     return march_roots(map, ray, t0, t1, [&](int32_t number, Vec3i& cell, double& t) {
-        int axis = 0;
-        const double exit = exit_of(ray, cell, 3, axis), t_out = std::min(exit, t1);
-        if (t_out > t && !visit(t, t_out, map.slot(number), Vec3i(cell[0] & ~7, cell[1] & ~7, cell[2] & ~7)))
-            return false;
-        t = std::max(t, exit);
-        if (t < t1) leave(ray, cell, 3, axis, t);
-        return true;
+        const double t_in = t;
+        const Vec3i first(cell[0] & ~7, cell[1] & ~7, cell[2] & ~7);
+        double t_out = t;
+        return !cross_brick(ray, cell, t, t1, t_out) || visit(t_in, t_out, map.slot(number), first);
+    });
+}
+
+/// Calls once(ray, t_in, t_out, visit) for each copy of the map on the ray.
+template<typename Once, typename Visit>
+bool in_each_copy(const BrickMap& map, const IndexRay& ray, double t0, double t1, const Once& once, Visit& visit)
+{
+    if (!map.repeats()) return once(ray, t0, t1, visit);
+    return march_copies(map, ray, t0, t1, [&](const IndexRay& here, double in, double out, const Vec3i& shift) {
+        auto shifted = [&](double t_in, double t_out, auto place, const Vec3i& cell) {
+            return visit(t_in, t_out, place, cell + shift);
+        };
+        return once(here, in, out, shifted);
     });
 }
 
@@ -217,25 +256,44 @@ bool march_bricks_once(const BrickMap& map, const IndexRay& ray, double t0, doub
 template<typename Visit>
 bool march_cells(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit&& visit)
 {
-    if (!map.repeats()) return march_detail::march_cells_once(map, ray, t0, t1, visit);
-    return march_detail::march_copies(
-        map, ray, t0, t1, [&](const IndexRay& here, double in, double out, const Vec3i& shift) {
-            auto shifted = [&](double t_in, double t_out, const float* corners, const Vec3i& cell) {
-                return visit(t_in, t_out, corners, cell + shift);
-            };
-            return march_detail::march_cells_once(map, here, in, out, shifted);
-        });
+    const auto once = [&](const IndexRay& here, double in, double out, auto& in_copy) {
+        return march_detail::march_cells_once<false>(map, here, in, out, in_copy);
+    };
+    return march_detail::in_each_copy(map, ray, t0, t1, once, visit);
+}
+
+template<typename Visit>
+bool march_pieces(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit&& visit)
+{
+    const auto once = [&](const IndexRay& here, double in, double out, auto& in_copy) {
+        return march_detail::march_cells_once<true>(map, here, in, out, in_copy);
+    };
+    return march_detail::in_each_copy(map, ray, t0, t1, once, visit);
 }
 
 template<typename Visit>
 bool march_bricks(const BrickMap& map, const IndexRay& ray, double t0, double t1, Visit&& visit)
 {
-    if (!map.repeats()) return march_detail::march_bricks_once(map, ray, t0, t1, visit);
-    return march_detail::march_copies(
-        map, ray, t0, t1, [&](const IndexRay& here, double in, double out, const Vec3i& shift) {
-            auto shifted = [&](double t_in, double t_out, int32_t slot, const Vec3i& cell) {
-                return visit(t_in, t_out, slot, cell + shift);
-            };
-            return march_detail::march_bricks_once(map, here, in, out, shifted);
-        });
+    const auto once = [&](const IndexRay& here, double in, double out, auto& in_copy) {
+        return march_detail::march_bricks_once(map, here, in, out, in_copy);
+    };
+    return march_detail::in_each_copy(map, ray, t0, t1, once, visit);
+}
+
+inline size_t count_steps(const BrickMap& map, const IndexRay& ray, double t0, double t1)
+{
+    using namespace march_detail;
+    size_t steps = 0;
+    const auto cell = [&](auto...) { return ++steps, true; };
+    const auto once = [&](const IndexRay& here, double in, double out, auto& visit) {
+        const auto on_brick = [&](int32_t number, Vec3i& at, double& t) {
+            const int32_t slot = map.slot(number);
+            double t_out = t;
+            if (!map.constant(slot)) return march_brick(map.brick(slot), here, at, t, out, visit);
+            return ++steps, cross_brick(here, at, t, out, t_out), true;
+        };
+        return march_roots(map, here, in, out, on_brick, [&] { ++steps; });
+    };
+    in_each_copy(map, ray, t0, t1, once, cell);
+    return steps;
 }

@@ -8,7 +8,7 @@ double density_depth(const BrickMap& density, const WorldRay& world, double t0, 
 {
     const IndexRay ray(density.index_from_world(), world);
     double sum = 0;
-    march_cells(density, ray, t0, t1, [&](double t_in, double t_out, const float* corners, const Vec3i& cell) {
+    march_pieces(density, ray, t0, t1, [&](double t_in, double t_out, const float* corners, const Vec3i& cell) {
         const Vec3d p = ray.at(t_in) - Vec3d(cell[0], cell[1], cell[2]);
         sum += (t_out - t_in) * along(corners, p, (t_out - t_in) * ray.direction).integral(1);
         return true;

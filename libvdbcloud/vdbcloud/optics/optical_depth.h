@@ -12,7 +12,8 @@ namespace vdbcloud {
 ///
 /// rho is the trilinear interpolant between voxel centres [density], t a distance [world unit]. Along a ray inside
 /// one cell rho is a cubic in t and its integral is taken in closed form, so the only error is rounding (1e-12).
-/// There is no step size and no upper limit. The cost is proportional to the number of nonempty cells on the ray.
+/// There is no step size and no upper limit. The cost is proportional to the number of nonempty cells on the ray, where
+/// a brick of one value counts once.
 ///
 /// Threads: no state; may be called from any number of threads.
 /// Source: Kajiya & Von Herzen 1984, section 3.1: the exponent of the brightness integral.

@@ -187,8 +187,10 @@ void BrickMap::build(const GridT& grid, const Map& map)
             const bool same = std::all_of(corner, corner + size_of_brick, [&](float v) { return v == corner[0]; });
             auto slot = int32_t(values_.size() / size_of_brick);
             if (same) slot = constants.emplace(corner[0], slot).first->second;
-            if (size_t(slot) * size_of_brick == values_.size())
+            if (size_t(slot) * size_of_brick == values_.size()) {
                 values_.insert(values_.end(), corner, corner + size_of_brick);
+                constant_.push_back(same);
+            }
             slots.push_back(slot);
         }
     }
@@ -205,8 +207,10 @@ void BrickMap::index_bricks(const std::vector<int32_t>& slots)
     std::map<std::array<int, 3>, Root> found;
     for (const Vec3i& b : bricks_) {
         const Vec3i origin = origin_of(b), first = b * size, last = first + Vec3i(size - 1);
-        Root& r = found.try_emplace({origin[0], origin[1], origin[2]}, Root{origin, first, last, {}, 0}).first->second;
+        Root& r =
+            found.try_emplace({origin[0], origin[1], origin[2]}, Root{origin, first, last, {}, 0, {}}).first->second;
         r.supers.set(super_place(b));
+        r.groups[size_t(b[0] >> 6 & 7)] |= uint64_t(1) << ((b[1] >> 6 & 7) << 3 | (b[2] >> 6 & 7));
         for (int a = 0; a < 3; ++a) {
             r.first[a] = std::min(r.first[a], first[a]);
             r.last[a] = std::max(r.last[a], last[a]);
@@ -223,7 +227,11 @@ void BrickMap::index_bricks(const std::vector<int32_t>& slots)
     const auto super_of = [&](const Vec3i& b) -> Super& {
         return supers_[size_t(super_at(*root(origin_of(b)), b * size))];
     };
-    for (const Vec3i& b : bricks_) super_of(b).bricks.set(place(b));
+    for (const Vec3i& b : bricks_) {
+        Super& super = super_of(b);
+        super.bricks.set(place(b));
+        super.groups |= uint64_t(1) << ((b[0] >> 2 & 3) << 4 | (b[1] >> 2 & 3) << 2 | (b[2] >> 2 & 3));
+    }
     int32_t first = 0;
     for (Super& super : supers_) {
         super.first = first;
@@ -341,7 +349,7 @@ Vec3d BrickMap::sample3(const Vec3d& index) const
 
 size_t BrickMap::bytes() const
 {
-    return values_.size() * sizeof(float) + roots_.size() * (sizeof(Root) + 2 * sizeof(RootBox)) +
+    return values_.size() * sizeof(float) + constant_.size() + roots_.size() * (sizeof(Root) + 2 * sizeof(RootBox)) +
            supers_.size() * sizeof(Super) + bricks_.size() * (sizeof(Vec3i) + sizeof(int32_t));
 }
 

@@ -4,6 +4,7 @@
 #include "vdbcloud/voxels/period.h"
 #include "vdbcloud/voxels/ranked_bits.h"
 
+#include <array>
 #include <functional>
 #include <vector>
 
@@ -62,6 +63,8 @@ public:
         Vec3i first, last;         ///< cells, inclusive
         RankedBits<32768> supers;  ///< of 32^3 places, those that hold bricks
         int32_t first_super = 0;   ///< number of the first of these
+        /// Of 8^3 places of 512^3 cells, those that hold bricks: bit z of byte y of word x.
+        std::array<uint64_t, 8> groups{};
     };
     const std::vector<Root>& roots() const { return roots_; }
     /// A box about roots: two boxes of root_boxes(), or the root ~child[0].
@@ -77,6 +80,17 @@ public:
         const int place = ((cell[0] >> 7) & 31) << 10 | ((cell[1] >> 7) & 31) << 5 | ((cell[2] >> 7) & 31);
         return root.supers.has(place) ? root.first_super + root.supers.rank(place) : -1;
     }
+    /// log2 of the edge of a box without bricks about a cell without a brick, aligned to its edge: 3, 5, 7 or 9.
+    /// `super`: super_at() the cell.
+    int empty_shift(const Root& root, int32_t super, const Vec3i& cell) const
+    {
+        if (super >= 0) {
+            const int bit = ((cell[0] >> 5) & 3) << 4 | ((cell[1] >> 5) & 3) << 2 | ((cell[2] >> 5) & 3);
+            return supers_[size_t(super)].groups >> bit & 1 ? 3 : 5;
+        }
+        const int bit = ((cell[1] >> 9) & 7) << 3 | ((cell[2] >> 9) & 7);
+        return root.groups[size_t((cell[0] >> 9) & 7)] >> bit & 1 ? 7 : 9;
+    }
     /// The number of the brick about a cell, from 0 to bricks().size() - 1; -1: no brick.
     int32_t number_at(int32_t super, const Vec3i& cell) const
     {
@@ -89,6 +103,8 @@ public:
     /// The slot of a brick's values, for brick(); bricks of one value share a slot.
     int32_t slot(int32_t number) const { return slots_[size_t(number)]; }
     const float* brick(int32_t slot) const { return values_.data() + size_t(slot) * 729 * size_t(channels_); }
+    /// Whether all values of a slot are equal, those of all channels.
+    bool constant(int32_t slot) const { return constant_[size_t(slot)] != 0; }
 
 private:
     template<typename GridT>
@@ -100,7 +116,8 @@ private:
     int32_t add_root_box(int32_t* begin, int32_t* end);
     struct Super {
         RankedBits<4096> bricks;
-        int32_t first = 0;  // in slots_
+        int32_t first = 0;    // in slots_
+        uint64_t groups = 0;  // of 4^3 places of 4^3 bricks, those that hold bricks
     };
 
     float outside_;
@@ -115,6 +132,7 @@ private:
     std::vector<Super> supers_;   // root by root, by place
     std::vector<int32_t> slots_;  // super by super, by place
     std::vector<float> values_;
+    std::vector<uint8_t> constant_;  // of each slot
 };
 
 /// The affine maps of a transform. Throw InputError naming `grid_name` if the transform is not affine.
