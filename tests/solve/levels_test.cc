@@ -209,6 +209,21 @@ TEST(ConjugateGradient, EstimatesTheErrorInTheEnergyNorm)
     }
 }
 
+TEST(ConjugateGradient, AnExactSolutionHasNoError)
+{
+    // Voxels without neighbours: the first step finds all of them, in numbers without rounding.
+    const auto blocks = masked(Vec3i(8, 8, 8), [](const Vec3i& p) { return (p.x() | p.y() | p.z()) % 2 == 0; });
+    const Problem problem(blocks, constant(1), 0, constant(2));
+    Multigrid multigrid(problem.stencil);
+    Vector b = field(blocks, constant(4)), x;
+    const auto result = conjugate_gradient(problem.stencil, multigrid, b, x);
+    EXPECT_TRUE(result.converged);
+    EXPECT_EQ(result.iterations, 1);
+    EXPECT_EQ(result.residual, 0);
+    EXPECT_EQ(result.error, 0);
+    EXPECT_EQ(x[blocks.slot(Vec3i(2, 4, 6))], 2);
+}
+
 TEST(ConjugateGradient, StartsFromTheGuessItIsGiven)
 {
     const auto blocks = masked(Vec3i(16, 16, 16), [](const Vec3i& p) { return noise(1, p) < 0.85; });

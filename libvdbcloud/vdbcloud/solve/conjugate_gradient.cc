@@ -97,7 +97,10 @@ SolveResult conjugate_gradient(const Stencil& a, Multigrid& multigrid, std::vect
         result.residual = norm > 0 ? std::sqrt(rr) / norm : 0.0;
         result.history.push_back(result.residual);
         report(options.progress, std::clamp(std::log(result.residual) / std::log(options.tolerance), 0.0, 1.0));
-        if (result.residual == 0) result.converged = true;
+        if (result.residual == 0) {
+            result.error = 0;
+            result.converged = true;
+        }
         if (result.converged || !std::isfinite(result.residual)) break;
 
         const auto [rz, apz] = multigrid.cycle(r, ap);
