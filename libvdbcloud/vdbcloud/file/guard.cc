@@ -18,6 +18,12 @@
 #include <system_error>
 #include <thread>
 
+#if defined(__SANITIZE_ADDRESS__)
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#endif
+
 namespace vdbcloud {
 
 namespace {
@@ -49,6 +55,27 @@ bool memory_is_limited(uint64_t wanted)
 {
     rlimit now = {};
     return ::getrlimit(RLIMIT_AS, &now) == 0 && now.rlim_max != RLIM_INFINITY && now.rlim_max < wanted;
+}
+
+/// In builds with the address sanitizer waits until no other thread runs, a second at most. The sanitizer's runtime has
+/// locks that a fork does not release. Threads that a library starts as it is loaded, such as the four of OpenVDB's
+/// log4cplus, hold one for a moment: the forked process would then wait without an end.
+void let_threads_start()
+{
+#if defined(__SANITIZE_ADDRESS__)
+    const auto at_work = [] {
+        for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+            if (task.path().filename() == std::to_string(::gettid())) continue;
+            std::string stat;
+            std::ifstream in(task.path() / "stat");
+            std::getline(in, stat);
+            const size_t name = stat.rfind(") ");
+            if (name != std::string::npos && stat[name + 2] != 'S') return true;
+        }
+        return false;
+    };
+    for (int k = 0; k < 1000 && at_work(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+#endif
 }
 
 /// Confines the forked process: default signal handlers, no output, limits on memory and processor time.
@@ -143,6 +170,7 @@ std::string run_guarded(const std::function<void()>& work, const GuardLimits& li
     const uint64_t mapped = mapped_bytes();
     int ends[2];
     if (::pipe2(ends, O_CLOEXEC) != 0) throw std::system_error(errno, std::generic_category(), "pipe");
+    let_threads_start();
     const pid_t child = ::fork();
     if (child < 0) {
         const int code = errno;
