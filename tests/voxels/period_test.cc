@@ -177,6 +177,30 @@ TEST(Period, SamplesAreThoseOfTheTiling)
     }
 }
 
+TEST(Period, AWrappedGridHoldsLeavesOfItsVoxelsAlone)
+{
+    // A box and a voxel far from it: along one axis, along two, with all else without end.
+    auto grid = body(Vec3i(3, 4, 5));
+    grid->tree().setValueOn(Coord(40, 9000, 70), 1.0f);
+    grid->tree().addTile(1, Coord(128, 128, 128), 0.5f, true);
+    const std::array<bool, 3> x{true, false, false}, y{false, true, false}, z{false, false, true};
+    for (const auto& axes : {x, y, z, xz}) {
+        const Period period = period_of(*grid, axes);
+        const auto out = wrapped(*grid, period);
+        // Leaves of the grid, and those of the layers before and after a period: of the tile 16^2 a face of 128^2.
+        EXPECT_LT(out->tree().leafCount(), 2000u);
+        EXPECT_GE(out->activeVoxelCount(), grid->activeVoxelCount());
+        for (auto v = grid->cbeginValueOn(); v; ++v) {
+            ASSERT_EQ(out->tree().getValue(v.getCoord()), *v);
+            ASSERT_TRUE(out->tree().isValueOn(v.getCoord()));
+        }
+    }
+    // Of a shorter period the voxels beyond it are left out.
+    const auto part = wrapped(*body(Vec3i(0)), {Vec3i(0), Vec3i(5, 0, 0)});
+    EXPECT_EQ(part->evalActiveVoxelBoundingBox().min()[0], -1);
+    EXPECT_EQ(part->evalActiveVoxelBoundingBox().max()[0], 5);
+}
+
 TEST(Period, RaysMeetTheCellsOfTheTiling)
 {
     for (const Vec3i& low : {Vec3i(-3, 2, 5), Vec3i(4093, 0, -4090)}) {

@@ -45,17 +45,40 @@ void add_layer(const GridT& grid, int axis, int at, int shift, std::vector<Fille
     });
 }
 
+/// The active part of a grid within a box. OpenVDB's clip() would fill the faces of the box with leaves: where the box
+/// is without end along an axis, those are 262 144 leaves a face for each 4096 voxels of it.
+template<typename GridT>
+typename GridT::Ptr part_within(const GridT& grid, const openvdb::CoordBBox& inside)
+{
+    auto out = grid.copyWithNewTree();
+    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
+        const openvdb::CoordBBox box = leaf->getNodeBoundingBox();
+        if (!inside.hasOverlap(box)) continue;
+        if (inside.isInside(box)) {
+            out->tree().addLeaf(new typename GridT::TreeType::LeafNodeType(*leaf));
+            continue;
+        }
+        for (auto v = leaf->cbeginValueOn(); v; ++v)
+            if (inside.isInside(v.getCoord())) out->tree().setValueOn(v.getCoord(), *v);
+    }
+    for_each_active_tile(grid, [&](const auto& tile) {
+        openvdb::CoordBBox box = tile.getBoundingBox();
+        box.intersect(inside);
+        if (!box.empty()) out->tree().sparseFill(box, *tile, true);
+    });
+    return out;
+}
+
 template<typename GridT>
 typename GridT::Ptr wrapped_copy(const GridT& grid, const Period& period)
 {
-    auto out = grid.deepCopy();
     openvdb::CoordBBox inside = openvdb::CoordBBox::inf();
     for (int a = 0; a < 3; ++a) {
         if (period.length[a] == 0) continue;
         inside.min()[a] = period.first[a];
         inside.max()[a] = period.first[a] + period.length[a] - 1;
     }
-    out->tree().clip(inside);
+    const auto out = part_within(grid, inside);
     // One axis after the other, so that edges and corners are copied from layers that are already there.
     for (int a = 0; a < 3; ++a) {
         if (period.length[a] == 0) continue;
