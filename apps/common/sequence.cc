@@ -4,6 +4,7 @@
 
 #include "vdbcloud/core/error.h"
 
+#include <algorithm>
 #include <filesystem>
 
 namespace vdbcloud::app {
@@ -73,6 +74,14 @@ void App::refuse_unasked_frames() const
                 if (file.kind == FileKind::Report) shared_->json.clear();
                 throw UsageError(numbered(file, path) + "expected a name without it, because one file is written");
             }
+            const bool input = std::any_of(s.files.begin(), s.files.end(), [&](const NamedFile& f) {
+                const auto names = f.option.cli()->results();
+                return !f.kind && std::any_of(names.begin(), names.end(),
+                                              [&](const std::string& name) { return bool(pattern_of(f, name)); });
+            });
+            if (file.kind && !input)
+                throw UsageError(numbered(file, path) + "expected a name without it, or numbered inputs, as "
+                                                        "cloud.%04d.vdb, and --frames A-B");
             const std::vector<int> there = file.kind ? std::vector<int>() : pattern->existing();
             throw UsageError(numbered(file, path) + "add --frames " +
                              (there.empty() ? "A-B" : range_text(there) + ", the frames that are there"));

@@ -4,6 +4,8 @@
 
 #include "vdbcloud/core/error.h"
 
+#include <cmath>
+
 namespace vdbcloud::app {
 
 void declare_sky_shape(App& app, SkyOptions& o, const std::string& group)
@@ -47,6 +49,8 @@ Vec3d colour_asked(const std::string& option, const std::string& text, const std
     const auto c = numbers(text);
     if (!c || (c->size() != 1 && c->size() != 3))
         throw UsageError(option + " " + printable(text) + ": expected " + expected);
+    for (const double x : *c)
+        if (!(std::abs(x) <= 1e30)) throw UsageError(option + " " + printable(text) + ": expected numbers up to 1e30");
     return c->size() == 1 ? Vec3d((*c)[0]) : Vec3d((*c)[0], (*c)[1], (*c)[2]);
 }
 

@@ -215,7 +215,8 @@ Sky chosen_sky(const P1solveOptions& o, const std::vector<Light>& lights, const 
     if (o.sky == "day" || (o.sky.empty() && app::sky_asked(o.sky_shape))) {
         const Vec3d sun = brightest_sun(lights);
         if (o.sky == "day" && sun == Vec3d(0.0))
-            throw UsageError("--sky day has no effect without --sun: its brightness follows from the suns'");
+            throw UsageError(
+                "--sky day has no effect without a sun that shines: its brightness follows from the suns'; add --sun");
         sky = Sky::clear_day(sun, up);
     } else if (!o.sky.empty()) {
         sky = Sky::constant(app::colour_asked("--sky", o.sky, "day, one number or r,g,b"));

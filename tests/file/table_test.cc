@@ -36,6 +36,18 @@ TEST_F(Tables, HoldRowsOfNumbers)
     EXPECT_EQ(t.columns, 3u);
     EXPECT_EQ(t.values, (std::vector<double>{0, 1.5, -2, 3, 42.5, 5}));
     EXPECT_EQ(t.at(1, 2), 5);
+    EXPECT_EQ(read("\xef\xbb\xbf"
+                   "1 2")
+                  .values,
+              (std::vector<double>{1, 2}))
+        << "a byte order mark";
+}
+
+TEST_F(Tables, HoldNumbersThatGridsHold)
+{
+    EXPECT_EQ(read("1e30 -1e30").values, (std::vector<double>{1e30, -1e30}));
+    EXPECT_EQ(refusal("1 1.1e30"), ": line 1: '1.1e30': expected a number of a size up to 1e30");
+    EXPECT_EQ(refusal("-1e39"), ": line 1: '-1e39': expected a number of a size up to 1e30");
 }
 
 TEST_F(Tables, AreRefusedInASentence)

@@ -120,7 +120,7 @@ TEST(Metadata, OfOtherProgramsIsPassedOver)
               (std::vector<std::string>{
                   "metadata 'creator' = 1 is passed over: expected text",
                   "metadata 'meters_per_unit' = feet is passed over: expected a number in [1e-30, 1e+30]",
-                  "metadata 'up_axis' = W is passed over: expected X, Y or Z"}));
+                  "metadata 'up_axis' = W is passed over: expected Y or Z"}));
     EXPECT_EQ(get_text(map, schema::creator, "none"), "none");
     EXPECT_EQ(get_number(map, schema::meters_per_unit, 1), 1);
 }

@@ -189,6 +189,19 @@ TEST(CollidedLight, IsNotAGridOfAnotherProgramThatIsCalledPhi)
     EXPECT_FALSE(read_collided_light(file, PhaseFunction(), {}).phi);
 }
 
+TEST(CollidedLight, RefusesPhiWithoutItsScale)
+{
+    GridFile file = empty_file();
+    put_collided_light(file, one_solution(forward));
+    find_grid(file, schema::phi)->removeMeta(schema::channel_scale);
+    try {
+        read_collided_light(file, PhaseFunction(), {});
+        ADD_FAILURE() << "accepted";
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("channel_scale' is missing"), std::string::npos) << error.what();
+    }
+}
+
 TEST(CollidedLight, RefusesGridsOfAnotherType)
 {
     GridFile file = empty_file();

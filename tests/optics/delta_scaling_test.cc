@@ -115,6 +115,7 @@ TEST(DeltaScaling, RefusesInvalidMetadata)
     };
     for (double degree : {0.0, 1.5, 1e9})
         refused(schema::degree, [&](MetaMap& m) { set_number(m, schema::degree, degree); });
+    for (const char* key : {schema::degree, schema::delta_f}) refused(key, [&](MetaMap& m) { m.removeMeta(key); });
     for (double f : {-0.1, 1.0}) refused(schema::delta_f, [&](MetaMap& m) { set_number(m, schema::delta_f, f); });
     for (const char* text : {"1 0.5", "1 0.5 0.2 0.1", "0.9 0.5 0.2", "1 0.5 2", "1 0.5 x"})
         refused(schema::scaled_moments, [&](MetaMap& m) { set_text(m, schema::scaled_moments, text); });

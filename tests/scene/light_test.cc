@@ -274,6 +274,16 @@ TEST(Light, OfASolutionAreASet)
     set_text(solution, schema::lit_by, "sun towards 0,1,0 of 1,2,3; lamp at -1,20,0.5 of 4,5,6");
     EXPECT_EQ(other_lights(solution, {a, b}), std::nullopt);
     EXPECT_EQ(other_lights(solution, {b, a}), std::nullopt);
+    // Names follow the order of options: two suns in the other order have each other's.
+    const Light c = make_sun(Vec3d(1, 0, 0), Vec3d(1, 2, 3), 0, "sun2");
+    MetaMap two;
+    set_text(two, schema::lit_by, lights_text({a, c}));
+    EXPECT_EQ(other_lights(
+                  two, {make_sun(Vec3d(1, 0, 0), Vec3d(1, 2, 3)), make_sun(Vec3d(0, 1, 0), Vec3d(1, 2, 3), 0, "sun2")}),
+              std::nullopt);
+    EXPECT_NE(other_lights(
+                  two, {make_sun(Vec3d(1, 0, 0), Vec3d(1, 2, 3)), make_sun(Vec3d(1, 0, 0), Vec3d(1, 2, 3), 0, "sun2")}),
+              std::nullopt);
     for (const auto& others : {std::vector<Light>{a}, {b}, {}, {a, b, b}, {a, make_lamp(Vec3d(-1, 20, 0.6))}})
         EXPECT_EQ(other_lights(solution, others), get_text(solution, schema::lit_by, "")) << lights_text(others);
     set_text(solution, schema::lit_by, "");

@@ -25,6 +25,9 @@ void add_numbers(const std::string& line, const std::string& where, std::vector<
         if (read.ec != std::errc() || read.ptr != line.data() + end || !std::isfinite(value))
             throw InputError(where + "'" + printable(line.substr(begin, end - begin), 40) +
                              "': expected a finite number");
+        if (std::abs(value) > 1e30)
+            throw InputError(where + "'" + printable(line.substr(begin, end - begin), 40) +
+                             "': expected a number of a size up to 1e30");
         to.push_back(value);
         begin = line.find_first_not_of(separators, end);
     }

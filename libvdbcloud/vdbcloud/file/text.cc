@@ -3,6 +3,7 @@
 #include "vdbcloud/core/error.h"
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <iostream>
@@ -22,8 +23,11 @@ std::string read_text(const std::string& path, uint64_t max_bytes, const std::st
         if (text.size() > max_bytes)
             throw IoError(name + ": has more than " + std::to_string(max_bytes) + " bytes: expected a smaller " + what);
     }
-    if (in.bad()) throw IoError(name + ": cannot read it: " + std::strerror(errno));
-    return text;
+    // std::cin reads by the C library, and takes its failure for the end.
+    if (in.bad() || (path == "-" && std::ferror(stdin)))
+        throw IoError(name + ": cannot read it: " + (errno == EBADF ? "it is closed" : std::strerror(errno)));
+    const std::string byte_order_mark = "\xef\xbb\xbf";
+    return text.compare(0, 3, byte_order_mark) == 0 ? text.substr(3) : text;
 }
 
 }  // namespace vdbcloud

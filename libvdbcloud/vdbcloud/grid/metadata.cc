@@ -86,7 +86,7 @@ std::string expected_instead(const schema::MetaKey& key, const MetaMap& map)
     const openvdb::Metadata& meta = *map[key.key];
     if (std::string(key.type) == "string") {
         if (!text_of(meta)) return "text";
-        return key.key != std::string(schema::up_axis) || read_up_axis(map) ? "" : "X, Y or Z";
+        return key.key != std::string(schema::up_axis) || read_up_axis(map) ? "" : "Y or Z";
     }
     return number_of(meta, key.range) ? "" : key.range.text(1);
 }

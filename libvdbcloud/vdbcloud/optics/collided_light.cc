@@ -125,6 +125,9 @@ GridBasePtr fluence_grid(const GridFile& file)
 {
     const GridBasePtr phi = find_grid(file, schema::phi);
     if (!phi || phi->empty()) return nullptr;
+    if (phi->isType<FloatGrid>() && has_meta(*phi, schema::degree) && !has_meta(*phi, schema::channel_scale))
+        throw InputError(file.path + ": " + meta_name(*phi, schema::channel_scale) +
+                         " is missing: expected three numbers; run p1solve again");
     const bool ours = phi->isType<Vec3SGrid>() || (phi->isType<FloatGrid>() && has_meta(*phi, schema::channel_scale));
     return ours ? phi : nullptr;
 }

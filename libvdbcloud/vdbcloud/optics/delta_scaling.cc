@@ -63,6 +63,10 @@ DeltaScaling read_delta_scaling(const MetaMap& from, const PhaseFunction& phase)
     const double degree = get_number(from, schema::degree, 1), f = get_number(from, schema::delta_f, 0);
     DeltaScaling scaling = scaled_by(f, phase, int(degree));
     if (!has_meta(from, schema::scaled_moments)) return scaling;
+    for (const char* key : {schema::degree, schema::delta_f})
+        if (!has_meta(from, key))
+            throw InputError(meta_name(from, key) + " is missing beside '" + schema::scaled_moments +
+                             "': expected a number; run p1solve again");
     std::vector<double> moments = get_numbers(from, schema::scaled_moments);
     bool possible = moments.size() == size_t(scaling.degree) + 1 && moments[0] == 1;
     for (double m : moments) possible = possible && std::abs(m) <= 1;

@@ -1,6 +1,7 @@
 #include "vdbcloud/render/film.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/shortest.h"
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
@@ -57,7 +58,7 @@ void expose_pixel(Film& film, const Gathering& how, const PixelFilter& filter, c
         std::fill(value.begin(), value.end(), 0.0);
         sample(i + 0.5 + at.x, j + 0.5 + at.y, value.data());
         for (size_t c = 0; c < n; ++c) {
-            if (!std::isfinite(value[c])) refuse_value(film, int(c), i, j, value[c]);
+            if (!std::isfinite(float(value[c]))) refuse_value(film, int(c), i, j, value[c]);
             if (how.nearest[c])
                 sum[c] = k == 0 ? value[c] : std::min(sum[c], value[c]);
             else
@@ -109,8 +110,8 @@ void refuse_value(const Film& film, int channel, int i, int j, double value)
     while (film.offset(int(l)) > channel) --l;
     const LayerSpec& layer = film.layers()[l];
     throw ConvergenceError("pixel " + std::to_string(i) + "," + std::to_string(j) + ": layer '" +
-                           (layer.name.empty() ? "beauty" : layer.name) + "' is " + std::to_string(value) +
-                           ": expected a finite value");
+                           (layer.name.empty() ? "beauty" : layer.name) + "' is " + shortest(value) +
+                           ": expected a value that a float holds, as weaker lights give");
 }
 
 void expose(Film& film, const SamplingOptions& sampling, const SamplerFactory& factory, const Progress& progress)

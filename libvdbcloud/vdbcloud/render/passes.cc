@@ -128,7 +128,7 @@ private:
             std::fill(value.begin(), value.end(), 0.0);
             sample(i, j, first + k, value.data());
             for (size_t c = 0; c < channels_; ++c) {
-                if (!std::isfinite(value[c])) refuse_value(film_, int(c), i, j, value[c]);
+                if (!std::isfinite(float(value[c]))) refuse_value(film_, int(c), i, j, value[c]);
                 if (nearest_[c])
                     sum[c] = done + k == 0 ? value[c] : std::min(sum[c], value[c]);
                 else

@@ -155,13 +155,18 @@ std::optional<std::string> other_lights(const MetaMap& solution, const std::vect
 {
     if (!has_meta(solution, schema::lit_by)) return std::nullopt;
     const std::string theirs = get_text(solution, schema::lit_by, "");
-    std::vector<std::string> texts;  // of a file whose order is another
-    for (size_t from = 0; from < theirs.size();) {
-        const size_t end = std::min(theirs.find(between, from), theirs.size());
-        texts.push_back(theirs.substr(from, end - from));
-        from = end + std::string(between).size();
-    }
-    if (sorted_list(std::move(texts)) == lights_text(lights)) return std::nullopt;
+    // Names follow the order of options and have no meaning for the field: a light is what comes after its name.
+    const auto without_names = [](const std::string& text) {
+        std::vector<std::string> texts;
+        for (size_t from = 0; from < text.size();) {
+            const size_t end = std::min(text.find(between, from), text.size());
+            texts.push_back(
+                text.substr(std::min(text.find(' ', from), end), end - std::min(text.find(' ', from), end)));
+            from = end + std::string(between).size();
+        }
+        return sorted_list(std::move(texts));
+    };
+    if (without_names(theirs) == without_names(lights_text(lights))) return std::nullopt;
     return theirs;
 }
 

@@ -155,7 +155,7 @@ bool same_place(const Light&, const Light&);
 std::string lights_text(const std::vector<Light>&);
 
 /// The lights of a solution by its metadata, as lights_text() has it, where they are other lights than these; nothing
-/// where they are the same, or the metadata names none.
+/// where they are the same, by whatever names, or the metadata names none.
 std::optional<std::string> other_lights(const MetaMap& solution, const std::vector<Light>&);
 
 /// Per channel the largest irradiance among lights at infinity; 0 without any.
