@@ -14,8 +14,8 @@
 
 namespace vdbcloud::app {
 
-// Each holds for every number of a list "1,2,3", too. A number is what strtod reads, whole, without nan and inf, and 0
-// or of a size between 1e-30 and 1e30.
+// Each holds for every number of a list "1,2,3", too. A number is what strtod reads, whole, without nan and inf, of a
+// size up to 1e30.
 extern const CLI::Validator positive;     ///< a finite number above 0
 extern const CLI::Validator nonnegative;  ///< a finite number, 0 or above
 extern const CLI::Validator finite;       ///< a finite number
