@@ -2,6 +2,8 @@
 
 #include "options.h"
 
+#include "vdbcloud/core/number_range.h"
+
 #include <cctype>
 #include <cmath>
 #include <cstdio>
@@ -22,9 +24,6 @@ std::vector<std::string> split(const std::string& text, char at)
     return parts;
 }
 
-// What metadata may hold: products of several such numbers stay within a double, and one within a float.
-constexpr double most_size = 1e30;
-
 /// A validator that holds for each number of a list; the sentence names the word as the user wrote it.
 CLI::Validator each(const std::string& expected, const std::string& shown, std::function<bool(double)> holds)
 {
@@ -33,7 +32,8 @@ CLI::Validator each(const std::string& expected, const std::string& shown, std::
         bool good = values.has_value();
         for (size_t k = 0; good && k < values->size(); ++k) {
             const double x = (*values)[k];
-            if (std::abs(x) > most_size) return "'" + text + "': expected numbers of a size up to 1e30";
+            if (std::abs(x) > largest_number)
+                return "'" + text + "': expected numbers of a size up to " + shortest(largest_number);
             good = holds(x);
         }
         return good ? std::string() : "'" + text + "': expected " + expected;

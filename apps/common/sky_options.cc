@@ -3,6 +3,7 @@
 #include "options.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/number_range.h"
 
 #include <cmath>
 
@@ -50,7 +51,9 @@ Vec3d colour_asked(const std::string& option, const std::string& text, const std
     if (!c || (c->size() != 1 && c->size() != 3))
         throw UsageError(option + " " + printable(text) + ": expected " + expected);
     for (const double x : *c)
-        if (!(std::abs(x) <= 1e30)) throw UsageError(option + " " + printable(text) + ": expected numbers up to 1e30");
+        if (std::abs(x) > largest_number)
+            throw UsageError(option + " " + printable(text) + ": expected numbers of a size up to " +
+                             shortest(largest_number));
     return c->size() == 1 ? Vec3d((*c)[0]) : Vec3d((*c)[0], (*c)[1], (*c)[2]);
 }
 

@@ -98,7 +98,7 @@ TEST(Contract, AWrongCommandLineIsStatusTwoAndNamesTheExpectation)
         {{"-o", "x", "in", "-3"}, "unexpected argument '-3'"},
         {{"-o", "x", "--density", "nan"}, "--density: 'nan': expected a finite number"},
         {{"-o", "x", "--density", "inf"}, "--density: 'inf': expected a finite number"},
-        {{"-o", "x", "--density", "1.1e30"}, "--density: '1.1e30': expected numbers of a size up to 1e30"},
+        {{"-o", "x", "--density", "1.1e30"}, "--density: '1.1e30': expected numbers of a size up to 1e+30"},
         {{"-o", "x", "--density", "1e400"}, "--density: '1e400': expected a finite number"},
         {{"-o", "x", "--density", "0"}, "--density: '0': expected a finite number above 0"},
         {{"-o", "x", "--density", "-1"}, "--density: '-1': expected a finite number above 0"},

@@ -46,8 +46,8 @@ TEST_F(Tables, HoldRowsOfNumbers)
 TEST_F(Tables, HoldNumbersThatGridsHold)
 {
     EXPECT_EQ(read("1e30 -1e30").values, (std::vector<double>{1e30, -1e30}));
-    EXPECT_EQ(refusal("1 1.1e30"), ": line 1: '1.1e30': expected a number of a size up to 1e30");
-    EXPECT_EQ(refusal("-1e39"), ": line 1: '-1e39': expected a number of a size up to 1e30");
+    EXPECT_EQ(refusal("1 1.1e30"), ": line 1: '1.1e30': expected a number of a size up to 1e+30");
+    EXPECT_EQ(refusal("-1e39"), ": line 1: '-1e39': expected a number of a size up to 1e+30");
 }
 
 TEST_F(Tables, AreRefusedInASentence)

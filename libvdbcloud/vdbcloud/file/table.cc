@@ -1,6 +1,8 @@
 #include "vdbcloud/file/table.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/number_range.h"
+#include "vdbcloud/core/shortest.h"
 #include "vdbcloud/file/text.h"
 
 #include <charconv>
@@ -25,9 +27,9 @@ void add_numbers(const std::string& line, const std::string& where, std::vector<
         if (read.ec != std::errc() || read.ptr != line.data() + end || !std::isfinite(value))
             throw InputError(where + "'" + printable(line.substr(begin, end - begin), 40) +
                              "': expected a finite number");
-        if (std::abs(value) > 1e30)
+        if (std::abs(value) > largest_number)
             throw InputError(where + "'" + printable(line.substr(begin, end - begin), 40) +
-                             "': expected a number of a size up to 1e30");
+                             "': expected a number of a size up to " + shortest(largest_number));
         to.push_back(value);
         begin = line.find_first_not_of(separators, end);
     }

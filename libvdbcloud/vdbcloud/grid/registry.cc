@@ -1,5 +1,6 @@
 #include "vdbcloud/grid/registry.h"
 
+#include "vdbcloud/core/number_range.h"
 #include "vdbcloud/core/shortest.h"
 
 #include <algorithm>
@@ -105,8 +106,7 @@ const std::vector<GridKind>& grid_kinds()
 
 const std::vector<MetaKey>& meta_keys()
 {
-    constexpr double huge = 1e30;
-    constexpr Range nonnegative{0, huge}, share{0, 1}, positive{1e-30, huge};
+    constexpr Range nonnegative{0, largest_number}, share{0, 1}, positive{1e-30, largest_number};
     static const std::vector<MetaKey> table = {
         {creator, "string", "file"},
         {history, "string", "file"},

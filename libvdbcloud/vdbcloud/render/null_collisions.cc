@@ -79,13 +79,8 @@ NullCollisions::NullCollisions(const BrickMap& density) : map_(&density)
     for (const Vec3i& b : density.bricks()) {
         const float* c = density.find(b);
         const auto slot = size_t(c - density.brick(0)) / corners_of_brick;
-        if (slot >= majorants_.size()) {
-            majorants_.resize(slot + 1, 0.0f);
-            uniform_.resize(slot + 1, 0);
-        }
-        const auto [least, most] = std::minmax_element(c, c + corners_of_brick);
-        majorants_[slot] = *most;
-        uniform_[slot] = *least == *most;
+        if (slot >= majorants_.size()) majorants_.resize(slot + 1, 0.0f);
+        majorants_[slot] = *std::max_element(c, c + corners_of_brick);
     }
 }
 
@@ -93,8 +88,8 @@ double NullCollisions::depth_up_to(const IndexRay& ray, double t0, double t1, do
 {
     double sum = 0;
     march_bricks(*map_, ray, t0, t1, [&](double t_in, double t_out, int32_t slot, const Vec3i& cell) {
-        sum += uniform_[size_t(slot)] ? (t_out - t_in) * double(majorants_[size_t(slot)])
-                                      : depth_in_brick(map_->brick(slot), ray, cell, t_in, t_out, most - sum);
+        sum += map_->constant(slot) ? (t_out - t_in) * double(majorants_[size_t(slot)])
+                                    : depth_in_brick(map_->brick(slot), ray, cell, t_in, t_out, most - sum);
         return sum <= most;
     });
     return sum;

@@ -8,7 +8,7 @@
 
 namespace vdbcloud {
 
-/// The largest density of each brick of 8^3 cells, and which bricks are uniform. Holds a pointer to the map, which must
+/// The largest density of each brick of 8^3 cells. Holds a pointer to the map, which must
 /// outlive it.
 ///
 /// A ray is given tentative collisions by the majorant, each of which is real with probability density / majorant, so
@@ -33,7 +33,6 @@ public:
 private:
     const BrickMap* map_;
     std::vector<float> majorants_;  // by slot
-    std::vector<char> uniform_;     // by slot: all corners are equal
 };
 
 }  // namespace vdbcloud
