@@ -4,7 +4,7 @@
 set(public_headers
     core/atomic_file.h core/constants.h core/control_groups.h core/error.h core/memory.h core/number_range.h core/progress.h core/shortest.h core/vdb.h core/workload.h
     grid/compare.h grid/density.h grid/digest.h grid/emission.h grid/extent.h grid/grid_file.h grid/metadata.h grid/probe.h
-    grid/registry.h grid/schema.h grid/select.h grid/sources.h grid/statistics.h grid/up_axis.h
+    grid/registry.h grid/schema.h grid/select.h grid/sources.h grid/statistics.h grid/tree_size.h grid/up_axis.h
     voxels/box_medium.h voxels/cloud_table.h voxels/voxel_mean.h
     file/io.h file/table.h file/text.h
     optics/automatic_extinction.h optics/joined_medium.h optics/medium.h optics/optical_depth.h optics/phase_function.h

@@ -35,15 +35,23 @@ include $(dir $(lastword $(MAKEFILE_LIST)))../cmake/user.mk
 given = $(if $(filter file,$(origin $(1))),$($(1)),$(value $(1)))
 # $(call odd,VARIABLE): the characters of a path that keep it from being the name of a target.
 odd = $(shell printf %s $(call q,$(call given,$(1))) | LC_ALL=C tr -d 'A-Za-z0-9_./+,=@~-')
+# A folder that the user gives is meant from where the user stands; with PLACED, from a make of ours, from here.
+of_user = $(if $(PLACED),,$(filter command% environment%,$(origin $(1))))
+ifneq ($(and $(call of_user,BIN),$(filter-out /%,$(firstword $(call given,BIN)))),)
+override BIN := $(shell cd -- $(call q,$(VDBCLOUD_START)) && realpath -m -- $(call q,$(call given,BIN)))
+endif
 ifneq ($(call odd,OUT),)
 $(error OUT = '$(call given,OUT)': expected a path of letters, digits and _./+,=@~- only)
+endif
+ifneq ($(and $(call of_user,OUT),$(filter-out /%,$(firstword $(call given,OUT)))),)
+override OUT := $(shell realpath -m --relative-to=. -- $(call q,$(VDBCLOUD_START))/$(call q,$(call given,OUT)))
 endif
 # $(call told,FILE,TEXT): writes TEXT to OUT/FILE.told unless it is there. While make reads its files, so that why works.
 told = $(if $(filter clean,$(MAKECMDGOALS)),,$(shell mkdir -p $(OUT); f=$(OUT)/$(1).told; \
     [ -e $$f ] && [ "$$(< $$f)" = $(call q,$(2)) ] || printf '%s\n' $(call q,$(2)) > $$f))
 # $(call density_of_user,NAME,PATH): makes OUT/NAME.density.vdb a link to the file, and what is made of it depend on which
-# file it is: one that is older than the last may take its place.
-density_of_user = $(if $(filter clean,$(MAKECMDGOALS)),,$(call told,$(1).density,$(2))$(shell mkdir -p $(OUT); \
+# file it is, and on when it was written: one that is older than the last may take its place, under the same name too.
+density_of_user = $(if $(filter clean,$(MAKECMDGOALS)),,$(call told,$(1).density,$(2) $(shell stat -L -c '%.Y %s' -- $(call q,$(2))))$(shell mkdir -p $(OUT); \
     [ "$$(readlink -- $(OUT)/$(1).density.vdb)" = $(call q,$(2)) ] || ln -sfn -- $(call q,$(2)) $(OUT)/$(1).density.vdb))
 # A program that fails leaves no target. make keeps intermediate grids.
 .DELETE_ON_ERROR:

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <list>
+#include <map>
 #include <sstream>
 
 using namespace vdbcloud;
@@ -75,8 +76,8 @@ public:
         for (const std::string& path : {app::frame_path(o.output, 0), o.checkpoint, o.log})
             if (!path.empty() && path != "-" && ordinary(path)) locks_.emplace_back(path);
         const auto folder = [](const std::string& path) { return std::filesystem::path(path).parent_path().string(); };
-        remove_stale_temporaries(folder(o.output),
-                                 [&](const std::string& name) { return app::is_frame(o.output, name); });
+        remove_stale_temporaries(
+            folder(o.output), [&](const std::string& name) { return app::frame_number(o.output, name).has_value(); });
         for (const std::string& path : {o.checkpoint, o.log})
             if (!path.empty() && path != "-")
                 remove_stale_temporaries(folder(path), [&](const std::string& name) {
@@ -95,6 +96,26 @@ private:
 
     std::list<RunLock> locks_;
 };
+
+/// Warns of frames beyond frame `last` that another run left where this run writes its own: a film of all would mix
+/// them.
+void tell_other_frames(app::App& app, const app::Options& o, int last)
+{
+    std::map<int, std::string> beyond;
+    std::error_code failed;
+    const auto folder = std::filesystem::path(o.output).parent_path();
+    for (const auto& entry : std::filesystem::directory_iterator(folder.empty() ? "." : folder, failed)) {
+        const std::string name = entry.path().filename().string();
+        if (const auto number = app::frame_number(o.output, name); number && *number > o.first_frame + last)
+            beyond[*number] = name;
+    }
+    if (!beyond.empty())
+        app.warnings()((folder.empty() ? "." : folder.string()) + ": " + std::to_string(beyond.size()) +
+                       (beyond.size() == 1 ? " frame" : " frames") + " of an earlier run, " + beyond.begin()->second +
+                       " to " + beyond.rbegin()->second + ", beyond the last of this run, " +
+                       std::to_string(o.first_frame + last) +
+                       ": a film of all would mix two runs: remove them, or write to another folder");
+}
 
 void simulate(app::App& app, const app::Options& o, const app::Run& run)
 {
@@ -117,6 +138,7 @@ void simulate(app::App& app, const app::Options& o, const app::Run& run)
     const int frames = schedule.last();
     if (!run.sequence && frames > 0 && o.output != "-")
         app.say(o.output + " has no place for a number, as %04d: it will hold the last frame alone");
+    if (run.sequence) tell_other_frames(app, o, frames);
     const auto progress = app.progress("simulate");
     bool warned = false, warned_speed = false;
     for (int n = last + 1; n <= frames; ++n) {

@@ -54,8 +54,9 @@ double seconds_of(const std::string& option, const std::string& text);
 /// Throws UsageError.
 std::string frame_path(const std::string& pattern, int number);
 
-/// True if `name`, without a folder, is that of a frame of `pattern`, or of the one file without a number.
-bool is_frame(const std::string& pattern, const std::string& name);
+/// The number in `name`, without a folder, where it is the name of a frame of `pattern`; 0 for the one file without a
+/// number; else nothing.
+std::optional<int> frame_number(const std::string& pattern, const std::string& name);
 
 /// The file of --init.
 struct FirstAirFile {

@@ -2,6 +2,7 @@
 
 #include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/grid/tree_size.h"
 #include "vdbcloud/sim/checkpoint.h"
 #include "vdbcloud/sim/effect.h"
 #include "vdbcloud/sim/snapshot.h"
@@ -35,8 +36,8 @@ Rest rest_of(const Options& o, const Run& run, sim::RunRecord& record, bool resu
     return rest;
 }
 
-/// Grids of one frame [bytes], of which those that fill the box are kept in `kept` of it: cloud, rain and dye fill a
-/// small part of it.
+/// Values of one frame [bytes]. What fills the box, tables of trees too, is kept in `kept` of it; cloud, rain and dye
+/// fill a small part of it.
 double frame_bytes(const Options& o, const Run& run, double kept = 1)
 {
     const sim::Parameters& p = run.preset.parameters;
@@ -44,10 +45,15 @@ double frame_bytes(const Options& o, const Run& run, double kept = 1)
     const auto wanted = [&](const char* name) {
         return names.empty() || std::count(names.begin(), names.end(), name) > 0;
     };
-    const double dense = (wanted("temperature") && (p.buoyancy || p.moisture) ? 4 : 0) +
-                         (wanted("qt") && p.moisture ? 4 : 0) + (wanted("vel") ? 12 : 0),
-                 sparse = 4 * (1 + p.rain + p.dye);
-    return double(p.lattice.cells()) * (kept * dense + 0.14 * sparse);
+    const double floats = (wanted("temperature") && (p.buoyancy || p.moisture)) + (wanted("qt") && p.moisture),
+                 vectors = wanted("vel"), sparse = 1 + p.rain + p.dye;
+    // The box is about the vertical axis: its trees have tables on four sides of it.
+    const auto nodes = [&](double cells) { return std::ceil(cells / 128); };
+    const auto& n = p.lattice.n;
+    const TreeSize tables{0, 4 * nodes(n[0] / 2.0) * nodes(n[1] / 2.0) * nodes(n[2]), 4};
+    const double cells = 4 * floats + 12 * vectors,
+                 entries = tables.values(4) * (floats + sparse) + tables.values(12) * vectors;
+    return double(p.lattice.cells()) * (kept * cells + 0.14 * 4 * sparse) + kept * entries;
 }
 
 /// Part of the box that is kept near clouds, in the mean over the frames of a cumulus preset.

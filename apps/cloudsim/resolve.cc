@@ -204,21 +204,21 @@ std::string frame_path(const std::string& pattern, int number)
     return numbered ? numbered->path(number) : pattern;
 }
 
-bool is_frame(const std::string& pattern, const std::string& name)
+std::optional<int> frame_number(const std::string& pattern, const std::string& name)
 {
     const auto file = [&](int number) {
         return std::filesystem::path(frame_path(pattern, number)).filename().string();
     };
     const std::string first = file(0), second = file(1);
-    if (first == second) return name == first;
+    if (first == second) return name == first ? std::optional(0) : std::nullopt;
     size_t begin = 0, end = 0;  // lengths of what surrounds the number
     while (first[begin] == second[begin]) ++begin;
     while (begin > 0 && std::isdigit(static_cast<unsigned char>(first[begin - 1]))) --begin;
     while (first[first.size() - 1 - end] == second[second.size() - 1 - end]) ++end;
-    if (name.size() <= begin + end) return false;
+    if (name.size() <= begin + end) return std::nullopt;
     int number = 0;
-    return read_whole(name.substr(begin, name.size() - begin - end), number) == 0 && number >= 0 &&
-           file(number) == name;
+    const bool whole = read_whole(name.substr(begin, name.size() - begin - end), number) == 0 && number >= 0;
+    return whole && file(number) == name ? std::optional(number) : std::nullopt;
 }
 
 FirstAirFile first_air_of(App& app, const Options& o, bool resumed)

@@ -10,6 +10,7 @@
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/statistics.h"
+#include "vdbcloud/grid/tree_size.h"
 
 #include <unistd.h>
 
@@ -63,7 +64,7 @@ nlohmann::json described(const GridFile& file)
 double bytes_of(const GridFile& file)
 {
     double bytes = 0;
-    for (const GridBasePtr& grid : file.grids) bytes += leaf_bytes(*grid);
+    for (const GridBasePtr& grid : file.grids) bytes += value_bytes(*grid);
     return bytes;
 }
 
@@ -76,11 +77,11 @@ bool ours(const std::string& name)
 
 }  // namespace
 
-double leaf_bytes(const GridBase& grid)
+double value_bytes(const GridBase& grid)
 {
     const std::string type = grid.valueType();
-    const double value = type == "float" ? 4 : type == "vec3s" ? 12 : type == "vec3d" ? 24 : 8;
-    return 512 * value * double(grid.constBaseTree().leafCount());
+    const double each = type == "float" ? 4 : type == "vec3s" ? 12 : type == "vec3d" ? 24 : 8;
+    return tree_size(grid).values(each);
 }
 
 GridFile App::read(const std::string& path)

@@ -176,16 +176,25 @@ std::vector<FoundLight> lights_found(const std::vector<GridFile>& files)
 
 std::vector<Light> inherited_lights(const std::vector<FoundLight>& found, const std::vector<Light>& asked)
 {
-    std::vector<Light> lights;
+    std::vector<Light> lights, earlier;
+    std::string of;
     for (const auto& [file, light] : found) {
         const auto named = [name = light.name](const Light& l) { return l.name == name; };
         if (std::any_of(asked.begin(), asked.end(), named)) continue;
-        const auto same = std::find_if(lights.begin(), lights.end(), named);
-        if (same == lights.end())
-            lights.push_back(light);
-        else if (!same_place(*same, light) || same->strength() != light.strength())
-            throw UsageError(file + ": " + described(light) + " is not the " + described(*same) +
+        if (file != of) {  // each light of the inputs before is one light of this input at most
+            of = file;
+            earlier = lights;
+        }
+        const auto is_it = [&light = light](const Light& l) { return same_light(l, light); };
+        if (const auto known = std::find_if(earlier.begin(), earlier.end(), is_it); known != earlier.end()) {
+            earlier.erase(known);
+            continue;
+        }
+        const auto other = std::find_if(lights.begin(), lights.end(), named);
+        if (other != lights.end())
+            throw UsageError(file + ": " + described(light) + " is not the " + described(*other) +
                              " of another input: choose with --sun or --lamp");
+        lights.push_back(light);
     }
     return lights;
 }

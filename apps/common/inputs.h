@@ -67,7 +67,8 @@ struct FoundLight {
 };
 std::vector<FoundLight> lights_found(const std::vector<GridFile>&);
 
-/// Each light once, without those whose name is in `asked`. Throws UsageError where two lights of one name differ.
+/// Each light once, without those whose name is in `asked`. Lights of two inputs are one where they are the same, by
+/// whatever names. Throws UsageError where two that differ have one name.
 std::vector<Light> inherited_lights(const std::vector<FoundLight>&, const std::vector<Light>& asked = {});
 
 /// One medium, and the file that a stage completes and writes.

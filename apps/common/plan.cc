@@ -46,12 +46,6 @@ std::string Plan::lack() const
            size_text(left->bytes) + ": expected " + way_out + ", or more memory";
 }
 
-double tree_bytes(double leaves, double nodes, double tops)
-{
-    return leaves * double(sizeof(openvdb::FloatTree::LeafNodeType) + 4 * openvdb::FloatTree::LeafNodeType::SIZE) +
-           34e3 * nodes + 271e3 * tops;
-}
-
 void tell(App& app, const Plan& plan, const std::string& task)
 {
     Workload all = app.take_work();

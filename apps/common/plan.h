@@ -27,12 +27,8 @@ private:
     double held_, most_;
 };
 
-/// Memory of a tree of blocks of floats [bytes]: `leaves` of 8^3 voxels, which stand in `nodes` of 128^3, which stand
-/// in `tops` of 4096^3. The tables of nodes and tops have a fixed size, whatever stands in them.
-double tree_bytes(double leaves, double nodes, double tops);
-
-/// The values of a grid's leaves, which reading and writing cost [bytes].
-double leaf_bytes(const GridBase&);
+/// The values of a grid that reading and writing go through [bytes].
+double value_bytes(const GridBase&);
 
 /// Ends a dry run: reports the plan and what was read as "estimate", and prints both. `task`: "render 512x512 pixels".
 void tell(App&, const Plan&, const std::string& task);

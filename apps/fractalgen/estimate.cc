@@ -4,6 +4,7 @@
 
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/fractal/cloud_grid.h"
+#include "vdbcloud/grid/tree_size.h"
 
 #include <algorithm>
 #include <cmath>
@@ -115,15 +116,15 @@ BlockCount blocks_by_pilot(const CloudBlocks& pilot, int coarseness, float full)
     return {any - beyond.full, beyond.full};
 }
 
-/// Memory of a tree of `leaves` leaves of 8^3 floats in a box.
-double tree_bytes(double leaves, const Vec3i& size)
+/// A tree of `leaves` leaves in a box.
+TreeSize tree_in_box(double leaves, const Vec3i& size)
 {
     const auto nodes = [&](int edge) {
         double count = 1;
         for (int a = 0; a < 3; ++a) count *= std::ceil(size[a] / double(edge));
         return count;
     };
-    return app::tree_bytes(leaves, nodes(128), nodes(4096));
+    return {leaves, nodes(128), nodes(4096)};
 }
 
 Plan plan_of_mountain(const Options& o, const Domain& domain)
@@ -134,9 +135,9 @@ Plan plan_of_mountain(const Options& o, const Domain& domain)
     const auto grid = mountain_grid(mountain_heights(pilot.box, pilot.size, o.spectrum, o.relief), o.relief.half_width);
     const double more = coarseness * coarseness;  // a band around a surface
     plan.work.add("mountain_voxel", more * double(grid->activeVoxelCount()));
-    const double leaves = double(grid->tree().leafCount()) * more, bytes = tree_bytes(leaves, domain.size);
-    plan.work.add("write_byte", 2048 * leaves);
-    plan.bytes += 2 * bytes;
+    const TreeSize size = tree_in_box(double(grid->tree().leafCount()) * more, domain.size);
+    plan.work.add("write_byte", size.values(4));
+    plan.bytes += 2 * size.memory(4);
     return plan;
 }
 
@@ -167,7 +168,7 @@ Plan plan_of(const Options& o, const Domain& domain, const FloatGrid* mask)
     const CloudBlocks cloud = shape_cloud(noise, pilot.box, *envelope_of(o, pilot, mask), o.shape);
     const BlockCount blocks = blocks_by_pilot(cloud, coarseness, full_from(o, domain, pilot));
     plan.work.add("shape_block", blocks.mixed);
-    plan.work.add("write_byte", 2048 * blocks.mixed);
+    plan.work.add("write_byte", tree_in_box(blocks.mixed, domain.size).values(4));
     const double values = blocks.mixed * double(4 * Leaf::SIZE), field = plan.bytes;
     // The distances of a mask are there while the cloud is shaped; the grid is made when the noise is gone.
     const double distances = mask ? 1.25 * field : 0;

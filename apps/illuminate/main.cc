@@ -75,12 +75,12 @@ app::Plan plan_of(const IlluminateOptions& o, const app::MediumInput& in, const 
     app::Plan plan;
     plan.way_out = "a coarser density" + std::string(o.accuracy.refine > 1 ? ", a smaller --refine" : "");
     double kept = 0;
-    for (const GridBasePtr& grid : in.file.grids) plan.work.add("write_byte", app::leaf_bytes(*grid));
+    for (const GridBasePtr& grid : in.file.grids) plan.work.add("write_byte", app::value_bytes(*grid));
     for (const Task& task : tasks) {
         if (task.done) continue;
         const TransmittancePlan light = transmittance_plan(*in.density, in.medium, task.light, o.accuracy, count);
         plan.work += light.work;
-        plan.work.add("write_byte", light.leaf_bytes);
+        plan.work.add("write_byte", light.value_bytes);
         plan.bytes = std::max(plan.bytes, kept + light.bytes);
         kept += light.grid_bytes;
     }

@@ -69,6 +69,8 @@ void add_series(app::App& app, P1solveOptions& o, GridFile& file, const FloatGri
                                app::brief(report.least_albedo) + ", or --galerkin");
     ScatterReport at_this_albedo;
     const CollidedLight relit = relight(file, density, emission, medium, lights, o.scatter, at_this_albedo);
+    app.add_work(report.work);
+    app.add_work(at_this_albedo.work);
     Squares phi;
     phi.add(*fluence(relit), *fluence(fields));
     r["phi_error_against_direct_solve"] = phi.relative();

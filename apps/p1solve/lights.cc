@@ -11,10 +11,10 @@ namespace vdbcloud {
 
 bool has_light(const app::MediumInput& in, const Light& light)
 {
-    const GridBasePtr there = find_grid(in.file, transmittance_name(light));
+    const GridBasePtr there = grid_of_light(in.file, light);
     const auto theirs = there ? read_light(*there, there->getName()) : std::nullopt;
-    return theirs && same_place(*theirs, light) && theirs->strength() == light.strength() &&
-           app::same_extinction(*there, in.medium) && read_periodic(*there) == in.periodic &&
+    return theirs && same_light(*theirs, light) && app::same_extinction(*there, in.medium) &&
+           read_periodic(*there) == in.periodic &&
            get_text(*there, schema::density_digest, "") == grid_digest(*in.density);
 }
 

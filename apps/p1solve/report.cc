@@ -5,6 +5,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/light/transmittance_grid.h"
 #include "vdbcloud/scatter/scatter_plan.h"
+#include "vdbcloud/scatter/series_grids.h"
 
 #include <algorithm>
 
@@ -116,10 +117,26 @@ app::Plan plan_of(app::App& app, const P1solveOptions& o, const app::MediumInput
     const ScatterPlan scatter = scatter_plan(density, tint, emission, in.medium, lights, o.scatter, count);
     plan.work = scatter.work;
     plan.bytes = scatter.bytes;
+    if (count) {
+        // Of grids that are replaced the new ones count twice: a file with the light of an earlier run is rare.
+        for (const GridBasePtr& grid : in.file.grids) plan.work.add("write_byte", app::value_bytes(*grid));
+        plan.work.add("write_byte", scatter.value_bytes);
+    }
+    if (o.series.order > 0) {
+        const ScatterPlan series = series_plan(density, in.medium, lights, o.scatter, o.series, o.series_raw);
+        ScatterOptions given = o.scatter;  // relight(): without a solve, which the tolerance stands for
+        given.reentry_rays = 0;
+        given.solve.tolerance = 0.5;
+        const ScatterPlan relit = scatter_plan(density, nullptr, emission, in.medium, lights, given, count);
+        plan.bytes = std::max(
+            {plan.bytes, scatter.grid_bytes + series.bytes, scatter.grid_bytes + series.grid_bytes + relit.bytes});
+        if (count) {
+            plan.work += series.work;
+            plan.work += relit.work;
+            plan.work.add("write_byte", series.value_bytes);
+        }
+    }
     if (!count) return plan;
-    // Of grids that are replaced the new ones count twice: a file with the light of an earlier run is rare.
-    for (const GridBasePtr& grid : in.file.grids) plan.work.add("write_byte", app::leaf_bytes(*grid));
-    plan.work.add("write_byte", scatter.leaf_bytes);
     for (const Light& light : lights) {
         if (has_light(in, light)) continue;
         TransmittanceOptions accuracy;
@@ -127,7 +144,7 @@ app::Plan plan_of(app::App& app, const P1solveOptions& o, const app::MediumInput
         accuracy.periodic = in.periodic;
         const TransmittancePlan stored = transmittance_plan(density, in.medium, light, accuracy, true);
         plan.work += stored.work;
-        plan.work.add("write_byte", stored.leaf_bytes);
+        plan.work.add("write_byte", stored.value_bytes);
         plan.bytes += stored.grid_bytes;
     }
     auto& estimate = app.report()["estimate"];

@@ -50,7 +50,7 @@ void render(app::App& app, RenderOptions& o)
     app::tell_darkness(app, loaded.scene.lights, glows(loaded.scene));
     const CameraView view(chosen_camera(app, o, loaded, size), size);
     report_picture(app, o, loaded, view);
-    if (const std::string accuracy = accuracy_of_light(loaded.scene); !accuracy.empty())
+    if (const std::string accuracy = accuracy_of_light(loaded); !accuracy.empty())
         app.say("accuracy of the light: " + accuracy);
 
     Film film(size, render_layers(loaded.scene, wanted_layers(o), o.integrator.kind));
@@ -66,6 +66,7 @@ void render(app::App& app, RenderOptions& o)
 
     if (!o.option.exposure.given()) o.view.exposure = auto_exposure(film);
     report_cost(app, cost, render_work(film, loaded.scene, o.integrator, cost), o.view.exposure);
+    app.add_work(writing_work(o));
     if (traces_paths(o)) report_passes(app, cost.passes);
     write_pictures(app, o, loaded, film, view, background.in_exr, cost.passes);
 }

@@ -53,7 +53,7 @@ ImageMetadata image_metadata(const app::App& app, const RenderOptions& o, const 
                              "sigma_t per density " + app::shortest(m.sigma_t_per_density) + ", albedo " +
                                  app::shortest(m.albedo) + ", " + m.phase.text()});
     }
-    if (const std::string accuracy = accuracy_of_light(loaded.scene); !accuracy.empty())
+    if (const std::string accuracy = accuracy_of_light(loaded); !accuracy.empty())
         out.texts.push_back({"vdbcloud:accuracy", accuracy});
     out.numbers = {{"vdbcloud:exposure", exposure}, {picture::samples, double(o.sampling.samples)}};
     return out;
@@ -101,6 +101,15 @@ void report_picture(app::App& app, const RenderOptions& o, const LoadedScene& lo
                                    {"active_voxels", volume.density->activeVoxelCount()}});
 }
 
+Workload writing_work(const RenderOptions& o)
+{
+    Workload work;
+    for (const std::string& path : {o.output, o.png})
+        if (!path.empty() && image_format(path) == ImageFormat::Png && work.of("picture_library") == 0)
+            work.add("picture_library", 1);
+    return work;
+}
+
 void report_cost(app::App& app, const RenderCost& cost, const Workload& work, double exposure)
 {
     app.add_work(work);
@@ -131,6 +140,7 @@ void report_estimate(app::App& app, const RenderOptions& o, const LoadedScene& l
     const RenderCost cost = expected_cost(film, loaded.scene, view, o.sampling, o.integrator);
     plan.work = render_work(film, loaded.scene, o.integrator, cost);
     plan.work += loaded.planned.work;
+    plan.work += writing_work(o);
     const PixelWindow w = film.window();
     std::string task = "render " + std::to_string(w.width()) + "x" + std::to_string(w.height()) + " pixels";
     if (o.integrator.passes.time_limit > 0)

@@ -14,6 +14,9 @@ void stamp_samples(ImageMetadata&, const Scene&, const CameraView&, const Render
 /// Reports and prints how many samples were taken and what noise they leave.
 void report_passes(app::App&, const PassReport&);
 
+/// What the files of a picture take beside their values: .png opens a library.
+Workload writing_work(const RenderOptions&);
+
 /// Adds camera, picture, lights and media to the report.
 void report_picture(app::App&, const RenderOptions&, const LoadedScene&, const CameraView&);
 /// Adds counts, accuracy and exposure to the report. Warns of rays that missed their tolerance.

@@ -97,8 +97,7 @@ bool brings_all(const std::vector<GridFile>& files, const Scene& scene)
     for (size_t v = 0; v < files.size(); ++v)
         for (const Light& light : scene.lights) {
             const Volume& volume = scene.volumes[v];
-            const GridBasePtr grid =
-                volume.collided.scaling.delta_f > 0 ? nullptr : find_grid(files[v], transmittance_name(light));
+            const GridBasePtr grid = volume.collided.scaling.delta_f > 0 ? nullptr : grid_of_light(files[v], light);
             if (!grid || !misfit(*grid, light, volume, scene.periodic).empty()) return false;
         }
     return true;
@@ -126,7 +125,7 @@ GridBasePtr light_grid(app::App& app, const GridFile& file, const Scene& scene, 
         return app::scaled_light_grid(app, *volume.density, volume.colour.get(), volume.medium, volume.collided.scaling,
                                       light, o.light);
     }
-    GridBasePtr own = find_grid(file, transmittance_name(light));
+    GridBasePtr own = grid_of_light(file, light);
     if (own)
         if (const std::string reason = misfit(*own, light, volume, scene.periodic); !reason.empty()) {
             app.warnings()(file.path + ": " + printable(own->getName()) + " " + reason +
@@ -236,6 +235,7 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
     out.scene.periodic = o.light.periodic = app::periodic_axes(o.periodic, files);
     for (GridFile& file : files) {
         if (!traces_paths(o)) app::of_file(file.path, [&] { require_same_period(file, out.scene.periodic); });
+        out.paths.push_back(file.path);
         out.scene.volumes.push_back(app::of_file(file.path, [&] { return volume_of(app, file, o); }));
         auto corners = occupied_corners(*out.scene.volumes.back().density);
         if (const auto& emission = out.scene.volumes.back().emission) {
@@ -293,17 +293,18 @@ bool glows(const Scene& scene)
     return !scene.sky.dark() || std::any_of(scene.volumes.begin(), scene.volumes.end(), glows);
 }
 
-std::string accuracy_of_light(const Scene& scene)
+std::string accuracy_of_light(const LoadedScene& loaded)
 {
-    std::vector<GridBasePtr> light;
-    for (const Volume& volume : scene.volumes) {
-        light.insert(light.end(), volume.transmittance.begin(), volume.transmittance.end());
-        light.push_back(volume.collided.phi);
-    }
     std::string all;
-    for (const GridBasePtr& grid : light) {
-        const std::string text = grid ? text_of(read_accuracy(*grid)) : "";
-        if (!text.empty()) all += (all.empty() ? "" : "; ") + grid->getName() + ": " + text;
+    for (size_t v = 0; v < loaded.scene.volumes.size(); ++v) {
+        const Volume& volume = loaded.scene.volumes[v];
+        std::vector<GridBasePtr> light(volume.transmittance.begin(), volume.transmittance.end());
+        light.push_back(volume.collided.phi);
+        for (const GridBasePtr& grid : light) {
+            const std::string text =
+                grid ? app::of_file(loaded.paths[v], [&] { return text_of(read_accuracy(*grid)); }) : "";
+            if (!text.empty()) all += (all.empty() ? "" : "; ") + grid->getName() + ": " + text;
+        }
     }
     return all;
 }

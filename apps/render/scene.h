@@ -9,7 +9,8 @@
 namespace vdbcloud {
 
 struct LoadedScene {
-    Scene scene;  ///< background not yet chosen
+    Scene scene;                     ///< background not yet chosen
+    std::vector<std::string> paths;  ///< of the input behind each volume
     UpAxis up = UpAxis::Y;
     std::vector<Vec3d> corners;  ///< of boxes around the media [world]; empty for empty media
     std::optional<Sky> sky;      ///< the sky of the first input whose phi has one
@@ -31,6 +32,6 @@ LoadedScene load_scene(app::App&, RenderOptions& o);
 bool glows(const Scene&);
 
 /// What bounds the error of the light that the scene's files bring, in one line; empty if they say nothing.
-std::string accuracy_of_light(const Scene&);
+std::string accuracy_of_light(const LoadedScene&);
 
 }  // namespace vdbcloud

@@ -18,6 +18,7 @@
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/tree_size.h"
 #include "vdbcloud/voxels/box_medium.h"
 #include "vdbcloud/voxels/cloud_table.h"
 
@@ -190,9 +191,10 @@ app::Plan plan_of(const Options& o, const Tables& tables)
     // extinction is one float a voxel, emission three
     const double floats = o.boxes && tables.values.columns == 8 ? 4 : 1;
     plan.way_out = "larger cells (--cell)";
-    plan.bytes = floats * app::tree_bytes(content.blocks[0], content.blocks[1], content.blocks[2]);
+    const TreeSize size{content.blocks[0], content.blocks[1], content.blocks[2]};
+    plan.bytes = floats * size.memory(4);
     plan.work.add("table_cell", content.voxels);
-    plan.work.add("write_byte", 2048 * floats * content.blocks[0]);
+    plan.work.add("write_byte", floats * size.values(4));
     return plan;
 }
 

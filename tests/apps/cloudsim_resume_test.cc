@@ -191,6 +191,33 @@ TEST(CloudsimResume, WhatAKilledRunLeavesGoesWithTheNext)
     }
 }
 
+TEST(CloudsimResume, FramesOfAnEarlierRunAreSaid)
+{
+    const Scratch scratch;
+    const Words words{"-o", scratch / "f.%03d.vdb"};
+    const auto said = [&](const std::string& minutes, const Words& more = {}) {
+        const RunResult r = dry(scratch, with(words, more), minutes);
+        EXPECT_EQ(r.status, 0) << r.err;
+        return r.err;
+    };
+    EXPECT_EQ(said("4").find("earlier run"), std::string::npos) << "the folder is empty";
+    EXPECT_EQ(said("4").find("earlier run"), std::string::npos) << "all frames are replaced";
+    const std::string shorter = said("2");
+    EXPECT_NE(shorter.find("4 frames of an earlier run, f.005.vdb to f.008.vdb, beyond the last of this run, 4"),
+              std::string::npos)
+        << shorter;
+    EXPECT_EQ(said("1", {"--first-frame", "7"}).find("earlier run"), std::string::npos) << "a film is continued";
+}
+
+TEST(CloudsimResume, ADeviceIsNoCheckpoint)
+{
+    const Scratch scratch;
+    const RunResult r = dry(scratch, {"-o", scratch / "f.%03d.vdb", "--resume", "/dev/zero"});
+    EXPECT_EQ(r.status, 1);
+    EXPECT_NE(r.err.find("/dev/zero: a folder or device: expected a checkpoint"), std::string::npos) << r.err;
+    EXPECT_EQ(r.err.find("remove"), std::string::npos) << r.err;
+}
+
 TEST(CloudsimResume, OneFileForManyFramesIsSaid)
 {
     const Scratch scratch;

@@ -103,6 +103,37 @@ Vec3SGridPtr vectors(const GridFile& file, const std::string& name)
     return openvdb::gridPtrCast<Vec3SGrid>(find_grid(file, name));
 }
 
+TEST_F(SeveralInputs, LightsAreWhatTheyAreNotWhatTheyAreCalled)
+{
+    write("low.vdb", body(1));
+    write("high.vdb", moved(body(2), Vec3d(0, 4, 0)));
+    const std::string up = " --sun 0,1,0 --sun-irradiance 2",
+                      both = " --sun 0,1,0 --sun 1,1,0 --sun-irradiance 2 --sun-irradiance 1",
+                      turned = " --sun 1,1,0 --sun 0,1,0 --sun-irradiance 1 --sun-irradiance 2";
+    done("illuminate", "low.vdb" + both + " -o a.vdb");
+    done("illuminate", "high.vdb" + both + " -o b.vdb");
+    done("illuminate", "high.vdb" + turned + " -o c.vdb");
+    done("illuminate", "high.vdb" + up + " -o d.vdb");
+    const double expected = mean("a.vdb b.vdb", "");
+    EXPECT_GT(expected, 0.01);
+    // To rounding of the sum: each light is there once.
+    EXPECT_NEAR(mean("a.vdb c.vdb", "") / expected, 1, 1e-6) << "names that are swapped";
+    EXPECT_NEAR(mean("a.vdb d.vdb", "") / expected, 1, 1e-6) << "a light that has another name there";
+    EXPECT_NEAR(mean("d.vdb a.vdb", "") / expected, 1, 1e-6);
+    for (const char* program : {"illuminate", "p1solve"}) {
+        done(program, std::string("a.vdb b.vdb -o joined.vdb"));
+        done(program, std::string("a.vdb c.vdb -o swapped.vdb"));
+        EXPECT_TRUE(equal("joined.vdb", "swapped.vdb")) << program;
+    }
+    // One input, whose suns are asked for in the other order: its grids serve.
+    const RunResult again = run_line("render", "a.vdb" + turned + " --resolution 24 -o again.exr");
+    EXPECT_EQ(again.status, 0);
+    EXPECT_EQ(again.err.find("computed again"), std::string::npos) << again.err;
+    EXPECT_NEAR(mean("a.vdb", turned) / mean("a.vdb", both), 1, 1e-6);
+    done("p1solve", "a.vdb" + turned + " -o solved.vdb");
+    EXPECT_EQ(lights_of(read_grid_file(path("solved.vdb"))).size(), 2u) << "no grid is made twice";
+}
+
 TEST_F(SeveralInputs, RenderShowsEachInTheShadowOfTheOthers)
 {
     write("low.vdb", body(1));

@@ -38,16 +38,21 @@ run p1solve l64.vdb --reentry-rays 0 --iterations 6 --directions 24 --change 1e-
 run p1solve l64.vdb --reentry-rays 0 --iterations 2 --directions 512 --change 1e-9 -o x.vdb
 run p1solve l128.vdb --reentry-rays 0 --iterations 3 --directions 64 --degree 3 --change 1e-9 -o degree.vdb
 run p1solve l64.vdb --reentry-rays 0 --iterations 2 --directions 256 --degree 7 --change 1e-9 -o x.vdb
+for method in "--series 6" "--series 12" "--series 6 --galerkin" "--solver relaxation --max-iterations 9999" "--ground-albedo 0.4" "--flux-map map.exr" "--limiter levermore-pomraning"; do
+    run p1solve l64.vdb --reentry-rays 0 $method -o x.vdb
+done
+run p1solve l128.vdb --reentry-rays 0 --series 6 --galerkin -o x.vdb
 
 picture=(--aov none --background none)
 for size in 64 128 256; do run render l$size.vdb "${picture[@]}" --resolution 256 -o x.exr; done
 run render l32.vdb "${picture[@]}" --resolution 16 -o x.exr
 run render l32.vdb --aov all --background none --resolution 512 -o x.exr
 run render l128.vdb "${picture[@]}" --resolution 512 -o x.exr
+for size in 32 64; do run render l$size.vdb "${picture[@]}" --resolution 64 -o x.png; done
 run render deck.light.vdb "${picture[@]}" --resolution 256 -o x.exr
 run render l128.vdb "${picture[@]}" --parts 2 --resolution 256 -o x.exr
 run render l128.vdb "${picture[@]}" --shadow-rays --resolution 64 -o x.exr
-run render l64.vdb "${picture[@]}" --integrator steps --resolution 128 -o x.exr
+for rule in steps romberg; do run render l64.vdb "${picture[@]}" --integrator $rule --resolution 128 -o x.exr; done
 run render sky.vdb "${picture[@]}" --resolution 256 -o x.exr
 run render s128.vdb "${picture[@]}" --resolution 256 -o x.exr
 run render s256.vdb "${picture[@]}" --resolution 256 -o x.exr

@@ -5,6 +5,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/scatter_schema.h"
+#include "vdbcloud/optics/medium.h"
 
 #include <gtest/gtest.h>
 
@@ -119,6 +120,34 @@ TEST(DeltaScaling, RefusesInvalidMetadata)
     for (double f : {-0.1, 1.0}) refused(schema::delta_f, [&](MetaMap& m) { set_number(m, schema::delta_f, f); });
     for (const char* text : {"1 0.5", "1 0.5 0.2 0.1", "0.9 0.5 0.2", "1 0.5 2", "1 0.5 x"})
         refused(schema::scaled_moments, [&](MetaMap& m) { set_text(m, schema::scaled_moments, text); });
+}
+
+TEST(DeltaScaling, RefusesTheScalingOfAnotherPhaseFunction)
+{
+    Medium medium;
+    medium.phase = hg(0.85);
+    const auto said = [&](const DeltaScaling& scaling) -> std::string {
+        MetaMap metadata;
+        write_medium(metadata, medium);
+        write_delta_scaling(metadata, scaling);
+        try {
+            read_delta_scaling(metadata, medium.phase);
+        } catch (const InputError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    for (const int degree : {1, 3, 7}) {
+        EXPECT_EQ(said(delta_scaling(hg(0.85), degree)), "");
+        EXPECT_EQ(said(no_scaling(hg(0.85), degree)), "");
+        EXPECT_NE(said(delta_scaling(hg(0.8), degree)).find("delta_f' = "), std::string::npos);
+        DeltaScaling changed = delta_scaling(hg(0.85), degree);
+        changed.delta_f *= 0.99;
+        EXPECT_NE(said(changed).find("expected 0 or "), std::string::npos);
+        changed = delta_scaling(hg(0.85), degree);
+        changed.moments[1] += 1e-6;
+        EXPECT_NE(said(changed).find("moment 1 is "), std::string::npos);
+    }
 }
 
 }  // namespace

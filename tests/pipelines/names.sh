@@ -38,6 +38,18 @@ cp "$b" b.png
 path_of DENSITY="$folder/A/../A/smoke.vdb" > /dev/null
 cmp -s a.png "$a" || fail "A/smoke.vdb after B/smoke.vdb is not the picture of A"
 
+# A file in the place of another, under its name: newer, and older.
+cp A/smoke.vdb here.vdb
+here=$(path_of DENSITY=here.vdb)
+for other in B/smoke.vdb A/smoke.vdb; do
+    cp -p $other here.vdb
+    path_of DENSITY=here.vdb > /dev/null
+    cmp -s "$([ $other = A/smoke.vdb ] && echo a.png || echo b.png)" "$here" || fail "$other in the place of the other file: not its picture"
+done
+[ -z "$(path_of DENSITY=here.vdb)" ] || fail "the same file again makes something"
+picture DENSITY=$'A/smo\nke.vdb' > said 2>&1 && fail "a path with a line break: expected a refusal"
+grep -q "DENSITY holds a line break: expected" said || fail "a path with a line break: $(cat said)"
+
 # What programs are told, and which programs.
 light="${a%.png}.light.vdb"
 before=$(stat -c %y "$light")
@@ -50,6 +62,13 @@ cp "$bin"/{illuminate,render} "$folder/other programs"
 size='--resolution 20' picture DENSITY=A/smoke.vdb BIN="$folder/other programs" light_flags='--extinction 3' > /dev/null
 [ "$(stat -c %y "$light")" != "$before" ] || fail "other programs did not make the light again"
 cmp -s a20.png "$a" && fail "a thinner medium has the same picture"
+# Folders of the user are meant from where the user stands.
+picture DENSITY=A/smoke.vdb BIN="other programs" OUT=my/pictures > /dev/null
+cmp -s a.png my/pictures/smoke.png || fail "BIN and OUT, relative: not the picture, or not there"
+(cd A && picture DENSITY=smoke.vdb BIN="../other programs" OUT=../mine > /dev/null)
+cmp -s a.png mine/smoke.png || fail "BIN and OUT from another folder: not the picture, or not there"
+picture DENSITY=A/smoke.vdb BIN=none OUT=mine/too > said 2>&1 && fail "BIN=none: expected a refusal"
+grep -q "none/.* is not built" said || fail "BIN=none: $(cat said)"
 
 # No name runs anything, or is taken for something else.
 names=('a b' "it's" 'x:y' 'x`touch ran`' 'd$(touch ran)' 's$(shell touch ran)' 'e"q' '#h' '%p' '-f' 'b\s' '$HOME' 'a*' ';touch ran' '$$' "a'b'\$(touch ran)")
@@ -74,7 +93,7 @@ grep -q "OUT = 'o u t': expected" said || fail "OUT with spaces: $(cat said)"
 
 # The folder of I3RC's clouds, in a place that would run a command.
 mkdir 'i3rc `touch ran`'
-plan=$(make -n -k -C "$copy/pipelines/benchmarks/i3rc" OUT=out/plan VDBCLOUD_I3RC='i3rc `touch ran`' 2>&1 || true)
+plan=$(make -n -k -C "$copy/pipelines/benchmarks/i3rc" OUT=plan VDBCLOUD_I3RC='i3rc `touch ran`' 2>&1 || true)
 grep -qF "'$folder/i3rc \`touch ran\`/mmcr_tau_32km_020898'" <<< "$plan" || fail "VDBCLOUD_I3RC, relative: not read, or not quoted"
 ran=$(find "$folder" -name ran)
 [ -z "$ran" ] || fail "the folder of I3RC ran a command: $ran"
@@ -82,7 +101,7 @@ ran=$(find "$folder" -name ran)
 # Reading a pipeline again changes nothing that its files depend on.
 for pipeline in "$copy"/pipelines/*/; do
     for time in first second; do
-        make -C "$pipeline" PICTURE=small OUT=out/told -n -k all > /dev/null 2>&1 || true
+        (cd "$pipeline" && make PICTURE=small OUT=out/told -n -k all) > /dev/null 2>&1 || true
         [ $time = second ] || { sleep 0.01; touch "$folder/between"; sleep 0.01; }
     done
     again=$(find "$pipeline" -name '*.told' -newer "$folder/between")

@@ -81,6 +81,20 @@ TEST(ExposedBeam, ADiagonalLineTakesNoLessLightWhereItIsDenser)
     EXPECT_NEAR(before / silhouette, 1, 0.125);
 }
 
+TEST(ExposedBeam, LinesSeeTheSilhouetteOfAVoxel)
+{
+    // An opaque box loses the light of its projection. Lines are a 32nd of a voxel apart: each cuts off the edge of the
+    // projection, 6 sides of one voxel, within half a spacing, with signs that cancel.
+    const Vec3d h(0.5, 1, 2);
+    const Body body(test::voxel_field(Vec3i(1), h, [](const Vec3i&) { return 1.0; }));
+    for (const Vec3d& to : {Vec3d(1, 2, 3), Vec3d(-3, 1, 0.2), Vec3d(1, 1, 1), Vec3d(0, 1, 0)}) {
+        const Vec3d s = to.unit();
+        const double area = std::abs(s[0]) * h[1] * h[2] + std::abs(s[1]) * h[0] * h[2] + std::abs(s[2]) * h[0] * h[1];
+        const double lost = lost_power(line_depths(body.index, body.density, make_sun(to)), 1e9);
+        EXPECT_NEAR(lost / area, 1, 3 * 0.5 / 32) << to;
+    }
+}
+
 TEST(ExposedBeam, DepthsAreThoseOfChordsThroughVoxels)
 {
     // Against a search of every voxel for the chord of the ray, from the same points, also across emptiness and for a

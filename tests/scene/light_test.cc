@@ -258,6 +258,22 @@ TEST(Light, SamePlaceIgnoresStrength)
     EXPECT_FALSE(same_place(make_sun(Vec3d(0, 1, 0)), make_lamp(Vec3d(0, 1, 0))));
 }
 
+TEST(Light, AGridIsFoundByWhatItsLightIs)
+{
+    const auto in_another_order = [](const std::string& name) { return make_sun(Vec3d(0, 1, 0), Vec3d(2.0), 0, name); };
+    GridFile file;
+    file.metadata = std::make_shared<MetaMap>();
+    const auto mine = grid_with(in_another_order("sun")), other = grid_with(sun());
+    file.grids = {mine, other};
+    EXPECT_EQ(grid_of_light(file, in_another_order("sun")), mine);
+    EXPECT_EQ(grid_of_light(file, in_another_order(sun().name)), mine) << "by another name, which another light has";
+    EXPECT_EQ(grid_of_light(file, in_another_order("lamp")), mine);
+    const Light brighter = make_sun(Vec3d(0, 1, 0), Vec3d(3.0));
+    EXPECT_FALSE(same_light(brighter, in_another_order("sun")));
+    EXPECT_EQ(grid_of_light(file, brighter), mine) << "by its name: the strength is not the grid's";
+    EXPECT_EQ(grid_of_light(file, lamp()), nullptr);
+}
+
 TEST(Light, TextNamesPlaceAndStrengthOfEach)
 {
     EXPECT_EQ(lights_text({}), "");

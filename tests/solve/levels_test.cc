@@ -224,6 +224,36 @@ TEST(ConjugateGradient, AnExactSolutionHasNoError)
     EXPECT_EQ(x[blocks.slot(Vec3i(2, 4, 6))], 2);
 }
 
+TEST(ConjugateGradient, HasEqualDigitsForSourcesOfAnySize)
+{
+    // Times a power of two, beyond the range of the single precision in which the cycle works.
+    const auto blocks = masked(Vec3i(16, 16, 16), [](const Vec3i& p) { return noise(1, p) < 0.85; });
+    const Problem problem(
+        blocks, [](const Vec3i& p) { return 0.1 + noise(4, p); }, 0.5, constant(1e-3));
+    Multigrid multigrid(problem.stencil);
+    const Vector source = field(blocks, [](const Vec3i& p) { return noise(7, p) - 0.3; });
+    const auto times = [](const Vector& of, double factor) {
+        Vector v = of;
+        for (double& value : v) value *= factor;
+        return v;
+    };
+    for (const bool guessed : {false, true}) {
+        const Vector guess = guessed ? times(source, 0.1) : Vector();
+        Vector b = source, x = guess;
+        const auto result = conjugate_gradient(problem.stencil, multigrid, b, x);
+        EXPECT_GT(result.iterations, 3);
+        for (const int exponent : {-300, -160, 130, 300}) {
+            const double factor = std::ldexp(1.0, exponent);
+            Vector rest = times(source, factor), far = times(guess, factor);
+            const auto same = conjugate_gradient(problem.stencil, multigrid, rest, far);
+            EXPECT_EQ(same.history, result.history) << exponent;
+            EXPECT_EQ(same.error, result.error) << exponent;
+            EXPECT_EQ(far, times(x, factor)) << exponent;
+            EXPECT_EQ(rest, times(b, factor)) << exponent;
+        }
+    }
+}
+
 TEST(ConjugateGradient, StartsFromTheGuessItIsGiven)
 {
     const auto blocks = masked(Vec3i(16, 16, 16), [](const Vec3i& p) { return noise(1, p) < 0.85; });

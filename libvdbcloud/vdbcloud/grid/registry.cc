@@ -107,6 +107,7 @@ const std::vector<GridKind>& grid_kinds()
 const std::vector<MetaKey>& meta_keys()
 {
     constexpr Range nonnegative{0, largest_number}, share{0, 1}, positive{1e-30, largest_number};
+    constexpr Range coordinate{-largest_number, largest_number};
     static const std::vector<MetaKey> table = {
         {creator, "string", "file"},
         {history, "string", "file"},
@@ -141,8 +142,8 @@ const std::vector<MetaKey>& meta_keys()
         {extinction_formula, "string", "density"},
         {unit, "string", "grids of cloudsim"},
         {light_kind, "string", "transmittance_LIGHT"},
-        {light_to, "vec3d", "transmittance_LIGHT"},
-        {light_position, "vec3d", "transmittance_LIGHT"},
+        {light_to, "vec3d", "transmittance_LIGHT", coordinate},
+        {light_position, "vec3d", "transmittance_LIGHT", coordinate},
         {light_irradiance, "vec3d", "transmittance_LIGHT"},
         {light_angular_diameter, "double", "transmittance_LIGHT"},
         {density_digest, "string", "transmittance_LIGHT, phi, flux_C, sh_LM_C, series_phi_K"},
@@ -155,7 +156,7 @@ const std::vector<MetaKey>& meta_keys()
         {lit_sky_horizon, "vec3d", "phi", nonnegative},
         {lit_sky_ground, "vec3d", "phi", nonnegative},
         {lit_sky_haze, "double", "phi", nonnegative},
-        {lit_sky_up, "vec3d", "phi"},
+        {lit_sky_up, "vec3d", "phi", coordinate},
         {degree, "double", "phi", {1, 100, yes}},
         {channel_scale, "vec3d", "phi", nonnegative},
         {flux_limit, "double", "phi", share},

@@ -6,6 +6,7 @@
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/grid/sources.h"
+#include "vdbcloud/grid/tree_size.h"
 #include "vdbcloud/optics/cell_march.h"
 #include "vdbcloud/optics/optical_depth.h"
 #include "vdbcloud/optics/periodic_light.h"
@@ -334,13 +335,14 @@ TransmittancePlan transmittance_plan(const FloatGrid& density, const Medium& med
     const bool lattice = o.fidelity == Fidelity::Lattice && light->common_direction() && !period.any();
     // The fringe meets further blocks; with `count` these are found.
     const double occupied = double(density.tree().leafCount()) + double(density.tree().activeTileCount());
-    double leaves = occupied * std::pow(o.refine, 3);
+    TreeSize size = tree_size(density);
+    size.leaves = occupied * std::pow(o.refine, 3);
     TransmittancePlan plan;
     if (count) {
         const BrickMap map(density, 0, {}, period);
         const Wanted wanted(density, o.refine, period);
-        leaves = double(wanted.leaf.size());
-        plan.work.add("light_point", 512 * leaves * parts);
+        size = tree_size(*FloatGrid::create(wanted.tree));
+        plan.work.add("light_point", 512 * size.leaves * parts);
         if (lattice)
             for (const auto& part : light.parts(o.disc_samples))
                 plan.work.add("lattice_product", double(lattice_products(map, *part->common_direction(),
@@ -349,11 +351,11 @@ TransmittancePlan transmittance_plan(const FloatGrid& density, const Medium& med
             plan.work.add("exact_cell", parts * double(wanted.voxels) * mean_steps(map, *light, wanted));
     }
     // Bricks of the density, the topology and the transmittance; then the depths, and after them the grid.
-    const double values = 2048.0 * double(channels);
-    plan.leaf_bytes = leaves * values;
-    plan.grid_bytes = plan.leaf_bytes + 96 * leaves + 3e5;
-    plan.bytes = 1.2 * double(density.tree().leafCount()) * 4 * 729 + leaves * (2144 + values) +
-                 std::max(plan.grid_bytes, leaves * 2048);
+    const double value = 4.0 * double(channels), leaves = size.leaves, topologies = period.any() ? 3 : 2;
+    plan.value_bytes = size.values(value);
+    plan.grid_bytes = size.memory(value);
+    plan.bytes = 1.2 * double(density.tree().leafCount()) * 4 * 729 + leaves * (2144 + 512 * value) +
+                 (topologies - 1) * size.table_memory(4) + std::max(plan.grid_bytes, leaves * 2048);
     return plan;
 }
 

@@ -63,9 +63,9 @@ GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, c
 /// What transmittance_grid() would do and hold.
 struct TransmittancePlan {
     Workload work;
-    double bytes = 0;       ///< at the peak, the grid included
-    double grid_bytes = 0;  ///< of the grid
-    double leaf_bytes = 0;  ///< of the values of its leaves
+    double bytes = 0;        ///< at the peak, the grid included
+    double grid_bytes = 0;   ///< of the grid
+    double value_bytes = 0;  ///< of the grid's values, as files store them
 };
 
 /// The plan for one light. With `count` the events are counted, too, from the medium's blocks and some rays, in a small

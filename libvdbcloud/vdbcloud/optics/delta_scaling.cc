@@ -2,8 +2,11 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/refuse.h"
+#include "vdbcloud/core/shortest.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/scatter_schema.h"
+#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/optics/medium.h"
 
 #include <cmath>
 
@@ -24,6 +27,26 @@ DeltaScaling scaled_by(double f, const PhaseFunction& phase, int degree)
 void check(int degree)
 {
     if (degree < 1) throw InputError("degree " + std::to_string(degree) + ": expected 1 or more");
+}
+
+/// Degree, f and moments follow from the phase function, which the metadata hold too: throws InputError where one of
+/// them is another solution's.
+void require_own(const MetaMap& from, int degree, double f, const std::vector<double>& moments)
+{
+    if (!has_meta(from, schema::sigma_t_per_density)) return;  // no medium
+    constexpr double rounding = 1e-9;
+    const PhaseFunction phase = read_medium(from).phase;
+    const double own = delta_scaling(phase, degree).delta_f;
+    if (f != 0 && !(std::abs(f - own) <= rounding))
+        throw InputError(meta_name(from, schema::delta_f) + " = " + shortest(f) + ": expected 0 or " + shortest(own) +
+                         ", the forward peak of " + phase.name() + " at degree " + std::to_string(degree) +
+                         "; run p1solve again");
+    const std::vector<double> expected = scaled_by(f, phase, degree).moments;
+    for (size_t l = 0; l < moments.size(); ++l)
+        if (!(std::abs(moments[l] - expected[l]) <= rounding))
+            throw InputError(meta_name(from, schema::scaled_moments) + ": moment " + std::to_string(l) + " is " +
+                             shortest(moments[l]) + ": expected " + shortest(expected[l]) + " for " + phase.name() +
+                             "; run p1solve again");
 }
 
 }  // namespace
@@ -73,6 +96,7 @@ DeltaScaling read_delta_scaling(const MetaMap& from, const PhaseFunction& phase)
     if (!possible)
         refuse(meta_name(from, schema::scaled_moments), get_text(from, schema::scaled_moments, ""),
                "1 and " + std::to_string(scaling.degree) + " numbers in [-1, 1]");
+    require_own(from, scaling.degree, f, moments);
     scaling.moments = std::move(moments);
     return scaling;
 }

@@ -123,7 +123,7 @@ Workload render_work(const Film& film, const Scene& scene, const IntegratorOptio
         work.add("cell_value", lit * values);
         work.add("cell_peak", lit * lights * (scaled > 0 ? 1 : 0));
     } else {
-        work.add("quadrature_point", cells * (1 + lights));
+        work.add(o.kind == Integrator::Romberg ? "romberg_point" : "quadrature_point", cells * (1 + lights));
     }
     if (o.shadow_rays)
         work.add("shadow_cell", (o.kind == Integrator::Cells ? 2 * lit : cells) * lights * edge_of(scene));
@@ -134,7 +134,8 @@ RenderCost expected_cost(const Film& film, const Scene& scene, const CameraView&
                          const IntegratorOptions& o)
 {
     const bool path = o.kind == Integrator::Path;
-    const Scene seen = path ? scene : dark(scene);
+    // Paths follow the light, and Romberg's rule has more points where light changes.
+    const Scene seen = path || o.kind == Integrator::Romberg ? scene : dark(scene);
     const ImageSize size = pilot_size(view.size());
     Film pilot(size, render_layers(seen, {}, o.kind));
     SamplingOptions few = sampling;

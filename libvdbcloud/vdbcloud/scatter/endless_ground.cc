@@ -91,7 +91,7 @@ void EndlessGround::add_along(int c, const std::vector<Vec3d>& travel, std::vect
 SweepGround EndlessGround::swept(const BeamMedium& medium, int c) const
 {
     SweepGround ground{patch_.face, albedo_, std::vector<float>(patch_.cells(), 0.0f), patch_, {}};
-    const int parts = std::min(patch_.edge, 4);  // along the edge of a cell: a shadow may be smaller than a cell
+    const int parts = this->parts();
     const auto [u, v] = ActiveBox::axes(patch_.face / 2);
     tbb::parallel_for(size_t(0), patch_.cells(), [&, u = u, v = v](size_t cell) {
         double sum = 0;

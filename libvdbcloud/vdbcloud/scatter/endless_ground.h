@@ -36,6 +36,9 @@ public:
     /// Adds that radiance along the directions of travel (components along the index axes) that go up.
     void add_along(int channel, const std::vector<Vec3d>& travel, std::vector<float>& radiance) const;
 
+    /// Rays that swept() follows towards the suns.
+    double rays() const { return double(patch_.cells()) * parts() * parts() * double(lights_.size()); }
+
     /// The ground as a sweep meets it; `direct` is the change of the suns' irradiance.
     SweepGround swept(const BeamMedium&, int channel) const;
     /// albedo / pi times the change of direct and diffuse irradiance.
@@ -52,6 +55,8 @@ public:
 
 private:
     void set_patch(const Vec3d& up);
+    /// Rays along the edge of a cell: a shadow may be smaller than a cell.
+    int parts() const { return patch_.edge < 4 ? patch_.edge : 4; }
 
     const VoxelIndex& index_;
     const std::vector<Light>& lights_;

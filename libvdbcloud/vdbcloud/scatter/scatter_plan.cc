@@ -1,9 +1,12 @@
 #include "vdbcloud/scatter/scatter_plan.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/tree_size.h"
 #include "vdbcloud/scatter/beam.h"
 #include "vdbcloud/scatter/channel_groups.h"
 #include "vdbcloud/scatter/emission_cost.h"
+#include "vdbcloud/scatter/endless_ground.h"
 #include "vdbcloud/scatter/harmonics.h"
 #include "vdbcloud/scatter/ordinates.h"
 #include "vdbcloud/scatter/streaming.h"
@@ -12,6 +15,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 namespace vdbcloud {
 
@@ -100,9 +105,13 @@ double closed_beams(const std::vector<ChannelGroup>& groups, const Medium& mediu
 
 struct Counts {
     double solves = 0, groups = 0, at_once = 0, blocks = 0, beams = 0;
+    double ground_cells = 0;
     double terms = 1, moments = 1;  // harmonics of the source, and of a sweep's result
     bool sweeps = false, anisotropic = false;
 };
+
+/// Rounds that the limiter takes to its change.
+constexpr double expected_rounds = 22;
 
 /// Memory of the arrays [bytes a voxel of the blocks].
 double bytes_a_voxel(const Counts& n, const ScatterOptions& o, double g)
@@ -117,19 +126,52 @@ double bytes_a_voxel(const Counts& n, const ScatterOptions& o, double g)
         const double closure = 4 * (2 * n.terms + n.beams + n.moments + 2) + history;
         // A source with its fluxes, and a copy of its right side; beams that channels share; fluence, solver, aprons.
         peak = matrix + 40 + (n.solves > 1 ? 52 : 0) + closure + 4 * n.moments * (n.solves - 1) + 50;
-    } else if (o.flux_map) {
-        peak += 60;
+    } else if (o.flux_map || n.ground_cells > 0) {
+        peak += 160;  // a sweep of degree 1
+    } else if (o.limiter) {
+        peak += matrix + 28 + source;  // of the limited medium, beside the first
     }
     return peak + (o.heating ? 16 : 0);
 }
 
 }  // namespace
 
+double blocks_of(const FloatGrid& density)
+{
+    const double in_tiles = double(density.activeVoxelCount()) - double(density.tree().activeLeafVoxelCount());
+    return double(density.tree().leafCount()) + in_tiles / 512;
+}
+
+TreeSize fringed_size(const FloatGrid& density)
+{
+    TreeSize size = tree_size(density);
+    const double blocks = blocks_of(density);
+    size.leaves = blocks * (1 + 2.5 / std::cbrt(std::max(8.0, blocks)));
+    const auto box = density.evalActiveVoxelBoundingBox();
+    // A fringe across the border of a table has another table there.
+    for (const auto& [count, bits] : {std::pair{&size.nodes, 7}, {&size.tops, 12}})
+        for (int a = 0; a < 3; ++a) {
+            const auto tables = [&, b = bits](int by) {
+                return double(((int64_t(box.max()[a]) + by) >> b) - ((int64_t(box.min()[a]) - by) >> b) + 1);
+            };
+            *count *= tables(1) / tables(0);
+        }
+    return size;
+}
+
 double expected_iterations(double extent, double tolerance)
 {
     // Of fractal clouds of 64 to 512 voxels: 1.6 to 2.2 iterations for each factor of ten.
     const double each = 0.65 + 0.17 * std::log2(std::max(2.0, extent));
     return std::max(1.0, each * -std::log10(std::min(0.5, tolerance)));
+}
+
+double expected_relaxation(double extent, double factor, double tolerance)
+{
+    const double jacobi = std::cos(pi / (std::max(2.0, extent) + 1)), square = std::pow(factor * jacobi, 2) / 4,
+                 rest = square - (factor - 1);
+    const double each = rest > 0 ? std::pow(std::sqrt(square) + std::sqrt(rest), 2) : factor - 1;
+    return 10 * std::ceil(std::log(std::min(0.5, tolerance)) / std::log(each) / 10);
 }
 
 ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission,
@@ -139,9 +181,8 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
     const auto box = density.evalActiveVoxelBoundingBox();
     if (box.empty()) return plan;
     const auto leaves = double(density.tree().leafCount());
-    const double in_tiles = double(density.activeVoxelCount()) - double(density.tree().activeLeafVoxelCount());
     Counts n;
-    n.blocks = leaves + in_tiles / 512;
+    n.blocks = blocks_of(density);
     plan.voxels = 512 * n.blocks;
     const auto groups = groups_of(tint, emission, medium, lights, o.sky);
     n.groups = double(groups.size());
@@ -161,13 +202,25 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
     if (n.sweeps || o.flux_map || endless)
         plan.directions = ordinates(o.closure.kind, o.closure.directions, degree).count();
 
-    const double values = (n.solves > 1 ? 3 : 1) * (n.anisotropic ? 4.0 : 1.0);
     const double kept = std::min(scaling.last_degree(), o.keep_moments);
     const double higher = kept > 1 ? (n.solves > 1 ? 3 : 1) * (harmonic_count(int(kept)) - 4.0) : 0;
-    // Blocks that the fringe meets: those of a compact body and one layer about a part of them.
-    const double fringe = 1 + 2.5 / std::cbrt(std::max(8.0, n.blocks));
-    plan.leaf_bytes = fringe * n.blocks * 2048 * (values + higher + (o.heating ? 1 : 0));
-    plan.grid_bytes = 1.03 * plan.leaf_bytes + 1e6 * (1 + higher / 3);
+    const TreeSize size = fringed_size(density);
+    // phi and its like, of one value a voxel or of three; fluxes.
+    const double floats = (n.solves > 1 ? 0 : 1) * (1.0 + o.heating) + higher,
+                 vectors = n.solves > 1 ? 1.0 + o.heating : 0, fluxes = n.anisotropic ? (n.solves > 1 ? 3 : 1) : 0;
+    plan.value_bytes = size.values(4) * floats + size.values(12) * (vectors + fluxes);
+    std::optional<VoxelIndex> index;
+    std::optional<EndlessGround> ground;
+    TreeSize ground_size;
+    if (endless) {
+        ground.emplace(index.emplace(density), o.up, *o.ground_albedo, beams, o.sky);
+        n.ground_cells = double(ground->patch().cells());
+        // A layer of cells in blocks of 8^3, some on each side of the origin.
+        ground_size = {n.ground_cells / 64, 4 + n.ground_cells / (128 * 128), 4};
+        plan.value_bytes += ground_size.values(12);
+    }
+    plan.grid_bytes = size.memory(4) * floats + size.memory(12) * (vectors + fluxes);
+    plan.grid_bytes += ground_size.memory(12);
     plan.bytes = plan.voxels * bytes_a_voxel(n, o, medium.phase.mean_cosine()) + leaves * 4 * 729 * 1.2;
     // The grids are made when matrix and sweeps are gone.
     const double solutions = 4 * n.solves * (n.anisotropic ? 4.0 : 1.0) + (n.sweeps ? 4 * n.moments * n.solves : 0);
@@ -176,9 +229,15 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
 
     double extent = 0;
     for (int a = 0; a < 3; ++a) extent = std::max(extent, double(box.dim()[a]));
-    const double iterations = expected_iterations(extent, o.solve.tolerance);
+    const bool relaxes = o.solver == P1Solver::Relaxation && !n.sweeps;
+    const double iterations =
+        std::min(double(o.solve.max_iterations), relaxes ? expected_relaxation(extent, o.relaxation, o.solve.tolerance)
+                                                         : expected_iterations(extent, o.solve.tolerance));
+    // Of the limiter's rounds, of fractal clouds of 32 to 128 voxels: each starts from the one before.
+    const double limited = o.limiter ? expected_rounds : 0;
     const double sweeps = n.sweeps ? o.closure.iterations : 0, planes = n.sweeps ? 0 : o.flux_map || endless ? 1 : 0;
-    const double rounds = endless && !n.sweeps && *o.ground_albedo > 0 ? 6 : 1;
+    const bool patched = endless && !n.sweeps;
+    const double rounds = patched && *o.ground_albedo > 0 ? 6 : 1;
     // Solves between sweeps follow the change, which falls to a quarter of the last or so, and the right side with it.
     double later = 0;
     for (int k = 0; k < o.closure.iterations; ++k) {
@@ -189,24 +248,30 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
     const auto voxels = [&](const char* event, double times) { plan.work.add(event, plan.voxels * times); };
     // P1's beams of a group serve its channels; with sweeps each channel adds its own, or that of another. Depths are
     // found once where they are kept (Scattering::keeps_beams).
-    const double added =
-        sweeps > 0 ? closed_beams(groups, medium, lights, o, tint != nullptr) : n.groups + (planes > 0 ? n.solves : 0);
-    const double found = !tint && n.beams <= 4 ? 1 : added;
-    voxels("beam_voxel", n.beams * (added + found));
+    const double added = sweeps > 0 ? closed_beams(groups, medium, lights, o, tint != nullptr)
+                                    : n.groups + (planes + patched) * n.solves;
+    const double found = !tint && n.beams <= 4 ? 1 : added + n.solves * limited;
+    voxels("beam_voxel", n.beams * (added + n.solves * limited + found));
     if (o.periodic == std::array<bool, 3>{} && n.beams > 0) {
         const BrickMap bricks(density);
-        const VoxelIndex index(density);
+        if (!index) index.emplace(density);
         for (const Light& beam : beams)
             if (const auto to_light = beam->common_direction())
                 plan.work.add("lattice_product",
                               found * double(lattice_products(bricks, *to_light,
-                                                              beam_offsets(index, *to_light, sweeps + planes > 0),
+                                                              beam_offsets(*index, *to_light, sweeps + planes > 0),
                                                               o.rays_per_voxel)));
     }
-    voxels("p1_setup_voxel", n.groups);
-    voxels("p1_iteration_voxel", n.solves * (rounds * first + later));
+    voxels("p1_setup_voxel", n.groups + n.solves * limited);
+    voxels(relaxes ? "p1_relaxation_voxel" : "p1_iteration_voxel",
+           n.solves * ((1 + 0.5 * (rounds - 1)) * first + later + limited * 0.6 * iterations));
     voxels("p1_channel_voxel", n.solves);
     const double swept = n.solves * (sweeps + rounds * planes) * double(plan.directions);
+    if (ground) plan.work.add("ground_ray", n.solves * (1 + patched) * ground->rays());
+    if (patched) {
+        const double all = std::numeric_limits<double>::infinity();
+        plan.work.add("ground_face", n.solves * rounds * exposed_count(density, all) * double(plan.directions));
+    }
     const double streamed = sweeps > 0 ? closing_mediums(groups, medium, tint != nullptr) * streaming_directions : 0;
     voxels("sweep_voxel", swept + streamed);
     voxels("sweep_moment_voxel", swept * n.moments + streamed);

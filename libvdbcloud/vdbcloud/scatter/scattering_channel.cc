@@ -124,6 +124,7 @@ void Scattering::add_patch(const P1Operator& p1, const P1Source& unlit, int c,
     for (int round = 0; round < rounds; ++round) {
         source = unlit;
         endless_->add_to(p1, endless_->radiance_change(ground->direct, ground->irradiance), closure.set(), source);
+        report_.work.add("ground_face", double(exposed_.size() * closure.set().count()));
         solve(source);
         if (round + 1 == rounds) return;
         const auto flux = cell_flux(p1, source, phi);
@@ -153,7 +154,7 @@ SolveResult Scattering::solve(const P1Operator& p1, Multigrid* multigrid, P1Sour
 {
     const SolveResult result =
         multigrid ? solve_p1(p1, *multigrid, source, phi, options) : relax_p1(p1, o_.relaxation, source, phi, options);
-    note_work("p1_iteration_voxel", result.iterations);
+    note_work(multigrid ? "p1_iteration_voxel" : "p1_relaxation_voxel", result.iterations);
     return result;
 }
 

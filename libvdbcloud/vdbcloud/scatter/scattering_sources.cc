@@ -183,7 +183,10 @@ void Scattering::set_inflow(SecondMoment& closure, int c) const
 
 std::optional<SweepGround> Scattering::swept_ground(const P1Operator& p1, int c) const
 {
-    if (endless_) return endless_->swept(beam_medium(p1), c);
+    if (endless_) {
+        report_.work.add("ground_ray", endless_->rays());
+        return endless_->swept(beam_medium(p1), c);
+    }
     if (!ground_) return std::nullopt;
     return SweepGround{ground_->face(), ground_->albedo(), ground_->direct(beam_medium(p1), beams_, c), {}, {}};
 }

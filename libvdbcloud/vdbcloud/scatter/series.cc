@@ -196,7 +196,7 @@ AlbedoSeries albedo_series(const VoxelIndex& index, const std::vector<float>& de
     const P1Operator base(index, density, exposed, conservative);
     Multigrid multigrid(base.stencil());
     SolveOptions solve = options.solve;
-    solve.tolerance = std::min(solve.tolerance, 1e-11);
+    solve.tolerance = std::min(solve.tolerance, series_tolerance);
 
     AlbedoSeries series;
     std::vector<std::vector<double>> basis, rows;

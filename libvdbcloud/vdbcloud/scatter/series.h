@@ -7,12 +7,15 @@
 
 namespace vdbcloud {
 
+/// Relative residual of a series' solves, as the I_k are nearly parallel.
+inline constexpr double series_tolerance = 1e-11;
+
 struct SeriesOptions {
     int order = 8;              ///< K: I_0 .. I_K
     bool galerkin = false;      ///< the stable form; else partial sums
     double least_albedo = 0.8;  ///< lowest albedo of the table; partial sums: limited further by convergence
     int nodes = 33;
-    SolveOptions solve;  ///< tolerance is tightened to 1e-11, as the I_k are nearly parallel
+    SolveOptions solve;  ///< tolerance is series_tolerance at most
 };
 
 /// The expansion in beta = 1 - w0 of Kajiya & Von Herzen 1984, section 4: phi = sum beta^k I_k.

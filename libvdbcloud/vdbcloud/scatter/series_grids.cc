@@ -5,6 +5,7 @@
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/sources.h"
+#include "vdbcloud/grid/tree_size.h"
 #include "vdbcloud/scatter/exposed_beam.h"
 #include "vdbcloud/scatter/world_axes.h"
 
@@ -75,7 +76,43 @@ Vec3d channel_scales(const std::vector<Light>& lights, const Sky& sky, int& c0)
     return scale;
 }
 
+/// Events of a series of `orders` orders.
+Workload series_work(double voxels, double beams, double orders, double iterations, const SeriesOptions& o)
+{
+    Workload work;
+    const double nodes = o.galerkin ? o.nodes : 0;
+    work.add("beam_voxel", voxels * beams * (1 + orders + nodes));
+    work.add("p1_setup_voxel", voxels);
+    work.add("p1_iteration_voxel", voxels * iterations);
+    work.add("series_voxel", voxels * orders * (2 * (orders - 1) + nodes * orders));
+    work.add("series_node_voxel", voxels * nodes);
+    return work;
+}
+
 }  // namespace
+
+ScatterPlan series_plan(const FloatGrid& density, const Medium& medium, const std::vector<Light>& lights,
+                        const ScatterOptions& scatter, const SeriesOptions& o, bool raw)
+{
+    ScatterPlan plan;
+    const auto box = density.evalActiveVoxelBoundingBox();
+    if (box.empty()) return plan;
+    const auto blocks = blocks_of(density);
+    const double voxels = 512 * blocks, orders = o.order + 1.0;
+    const auto beams = double(points_of(lights, scatter.disc_samples).size());
+    const double tolerance = std::min(o.solve.tolerance, series_tolerance);
+    plan.work =
+        series_work(voxels, beams, orders,
+                    orders * expected_iterations(std::max({box.dim()[0], box.dim()[1], box.dim()[2]}), tolerance), o);
+    const TreeSize size = fringed_size(density);
+    const double grids = orders * (raw ? 2 : 1);
+    plan.value_bytes = grids * size.values(4);
+    plan.grid_bytes = grids * size.memory(4);
+    // Matrix, hierarchy and vectors; the last order with its fluxes; depths of beams; the orders, then as floats too.
+    const double forward = medium.phase.mean_cosine() != 0 ? 48 : 0;
+    plan.bytes = voxels * (69 + 60 + forward + 16 * beams + 12 * orders + (o.galerkin ? 70 : 0)) + plan.grid_bytes;
+    return plan;
+}
 
 std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* emission, const Medium& medium,
                                    const std::vector<Light>& lights, const ScatterOptions& scatter,
@@ -109,6 +146,8 @@ std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* em
     const P1Medium channel{medium.sigma_t_per_density[0], 1, nullptr, medium.phase, scatter.delta};
     const AlbedoSeries series = albedo_series(index, values, exposed, channel, sources, options);
 
+    report.work = series_work(512 * double(index.blocks().count()), double(sources.beams.size()), double(series.size()),
+                              series.iterations, options);
     report.norm = series.norm;
     report.ratio = series.ratio();
     for (int c = 0; c < 3; ++c) report.estimate[c] = report.ratio * (1 - medium.albedo[c]);

@@ -3,6 +3,7 @@
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/sources.h"
 #include "vdbcloud/scatter/multiple_scattering.h"
+#include "vdbcloud/scatter/scatter_plan.h"
 #include "vdbcloud/scatter/series.h"
 
 namespace vdbcloud {
@@ -14,6 +15,7 @@ struct SeriesReport {
     double least_albedo = 1;   ///< lowest albedo of the table
     int iterations = 0;
     bool converged = true;  ///< all solves
+    Workload work;          ///< events of data/unit_costs.txt
 };
 
 /// Makes grids series_phi_0.. (float, orthonormal basis). With `raw` also series_I_0.., the I_k themselves. Metadata of
@@ -25,6 +27,11 @@ struct SeriesReport {
 std::vector<GridBasePtr> series_p1(const FloatGrid& density, const Vec3SGrid* emission, const Medium&,
                                    const std::vector<Light>&, const ScatterOptions&, const SeriesOptions&, bool raw,
                                    SeriesReport&);
+
+/// What series_p1() would do and hold, without doing so; ScatterPlan::voxels and directions stay 0. Exact but for the
+/// number of the solver's iterations, and for orders that add nothing, which a run leaves out.
+ScatterPlan series_plan(const FloatGrid& density, const Medium&, const std::vector<Light>&, const ScatterOptions&,
+                        const SeriesOptions&, bool raw);
 
 /// True if a file holds a series made from these grids, for this extinction and g, lit by these lights.
 bool has_series(const GridFile&, const Sources&, const Medium&, const std::vector<Light>&);

@@ -144,6 +144,8 @@ bool same_place(const Light& a, const Light& b)
     return true;
 }
 
+bool same_light(const Light& a, const Light& b) { return same_place(a, b) && a.strength() == b.strength(); }
+
 std::string lights_text(const std::vector<Light>& lights)
 {
     std::vector<std::string> texts;
@@ -221,6 +223,18 @@ std::vector<Light> lights_of(const GridFile& file)
         if (const auto light = read_light(*grid, grid->getName())) lights.push_back(*light);
     std::sort(lights.begin(), lights.end(), [](const Light& a, const Light& b) { return a.name < b.name; });
     return lights;
+}
+
+GridBasePtr grid_of_light(const GridFile& file, const Light& light)
+{
+    const GridBasePtr named = find_grid(file, transmittance_name(light));
+    const auto is_it = [&](const GridBasePtr& grid) {
+        const auto theirs = read_light(*grid, grid->getName());
+        return theirs && same_light(*theirs, light);
+    };
+    if (named && is_it(named)) return named;
+    const auto found = std::find_if(file.grids.begin(), file.grids.end(), is_it);
+    return found == file.grids.end() ? named : *found;
 }
 
 }  // namespace vdbcloud

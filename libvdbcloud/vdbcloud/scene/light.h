@@ -149,6 +149,9 @@ Light make_lamp(const Vec3d& position, const Vec3d& intensity = Vec3d(1, 1, 1), 
 /// True if two lights have the same field up to strength, to rounding: a transmittance grid of one serves the other.
 bool same_place(const Light&, const Light&);
 
+/// True if two lights are one light, by whatever names.
+bool same_light(const Light&, const Light&);
+
 /// "sun towards 0,1,0 of 1,1,1 diameter 5; lamp at 1,2,3 of 4,4,4", with 12 digits: which lights a solution belongs to.
 /// Parameters beside the strength are named where they are not 0. Sorted: lights are a set, and neither the order of
 /// options nor that of grids in a file, which other programs change, has a meaning.
@@ -174,5 +177,9 @@ std::optional<Light> read_light(const MetaMap&, const std::string& grid_name);
 
 /// Every light described by the transmittance grids of a file, sorted by name.
 std::vector<Light> lights_of(const GridFile&);
+
+/// A file's transmittance grid of a light: of that very light, by whatever name, else the grid of the light's name,
+/// which may be another light's; null if there is neither.
+GridBasePtr grid_of_light(const GridFile&, const Light&);
 
 }  // namespace vdbcloud

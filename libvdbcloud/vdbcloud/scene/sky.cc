@@ -93,7 +93,11 @@ void check(const Sky& sky)
             }
     if (!(sky.haze >= 0 && std::isfinite(sky.haze)))
         throw InputError("sky's haze " + std::to_string(sky.haze) + ": expected a finite number, 0 or above");
-    if (!(sky.up.length() > 0 && std::isfinite(sky.up.length()))) throw InputError("sky's up has no length");
+    if (!(sky.up.length() > 0 && std::isfinite(sky.up.length()))) {
+        std::ostringstream what;
+        what << "sky's up " << sky.up << ": expected a vector with a length above 0";
+        throw InputError(what.str());
+    }
 }
 
 void write_sky(MetaMap& to, const Sky& sky)

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -115,7 +116,7 @@ Head read_head(const std::string& path, std::istream& in, std::istream& stream)
     stream.read(head, std::streamsize(std::strlen(magic)));
     if (std::strcmp(head, magic) != 0)
         throw IoError(path + ": not a checkpoint of this version of cloudsim: expected '" + printable(magic) +
-                      "' at its start; remove the file to start anew");
+                      "' at its start; to start anew give the path of a file that is not there");
     const std::string values = take_text(path, stream), changes = take_text(path, stream);
     Head read{record_of(values, changes), {}, {}};
     Schedule& before = read.schedule;
@@ -132,6 +133,9 @@ Head read_head(const std::string& path, std::istream& in, std::istream& stream)
 
 std::ifstream opened(const std::string& path)
 {
+    std::error_code unknown;
+    if (std::filesystem::exists(path, unknown) && !std::filesystem::is_regular_file(path, unknown))
+        throw IoError(path + ": a folder or device: expected a checkpoint, a regular file");
     std::ifstream in(path, std::ios::binary);
     if (!in) throw IoError(path + ": cannot read the checkpoint");
     return in;

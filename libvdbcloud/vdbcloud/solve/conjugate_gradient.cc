@@ -70,17 +70,19 @@ void remove_mean(const Blocks& blocks, std::vector<T>& v)
         if (blocks.active(slot)) v[slot] -= T(mean);
 }
 
-}  // namespace
+void scale(double factor, std::vector<double>& v)
+{
+    for_ranges(v.size(), [&](size_t first, size_t last) {
+        for (size_t slot = first; slot < last; ++slot) v[slot] *= factor;
+    });
+}
 
-SolveResult conjugate_gradient(const Stencil& a, Multigrid& multigrid, std::vector<double>& b, std::vector<double>& x,
-                               const SolveOptions& options)
+SolveResult solve(const Stencil& a, Multigrid& multigrid, double whole, double norm_asked, bool singular,
+                  std::vector<double>& b, std::vector<double>& x, const SolveOptions& options)
 {
     const Blocks& blocks = *a.blocks;
-    const bool singular = std::all_of(a.extra.begin(), a.extra.end(), [](float e) { return e == 0; });
-    if (singular) remove_mean(blocks, b);
     std::vector<double>& r = b;
-    const double whole = std::sqrt(dot(blocks, b.data(), b.data()));
-    const double norm = options.norm > 0 ? std::clamp(options.norm, least_norm * whole, whole) : whole;
+    const double norm = norm_asked > 0 ? std::clamp(norm_asked, least_norm * whole, whole) : whole;
     std::vector<float> p(blocks.slots(), 0.0f);
     std::vector<double> ap(blocks.slots(), 0.0);
     double energy = 0, rr = whole * whole, alpha = 0, rz_before = 0;
@@ -121,6 +123,27 @@ SolveResult conjugate_gradient(const Stencil& a, Multigrid& multigrid, std::vect
     }
     if (singular) remove_mean(blocks, x);
     clear_inactive(blocks, x);
+    return result;
+}
+
+}  // namespace
+
+SolveResult conjugate_gradient(const Stencil& a, Multigrid& multigrid, std::vector<double>& b, std::vector<double>& x,
+                               const SolveOptions& options)
+{
+    const bool singular = std::all_of(a.extra.begin(), a.extra.end(), [](float e) { return e == 0; });
+    if (singular) remove_mean(*a.blocks, b);
+    const double whole = std::sqrt(dot(*a.blocks, b.data(), b.data()));
+    // The cycle works in single precision. Sources far from 1 are scaled by a power of two, which changes no digit.
+    constexpr int far = 60;
+    const int exponent = whole > 0 && std::isfinite(whole) ? std::ilogb(whole) : 0;
+    if (std::abs(exponent) <= far) return solve(a, multigrid, whole, options.norm, singular, b, x, options);
+    const double down = std::ldexp(1.0, -exponent), up = std::ldexp(1.0, exponent);
+    scale(down, b);
+    scale(down, x);
+    const SolveResult result = solve(a, multigrid, down * whole, down * options.norm, singular, b, x, options);
+    scale(up, b);
+    scale(up, x);
     return result;
 }
 
