@@ -3,13 +3,49 @@
 #include "vdbcloud/core/vdb.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <set>
 
 namespace vdbcloud {
 
 namespace {
 
 constexpr double edges[] = {8, 128, 4096};
+constexpr double most_named = 64;  // blocks of a box that are told from those of other boxes
+
+/// The blocks that the voxels low to high - 1 touch, or those that they fill.
+struct Span {
+    double first[3], last[3];  // first to last - 1
+
+    Span(const double* low, const double* high, double edge, bool whole)
+    {
+        for (int a = 0; a < 3; ++a) {
+            first[a] = whole ? std::ceil(low[a] / edge) : std::floor(low[a] / edge);
+            last[a] = whole ? std::floor(high[a] / edge) : std::ceil(high[a] / edge);
+        }
+    }
+    double count() const
+    {
+        double product = 1;
+        for (int a = 0; a < 3; ++a) product *= std::max(last[a] - first[a], 0.0);
+        return product;
+    }
+    bool has(const std::array<int64_t, 3>& block) const
+    {
+        bool in = true;
+        for (size_t a = 0; a < 3; ++a) in = in && double(block[a]) >= first[a] && double(block[a]) < last[a];
+        return in;
+    }
+    /// For few blocks, whose numbers are those of voxels of a grid.
+    void each(const std::function<void(const std::array<int64_t, 3>&)>& f) const
+    {
+        for (auto i = int64_t(first[0]); i < int64_t(last[0]); ++i)
+            for (auto j = int64_t(first[1]); j < int64_t(last[1]); ++j)
+                for (auto k = int64_t(first[2]); k < int64_t(last[2]); ++k) f({i, j, k});
+    }
+};
 
 }  // namespace
 
@@ -34,18 +70,25 @@ Content content_of_columns(size_t nx, size_t ny, const std::function<double(size
 Content content_of_boxes(const std::vector<MediumBox>& boxes, const Vec3d& cell)
 {
     Content content;
+    std::set<std::array<int64_t, 3>> seen[3];
     for (const MediumBox& box : boxes) {
-        double voxels = 1, touched[] = {1, 1, 1}, filled = 1;
+        double voxels = 1, low[3], high[3];
         for (int a = 0; a < 3; ++a) {
-            const double low = std::ceil(box.low[a] / cell[a] - 0.5), high = std::ceil(box.high[a] / cell[a] - 0.5);
-            voxels *= std::max(high - low, 0.0);
-            for (int k = 0; k < 3; ++k)
-                touched[k] *= std::max(std::ceil(high / edges[k]) - std::floor(low / edges[k]), 0.0);
-            filled *= std::max(std::floor(high / edges[0]) - std::ceil(low / edges[0]), 0.0);
+            low[a] = std::ceil(box.low[a] / cell[a] - 0.5);
+            high[a] = std::ceil(box.high[a] / cell[a] - 0.5);
+            voxels *= std::max(high[a] - low[a], 0.0);
         }
         content.voxels += voxels;
-        content.blocks[0] += touched[0] - filled;
-        for (const int k : {1, 2}) content.blocks[k] += touched[k];
+        for (int k = 0; k < 3 && voxels > 0; ++k) {
+            const Span touched(low, high, edges[k], false), filled(low, high, edges[k], true);
+            const bool tiles = k == 0;  // of blocks that are filled
+            if (touched.count() > most_named)
+                content.blocks[k] += touched.count() - (tiles ? filled.count() : 0);
+            else
+                touched.each([&](const std::array<int64_t, 3>& block) {
+                    if (!tiles || !filled.has(block)) content.blocks[k] += seen[k].insert(block).second;
+                });
+        }
     }
     return content;
 }

@@ -16,7 +16,7 @@ struct Content {
 /// Content of a map of columns that stand on one floor: layers(x, y) voxels each.
 Content content_of_columns(size_t nx, size_t ny, const std::function<double(size_t, size_t)>& layers);
 
-/// Content of the boxes, as if none touched another. Blocks that a box fills are tiles, which take no memory.
+/// Content of the boxes, as if no large ones touched another. Blocks that a box fills are tiles, which take no memory.
 Content content_of_boxes(const std::vector<MediumBox>& boxes, const Vec3d& cell);
 
 }  // namespace vdbcloud
