@@ -102,15 +102,69 @@ private:
     std::vector<int32_t> found_;
 };
 
-/// Direction of the density's gradient in the axes of the index space, up to a positive factor: first moments.
-Vec3d gradient(const std::vector<float>& density, const Window& window, Surroundings& around, size_t in_block)
-{
-    const Vec3i middle(int(in_block / 64), int(in_block / 8 % 8), int(in_block % 8));
-    Vec3d g(0, 0, 0);
-    for (const Window::Tap& tap : window.taps())
-        if (const float value = density[around.slot(middle + tap.voxel)]; value != 0) g += double(value) * tap.moment;
-    return g;
-}
+/// First moments of the density about voxels: the direction of its gradient in the axes of the index space, up to a
+/// positive factor. The densities that a block's windows see lie together in one box.
+class Gradients {
+public:
+    Gradients(const std::vector<float>& density, const Window& window, Surroundings& around)
+        : density_(density), window_(window), around_(around)
+    {
+        double all = 1;
+        for (int a = 0; a < 3; ++a) {
+            size_[a] = Blocks::edge + 2 * window.reach()[a];
+            all *= size_[a];
+        }
+        if (all > most) return;
+        box_.resize(size_t(all));
+        for (const Window::Tap& tap : window.taps()) offset_.push_back(place(tap.voxel) - place(Vec3i(0)));
+    }
+
+    Vec3d operator()(size_t in_block)
+    {
+        const Vec3i middle(int(in_block / 64), int(in_block / 8 % 8), int(in_block % 8));
+        Vec3d g(0, 0, 0);
+        if (box_.empty()) {
+            for (const Window::Tap& tap : window_.taps())
+                g += double(density_[around_.slot(middle + tap.voxel)]) * tap.moment;
+            return g;
+        }
+        if (!filled_) fill();
+        const float* at = box_.data() + place(middle);
+        for (size_t n = 0; n < offset_.size(); ++n) g += double(at[offset_[n]]) * window_.taps()[n].moment;
+        return g;
+    }
+
+private:
+    /// Of a voxel, relative to the block, in the box.
+    std::ptrdiff_t place(const Vec3i& voxel) const
+    {
+        const Vec3i p = voxel + window_.reach();
+        return (std::ptrdiff_t(p[0]) * size_[1] + p[1]) * size_[2] + p[2];
+    }
+    void fill()
+    {
+        filled_ = true;
+        const Vec3i& reach = window_.reach();
+        float* to = box_.data();
+        for (int i = -reach[0]; i < Blocks::edge + reach[0]; ++i)
+            for (int j = -reach[1]; j < Blocks::edge + reach[1]; ++j)
+                for (int k = -reach[2]; k < Blocks::edge + reach[2];) {  // as far as one block reaches
+                    const int end = std::min((k & ~7) + 8, Blocks::edge + reach[2]);
+                    const float* from = density_.data() + around_.slot(Vec3i(i, j, k));
+                    to = std::copy(from, from + (end - k), to);
+                    k = end;
+                }
+    }
+
+    static constexpr double most = 1 << 14;  // voxels in the box
+    const std::vector<float>& density_;
+    const Window& window_;
+    Surroundings& around_;
+    Vec3i size_;
+    bool filled_ = false;
+    std::vector<float> box_;
+    std::vector<std::ptrdiff_t> offset_;
+};
 
 /// Axes along which a body is thinner than the longest edge of a voxel: the window of the gradient sees both sides at
 /// once, and their gradients cancel.
@@ -181,10 +235,11 @@ std::vector<ExposedVoxel> exposed_voxels(const VoxelIndex& index, const std::vec
     tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
         Surroundings around(blocks, window.reach());
         around.move_to(b);
+        Gradients gradient(density, window, around);
         for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
             if (!faces[slot]) continue;
             ExposedVoxel voxel{uint32_t(slot), faces[slot], {1, 1, 1}, 0, 0};
-            const Vec3d g = gradient(density, window, around, slot % 512);
+            const Vec3d g = gradient(slot % 512);
             if (g.length() > 1e-6 * density[slot]) {
                 const bool cancels = g.length() < cancelled * window.half_space() * density[slot] && axes.thin(slot);
                 const Vec3d n = cancels ? normal_of_faces(index, faces, around, slot % 512) : g.unit();

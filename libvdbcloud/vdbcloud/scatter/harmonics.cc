@@ -67,13 +67,16 @@ std::vector<double> direction_coupling(int degree, int axis)
     return matrix;
 }
 
-P1Closure p1_closure()
+const P1Closure& p1_closure()
 {
-    const int n = harmonic_count(1);
-    const auto z = direction_coupling(1, 2);
-    const double to_phi = std::sqrt(4 * pi), to_flux = std::sqrt(4 * pi / 3);
-    return {z[harmonic(0, 0) * n + harmonic(1, 0)] * to_phi / to_flux,
-            z[harmonic(1, 0) * n + harmonic(0, 0)] * to_flux / to_phi};
+    static const P1Closure closure = [] {
+        const int n = harmonic_count(1);
+        const auto z = direction_coupling(1, 2);
+        const double to_phi = std::sqrt(4 * pi), to_flux = std::sqrt(4 * pi / 3);
+        return P1Closure{z[harmonic(0, 0) * n + harmonic(1, 0)] * to_phi / to_flux,
+                         z[harmonic(1, 0) * n + harmonic(0, 0)] * to_flux / to_phi};
+    }();
+    return closure;
 }
 
 }  // namespace vdbcloud

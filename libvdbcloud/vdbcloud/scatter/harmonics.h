@@ -28,6 +28,6 @@ struct P1Closure {
     double divergence;  ///< 1
     double gradient;    ///< 1/3
 };
-P1Closure p1_closure();
+const P1Closure& p1_closure();
 
 }  // namespace vdbcloud
