@@ -45,6 +45,9 @@ $(error OUT = '$(call given,OUT)': expected a path of letters, digits and _./+,=
 endif
 ifneq ($(and $(call of_user,OUT),$(filter-out /%,$(firstword $(call given,OUT)))),)
 override OUT := $(shell realpath -m --relative-to=. -- $(call q,$(VDBCLOUD_START))/$(call q,$(call given,OUT)))
+ifneq ($(call odd,OUT),)
+$(error OUT = '$(call given,OUT)', as seen from $(notdir $(CURDIR)): expected a way of letters, digits and _./+,=@~- only: give an absolute path)
+endif
 endif
 # $(call told,FILE,TEXT): writes TEXT to OUT/FILE.told unless it is there. While make reads its files, so that why works.
 told = $(if $(filter clean,$(MAKECMDGOALS)),,$(shell mkdir -p $(OUT); f=$(OUT)/$(1).told; \

@@ -106,14 +106,15 @@ void tell_other_frames(app::App& app, const app::Options& o, int last)
     const auto folder = std::filesystem::path(o.output).parent_path();
     for (const auto& entry : std::filesystem::directory_iterator(folder.empty() ? "." : folder, failed)) {
         const std::string name = entry.path().filename().string();
-        if (const auto number = app::frame_number(o.output, name); number && *number > o.first_frame + last)
+        if (const auto number = app::frame_number(o.output, name);
+            number && *number > o.first_frame + last && entry.is_regular_file(failed))
             beyond[*number] = name;
     }
     if (!beyond.empty())
         app.warnings()((folder.empty() ? "." : folder.string()) + ": " + std::to_string(beyond.size()) +
                        (beyond.size() == 1 ? " frame" : " frames") + " of an earlier run, " + beyond.begin()->second +
-                       " to " + beyond.rbegin()->second + ", beyond the last of this run, " +
-                       std::to_string(o.first_frame + last) +
+                       (beyond.size() == 1 ? "" : " to " + beyond.rbegin()->second) +
+                       ", beyond the last of this run, " + std::to_string(o.first_frame + last) +
                        ": a film of all would mix two runs: remove them, or write to another folder");
 }
 

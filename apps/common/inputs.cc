@@ -174,27 +174,40 @@ std::vector<FoundLight> lights_found(const std::vector<GridFile>& files)
     return found;
 }
 
+bool replaces(const Light& asked, const Light& found) { return asked.name == found.name || same_light(asked, found); }
+
 std::vector<Light> inherited_lights(const std::vector<FoundLight>& found, const std::vector<Light>& asked)
 {
-    std::vector<Light> lights, earlier;
-    std::string of;
-    for (const auto& [file, light] : found) {
-        const auto named = [name = light.name](const Light& l) { return l.name == name; };
-        if (std::any_of(asked.begin(), asked.end(), named)) continue;
-        if (file != of) {  // each light of the inputs before is one light of this input at most
-            of = file;
-            earlier = lights;
+    std::vector<Light> lights, here;
+    std::vector<bool> unmatched;  // of `lights`, by those of one input
+    const auto name_taken = [&](const std::string& name) {
+        return std::any_of(lights.begin(), lights.end(), [&](const Light& l) { return l.name == name; });
+    };
+    for (size_t first = 0; first < found.size();) {
+        const std::string& file = found[first].file;
+        here.clear();
+        unmatched.assign(lights.size(), true);
+        for (; first < found.size() && found[first].file == file; ++first) {
+            const Light& light = found[first].light;
+            const auto replaced = [&](const Light& a) { return replaces(a, light); };
+            if (std::any_of(asked.begin(), asked.end(), replaced)) continue;
+            size_t known = 0;
+            while (known < unmatched.size() && !(unmatched[known] && same_light(lights[known], light))) ++known;
+            if (known < unmatched.size())
+                unmatched[known] = false;
+            else
+                here.push_back(light);
         }
-        const auto is_it = [&light = light](const Light& l) { return same_light(l, light); };
-        if (const auto known = std::find_if(earlier.begin(), earlier.end(), is_it); known != earlier.end()) {
-            earlier.erase(known);
-            continue;
+        // Two inputs of which each has a light of one name that the other has not contradict each other.
+        for (Light& light : here) {
+            for (size_t k = 0; k < unmatched.size(); ++k)
+                if (unmatched[k] && lights[k].name == light.name)
+                    throw UsageError(file + ": '" + lights_text({light}) + "' is not the '" + lights_text({lights[k]}) +
+                                     "' of another input: choose with --sun or --lamp");
+            const std::string base = light.name;
+            for (int n = 2; name_taken(light.name); ++n) light.name = base + "_" + std::to_string(n);
+            lights.push_back(light);
         }
-        const auto other = std::find_if(lights.begin(), lights.end(), named);
-        if (other != lights.end())
-            throw UsageError(file + ": " + described(light) + " is not the " + described(*other) +
-                             " of another input: choose with --sun or --lamp");
-        lights.push_back(light);
     }
     return lights;
 }

@@ -67,8 +67,13 @@ struct FoundLight {
 };
 std::vector<FoundLight> lights_found(const std::vector<GridFile>&);
 
-/// Each light once, without those whose name is in `asked`. Lights of two inputs are one where they are the same, by
-/// whatever names. Throws UsageError where two that differ have one name.
+/// True if a light that is asked for takes the place of one that an input has: of its name, or the same light.
+bool replaces(const Light& asked, const Light& found);
+
+/// Each light once, without those that lights of `asked` replace. Lights of two inputs are one where they are the same,
+/// by whatever names; of two that differ and have one name the second gets another. Throws UsageError where two inputs
+/// contradict each other: each has a light of one name that the other has not. The order of inputs decides on names
+/// alone.
 std::vector<Light> inherited_lights(const std::vector<FoundLight>&, const std::vector<Light>& asked = {});
 
 /// One medium, and the file that a stage completes and writes.

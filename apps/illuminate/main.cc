@@ -17,6 +17,7 @@
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/select.h"
 #include "vdbcloud/grid/sources.h"
 
 #include <algorithm>
@@ -31,16 +32,23 @@ struct Task {
     bool done;
 };
 
-/// The lights of the command line, which replace lights of the same name in the inputs, then the other lights of the
-/// inputs. A grid of the file that was computed with another density or extinction is computed again.
+/// The lights of the command line, which replace lights of the same name and the same lights in the inputs, then the
+/// other lights of the inputs. A grid of the file that was computed with another density or extinction is computed
+/// again.
 std::vector<Task> tasks_of(app::App& app, const IlluminateOptions& o, const std::vector<Light>& asked,
                            app::MediumInput& in)
 {
     GridFile& file = in.file;
     std::vector<Task> tasks;
     for (const auto& light : asked) tasks.push_back({light, false});
+    for (const Light& theirs : vdbcloud::lights_of(file)) {  // the same light by another name
+        const auto is_it = [&](const Light& light) { return same_light(light, theirs); };
+        if (std::any_of(asked.begin(), asked.end(), is_it))
+            remove_grids(file, [&](const std::string& name) { return name == transmittance_name(theirs); });
+    }
     const std::string digest = grid_digest(*in.density);
     for (const auto& light : app::inherited_lights(in.lights, asked)) {
+        if (!asked.empty()) app.say("the " + app::described(light) + " of the input stays: '" + light.name + "'");
         const auto grid = find_grid(file, transmittance_name(light));
         const bool holds = grid && app::same_extinction(*grid, in.medium) && read_periodic(*grid) == in.periodic &&
                            get_text(*grid, schema::density_digest, "") == digest;

@@ -4,8 +4,12 @@
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/select.h"
 #include "vdbcloud/grid/sources.h"
 #include "vdbcloud/light/transmittance_grid.h"
+
+#include <set>
+#include <string>
 
 namespace vdbcloud {
 
@@ -16,6 +20,21 @@ bool has_light(const app::MediumInput& in, const Light& light)
     return theirs && same_light(*theirs, light) && app::same_extinction(*there, in.medium) &&
            read_periodic(*there) == in.periodic &&
            get_text(*there, schema::density_digest, "") == grid_digest(*in.density);
+}
+
+/// Removes the grids of lights that are not those of the solution: later stages would take them for its lights.
+void drop_other_lights(app::App& app, GridFile& file, const std::vector<Light>& lights)
+{
+    std::set<std::string> own;
+    for (const Light& light : lights)
+        if (const GridBasePtr grid = grid_of_light(file, light)) own.insert(grid->getName());
+    for (const Light& theirs : lights_of(file)) {
+        const std::string of = transmittance_name(theirs);
+        if (own.count(of) > 0) continue;
+        app.say("the " + app::described(theirs) + " of the input is none of this solution: '" + of +
+                "' is not written");
+        remove_grids(file, [&](const std::string& name) { return name == of; });
+    }
 }
 
 std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, app::MediumInput& in)
@@ -40,6 +59,7 @@ std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, app::Mediu
         accuracy.periodic = in.periodic;
         put_grid(file, transmittance_grid(density, medium, light, accuracy, app.progress(light.name)));
     }
+    drop_other_lights(app, file, lights);
     return lights;
 }
 

@@ -125,6 +125,20 @@ TEST_F(SeveralInputs, LightsAreWhatTheyAreNotWhatTheyAreCalled)
         done(program, std::string("a.vdb c.vdb -o swapped.vdb"));
         EXPECT_TRUE(equal("joined.vdb", "swapped.vdb")) << program;
     }
+    // The order of inputs decides nothing: one input has the other's sun under a name that the other gives to its own.
+    done("illuminate", "high.vdb --sun 1,1,0 --sun 0,1,0 --sun-irradiance 1 --sun-irradiance 2 -o e.vdb");
+    done("illuminate", "low.vdb" + up + " -o f.vdb");
+    EXPECT_NEAR(mean("e.vdb f.vdb", "") / expected, 1, 1e-6);
+    EXPECT_NEAR(mean("f.vdb e.vdb", "") / expected, 1, 1e-6);
+    done("illuminate", "low.vdb --sun 0,1,0 --sun-irradiance 3 -o g.vdb");
+    for (const char* both_ways : {"f.vdb g.vdb", "g.vdb f.vdb"})
+        EXPECT_NE(refused("render", std::string(both_ways) + " -o x.exr").find("of 2,2,2' "), std::string::npos);
+    // A light that is asked for counts once, and a solution's file has the lights of the solution.
+    done("illuminate", "e.vdb" + up + " -o again.vdb");
+    EXPECT_EQ(lights_of(read_grid_file(path("again.vdb"))).size(), 1u);
+    done("p1solve", "a.vdb --sun 1,1,0 --albedo 0.5 -o other.vdb");
+    EXPECT_EQ(lights_of(read_grid_file(path("other.vdb"))).size(), 1u);
+    EXPECT_GT(mean("other.vdb", ""), 0);
     // One input, whose suns are asked for in the other order: its grids serve.
     const RunResult again = run_line("render", "a.vdb" + turned + " --resolution 24 -o again.exr");
     EXPECT_EQ(again.status, 0);

@@ -271,6 +271,8 @@ TEST(Light, AGridIsFoundByWhatItsLightIs)
     const Light brighter = make_sun(Vec3d(0, 1, 0), Vec3d(3.0));
     EXPECT_FALSE(same_light(brighter, in_another_order("sun")));
     EXPECT_EQ(grid_of_light(file, brighter), mine) << "by its name: the strength is not the grid's";
+    EXPECT_EQ(grid_of_light(file, make_sun(Vec3d(0, 1, 0), Vec3d(3.0), 0, sun().name)), mine) << "at its place";
+    EXPECT_EQ(grid_of_light(file, make_sun(Vec3d(1, 0, 0))), mine) << "by its name alone: another light's";
     EXPECT_EQ(grid_of_light(file, lamp()), nullptr);
 }
 

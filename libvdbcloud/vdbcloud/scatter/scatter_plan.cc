@@ -105,13 +105,16 @@ double closed_beams(const std::vector<ChannelGroup>& groups, const Medium& mediu
 
 struct Counts {
     double solves = 0, groups = 0, at_once = 0, blocks = 0, beams = 0;
-    double ground_cells = 0;
+    double ground_cells = 0, directions = 0;
     double terms = 1, moments = 1;  // harmonics of the source, and of a sweep's result
     bool sweeps = false, anisotropic = false;
 };
 
 /// Rounds that the limiter takes to its change.
 constexpr double expected_rounds = 22;
+
+/// Rays between a block's outer faces and where they come from, for each direction of a sweep [bytes a voxel].
+constexpr double by_direction = 1.07;
 
 /// Memory of the arrays [bytes a voxel of the blocks].
 double bytes_a_voxel(const Counts& n, const ScatterOptions& o, double g)
@@ -125,9 +128,10 @@ double bytes_a_voxel(const Counts& n, const ScatterOptions& o, double g)
         const double history = double(mixing_bytes(1, g)) * (2 * states + 3) / (2 * depth + 3);
         const double closure = 4 * (2 * n.terms + n.beams + n.moments + 2) + history;
         // A source with its fluxes, and a copy of its right side; beams that channels share; fluence, solver, aprons.
-        peak = matrix + 40 + (n.solves > 1 ? 52 : 0) + closure + 4 * n.moments * (n.solves - 1) + 50;
+        peak = matrix + 40 + (n.solves > 1 ? 52 : 0) + closure + 4 * n.moments * (n.solves - 1) + 16 +
+               by_direction * n.directions;
     } else if (o.flux_map || n.ground_cells > 0) {
-        peak += 160;  // a sweep of degree 1
+        peak += 126 + by_direction * n.directions;  // a sweep of degree 1
     } else if (o.limiter) {
         peak += matrix + 28 + source;  // of the limited medium, beside the first
     }
@@ -201,6 +205,7 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
     const bool endless = o.ground_albedo && o.periodic == std::array<bool, 3>{};
     if (n.sweeps || o.flux_map || endless)
         plan.directions = ordinates(o.closure.kind, o.closure.directions, degree).count();
+    n.directions = double(plan.directions);
 
     const double kept = std::min(scaling.last_degree(), o.keep_moments);
     const double higher = kept > 1 ? (n.solves > 1 ? 3 : 1) * (harmonic_count(int(kept)) - 4.0) : 0;

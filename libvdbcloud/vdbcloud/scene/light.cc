@@ -227,14 +227,18 @@ std::vector<Light> lights_of(const GridFile& file)
 
 GridBasePtr grid_of_light(const GridFile& file, const Light& light)
 {
-    const GridBasePtr named = find_grid(file, transmittance_name(light));
-    const auto is_it = [&](const GridBasePtr& grid) {
+    const std::string own_name = transmittance_name(light);
+    const GridBasePtr named = find_grid(file, own_name);
+    GridBasePtr best = named;
+    int most = 0;  // the light itself counts 4, its place 2, its name 1
+    for (const GridBasePtr& grid : file.grids) {
         const auto theirs = read_light(*grid, grid->getName());
-        return theirs && same_light(*theirs, light);
-    };
-    if (named && is_it(named)) return named;
-    const auto found = std::find_if(file.grids.begin(), file.grids.end(), is_it);
-    return found == file.grids.end() ? named : *found;
+        if (!theirs || !same_place(*theirs, light)) continue;
+        const int likeness = (same_light(*theirs, light) ? 4 : 2) + (grid == named);
+        if (likeness > most) best = grid;
+        most = std::max(most, likeness);
+    }
+    return best;
 }
 
 }  // namespace vdbcloud

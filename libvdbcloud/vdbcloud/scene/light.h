@@ -178,8 +178,8 @@ std::optional<Light> read_light(const MetaMap&, const std::string& grid_name);
 /// Every light described by the transmittance grids of a file, sorted by name.
 std::vector<Light> lights_of(const GridFile&);
 
-/// A file's transmittance grid of a light: of that very light, by whatever name, else the grid of the light's name,
-/// which may be another light's; null if there is neither.
+/// A file's transmittance grid of a light: of that very light, by whatever name, else of one at its place, whose grid
+/// serves too, else the grid of the light's name, which may be another light's; null if there is none.
 GridBasePtr grid_of_light(const GridFile&, const Light&);
 
 }  // namespace vdbcloud

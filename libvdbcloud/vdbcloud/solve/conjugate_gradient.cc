@@ -133,7 +133,12 @@ SolveResult conjugate_gradient(const Stencil& a, Multigrid& multigrid, std::vect
 {
     const bool singular = std::all_of(a.extra.begin(), a.extra.end(), [](float e) { return e == 0; });
     if (singular) remove_mean(*a.blocks, b);
-    const double whole = std::sqrt(dot(*a.blocks, b.data(), b.data()));
+    double whole = std::sqrt(dot(*a.blocks, b.data(), b.data()));
+    if (!(whole > 1e-100 && whole < 1e100)) {  // squares may be beyond double
+        double largest = 0;
+        for (const double value : b) largest = std::max(largest, std::abs(value));
+        whole = std::isfinite(largest) ? largest : whole;
+    }
     // The cycle works in single precision. Sources far from 1 are scaled by a power of two, which changes no digit.
     constexpr int far = 60;
     const int exponent = whole > 0 && std::isfinite(whole) ? std::ilogb(whole) : 0;
@@ -141,7 +146,8 @@ SolveResult conjugate_gradient(const Stencil& a, Multigrid& multigrid, std::vect
     const double down = std::ldexp(1.0, -exponent), up = std::ldexp(1.0, exponent);
     scale(down, b);
     scale(down, x);
-    const SolveResult result = solve(a, multigrid, down * whole, down * options.norm, singular, b, x, options);
+    whole = std::sqrt(dot(*a.blocks, b.data(), b.data()));
+    const SolveResult result = solve(a, multigrid, whole, down * options.norm, singular, b, x, options);
     scale(up, b);
     scale(up, x);
     return result;
