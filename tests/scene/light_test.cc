@@ -274,6 +274,9 @@ TEST(Light, AGridIsFoundByWhatItsLightIs)
     EXPECT_EQ(grid_of_light(file, make_sun(Vec3d(0, 1, 0), Vec3d(3.0), 0, sun().name)), mine) << "at its place";
     EXPECT_EQ(grid_of_light(file, make_sun(Vec3d(1, 0, 0))), mine) << "by its name alone: another light's";
     EXPECT_EQ(grid_of_light(file, lamp()), nullptr);
+    const auto strong = grid_with(make_sun(Vec3d(0, 1, 0), Vec3d(3.0), 0, "sun_3"));
+    file.grids.push_back(strong);
+    EXPECT_EQ(grid_of_light(file, brighter), strong) << "the light itself, before one of its name at its place";
 }
 
 TEST(Light, TextNamesPlaceAndStrengthOfEach)
