@@ -137,8 +137,14 @@ void report_estimate(app::App& app, const RenderOptions& o, const LoadedScene& l
     app::Plan plan = least_plan(o, loaded, film);
     plan.bytes += loaded.planned.grid_bytes;
     plan.bytes = std::max(plan.bytes, loaded.planned.bytes);
-    const RenderCost cost = expected_cost(film, loaded.scene, view, o.sampling, o.integrator);
+    RenderCost cost = expected_cost(film, loaded.scene, view, o.sampling, o.integrator);
     plan.work = render_work(film, loaded.scene, o.integrator, cost);
+    if (const double most = o.integrator.passes.time_limit * app.threads(), all = plan.work.seconds();
+        most > 0 && all > most) {
+        cost.rays = uint64_t(double(cost.rays) * most / all);
+        cost.cells = uint64_t(double(cost.cells) * most / all);
+        plan.work = render_work(film, loaded.scene, o.integrator, cost);
+    }
     plan.work += loaded.planned.work;
     plan.work += writing_work(o);
     const PixelWindow w = film.window();

@@ -175,7 +175,11 @@ Vec3d axes_of(const Options& o)
 Content content_of(const Options& o, const Tables& tables)
 {
     const Table& table = tables.values;
-    if (o.boxes) return content_of_boxes(boxes_of(o, table), axes_of(o));
+    if (o.boxes) {
+        const std::vector<MediumBox> boxes = boxes_of(o, table);
+        check(boxes, axes_of(o));
+        return content_of_boxes(boxes, axes_of(o));
+    }
     if (o.thickness.empty())
         return content_of_columns(table.columns, size_t(o.across), [&](size_t, size_t) { return double(table.rows); });
     return content_of_columns(table.columns, table.rows, [&](size_t x, size_t y) {

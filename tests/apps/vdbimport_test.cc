@@ -59,5 +59,37 @@ TEST(Vdbimport, EstimatesSheetsOfBoxes)
     }
 }
 
+TEST(Vdbimport, ADryRunRefusesWhatTheRunRefuses)
+{
+    const Scratch scratch;
+    const std::string box = scratch / "box.txt", out = scratch / "out.vdb";
+    const auto refused = [&](const std::string& row, const std::string& cell, const std::string& expected) {
+        write_text(box, row + "\n");
+        for (const char* dry : {"", "--dry-run"}) {
+            std::vector<std::string> words{program("vdbimport"), box, "--boxes", "--cell", cell, "-o", out, "-q"};
+            if (*dry) words.emplace_back(dry);
+            const RunResult r = run(words);
+            EXPECT_EQ(r.status, 1) << row << dry << r.err;
+            EXPECT_NE(r.err.find(expected), std::string::npos) << row << dry << r.err;
+        }
+    };
+    refused("0 0 0 2000 2000 2000 1", "1,1,1", "expected at most 2^28 voxels");
+    refused("1e12 0 0 1.1e12 1 1 1", "1,1,1", "expected corners within 1e9 voxels");
+}
+
+TEST(Vdbimport, CellsThatNoGridHasAreRefused)
+{
+    const Scratch scratch;
+    write_text(scratch / "box.txt", "0 0 0 1e-5 1e-5 1e-5 10\n");
+    write_text(scratch / "depth.txt", "5 8\n");
+    for (const std::string& input : {std::string("box.txt --boxes"), std::string("depth.txt")}) {
+        RunOptions there;
+        there.folder = scratch.path();
+        const RunResult r = shell("vdbimport " + input + " --cell 1e-6,1e-6,1e-6 -o out.vdb", there);
+        EXPECT_EQ(r.status, 1) << r.err;
+        EXPECT_NE(r.err.find("voxels of 1e-06 x 1e-06 x 1e-06: expected a volume of"), std::string::npos) << r.err;
+    }
+}
+
 }  // namespace
 }  // namespace vdbcloud::test

@@ -60,6 +60,7 @@ run render colours.vdb "${picture[@]}" --resolution 256 -o x.exr
 run render degree.vdb "${picture[@]}" --resolution 256 -o x.exr
 for resolution in 64 256; do run render lamp.vdb "${picture[@]}" --resolution $resolution -o x.exr; done
 for size in 32 64 128; do run render l$size.vdb "${picture[@]}" --integrator path --spp 16 --resolution 64 -o x.exr; done
+for size in 32 64; do run render d$size.vdb "${picture[@]}" --integrator path --spp 16 --lamp 0.5,3,1 --extinction 10 --albedo 0.9 --resolution 64 -o x.exr; done
 run render d128.vdb "${picture[@]}" --integrator path --spp 16 --sun 0.3,1,0.2 --extinction 5 --albedo 0.9 --resolution 96 -o x.exr
 
 simulation=(--minutes 4 --grids density)

@@ -1,6 +1,7 @@
 #include "vdbcloud/fractal/cloud_grid.h"
 
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/core/voxel_transform.h"
 #include "vdbcloud/grid/schema.h"
 
 #include <tbb/parallel_for.h>
@@ -31,13 +32,7 @@ std::unique_ptr<Leaf> leaf_of(const CloudBlocks::Block& block)
 std::shared_ptr<Transform> voxel_centre_transform(const Box& domain, const Vec3i& size)
 {
     const Vec3d sides = domain.sides(), step(sides[0] / size[0], sides[1] / size[1], sides[2] / size[2]);
-    // Sides that differ by rounding alone still make cubes: some tools accept nothing else.
-    const bool cubes = std::abs(step[1] / step[0] - 1) < 1e-9 && std::abs(step[2] / step[0] - 1) < 1e-9;
-    auto transform = Transform::createLinearTransform(step[0]);
-    if (!cubes) {
-        transform = Transform::createLinearTransform(openvdb::math::Mat4d::identity());
-        transform->preScale(step);
-    }
+    auto transform = voxel_transform(step);
     transform->postTranslate(domain.low + 0.5 * step);
     return transform;
 }

@@ -101,6 +101,9 @@ Workload render_work(const Film& film, const Scene& scene, const IntegratorOptio
     if (o.kind == Integrator::Path) {
         work.add("path_ray", double(cost.rays));
         work.add("path_collision", cells);
+        const auto lamps = double(std::count_if(scene.lights.begin(), scene.lights.end(),
+                                                [](const Light& light) { return !light->common_direction(); }));
+        work.add("path_lamp_cell", cells * lamps * edge_of(scene));
         work.add("path_cell", cells * (lights + (scene.sky.dark() ? 0 : 1)) * edge_of(scene));
         return work;
     }

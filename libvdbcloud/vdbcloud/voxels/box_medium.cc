@@ -2,6 +2,7 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/core/voxel_transform.h"
 
 #include <cmath>
 #include <string>
@@ -49,9 +50,7 @@ template<typename GridT>
 std::shared_ptr<GridT> with_cells(const Vec3d& cell)
 {
     auto grid = GridT::create(typename GridT::ValueType(0.0f));
-    openvdb::math::Mat4d map = openvdb::math::Mat4d::identity();
-    for (int a = 0; a < 3; ++a) map[a][a] = cell[a];
-    const auto transform = openvdb::math::Transform::createLinearTransform(map);
+    const auto transform = voxel_transform(cell);
     transform->postTranslate(0.5 * cell);
     grid->setTransform(transform);
     return grid;
@@ -59,15 +58,21 @@ std::shared_ptr<GridT> with_cells(const Vec3d& cell)
 
 }  // namespace
 
-BoxMedium box_medium(const std::vector<MediumBox>& boxes, const Vec3d& cell)
+void check(const std::vector<MediumBox>& boxes, const Vec3d& cell)
 {
     double voxels = 0;
-    bool emits = false;
     for (size_t k = 0; k < boxes.size(); ++k) {
         voxels += checked(boxes[k], cell, k + 1);
-        emits = emits || boxes[k].emission > 0;
-        require(voxels <= most_voxels, k + 1, "expected at most 2^28 voxels in all boxes: make --cell larger");
+        require(voxels <= most_voxels, k + 1,
+                "expected at most 2^28 voxels in the sum of all boxes: make --cell larger");
     }
+}
+
+BoxMedium box_medium(const std::vector<MediumBox>& boxes, const Vec3d& cell)
+{
+    check(boxes, cell);
+    bool emits = false;
+    for (const MediumBox& box : boxes) emits = emits || box.emission > 0;
     BoxMedium medium{with_cells<FloatGrid>(cell), emits ? with_cells<Vec3SGrid>(cell) : nullptr};
     medium.extinction->setGridClass(openvdb::GRID_FOG_VOLUME);
     for (const MediumBox& box : boxes) {

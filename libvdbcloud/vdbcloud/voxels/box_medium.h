@@ -17,6 +17,9 @@ struct BoxMedium {
     Vec3SGridPtr emission;  ///< three equal channels; null if no box emits
 };
 
+/// Throws InputError for what box_medium() refuses.
+void check(const std::vector<MediumBox>& boxes, const Vec3d& cell);
+
 /// Voxels of `cell` [world unit] whose corners are multiples of `cell`. A voxel has the values of the last box that
 /// holds its centre; a later box of extinction 0 is a hole. Active are the voxels above 0. Throws InputError for a box
 /// without volume, a value below 0 or not finite, and boxes of more than 2^28 voxels together.

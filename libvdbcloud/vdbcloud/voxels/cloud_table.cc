@@ -2,6 +2,7 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/core/voxel_transform.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,9 +21,7 @@ FloatGridPtr empty_cloud(const CloudCells& cells)
     centre = 0.5 * voxel;
     centre[cells.up] += cells.base;
     auto grid = FloatGrid::create(0.0f);
-    openvdb::math::Mat4d map = openvdb::math::Mat4d::identity();
-    for (int a = 0; a < 3; ++a) map[a][a] = voxel[a];
-    auto transform = openvdb::math::Transform::createLinearTransform(map);
+    auto transform = voxel_transform(voxel);
     transform->postTranslate(centre);
     grid->setTransform(transform);
     grid->setGridClass(openvdb::GRID_FOG_VOLUME);
