@@ -2,7 +2,7 @@
 # Time of p1solve against grid size: one cumulus at 64^3 to 256^3, with SIZE=full up to 512^3.
 # Usage: p1_scaling.sh BIN
 set -euo pipefail
-bin=$1
+bin=$(realpath "$1")
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
