@@ -165,32 +165,26 @@ std::vector<GridFile> read_inputs(App& app, const std::vector<std::string>& path
     return files;
 }
 
-std::vector<FoundLight> lights_found(const std::vector<GridFile>& files)
+std::vector<LightsOfInput> lights_found(const std::vector<GridFile>& files)
 {
-    std::vector<FoundLight> found;
+    std::vector<LightsOfInput> found;
     for (const GridFile& file : files)
-        for (const Light& light : of_file(file.path, [&] { return lights_of(file); }))
-            found.push_back({file.path, light});
+        found.push_back({file.path, of_file(file.path, [&] { return lights_of(file); })});
     return found;
 }
 
-bool replaces(const Light& asked, const Light& found) { return asked.name == found.name || same_light(asked, found); }
-
-std::vector<Light> inherited_lights(const std::vector<FoundLight>& found, const std::vector<Light>& asked)
+std::vector<Light> inherited_lights(const std::vector<LightsOfInput>& inputs, const std::vector<Light>& asked)
 {
-    std::vector<Light> lights, here;
-    std::vector<bool> unmatched;  // of `lights`, by those of one input
+    std::vector<Light> lights;
     const auto name_taken = [&](const std::string& name) {
         return std::any_of(lights.begin(), lights.end(), [&](const Light& l) { return l.name == name; });
     };
-    for (size_t first = 0; first < found.size();) {
-        const std::string& file = found[first].file;
-        here.clear();
-        unmatched.assign(lights.size(), true);
-        for (; first < found.size() && found[first].file == file; ++first) {
-            const Light& light = found[first].light;
-            const auto replaced = [&](const Light& a) { return replaces(a, light); };
-            if (std::any_of(asked.begin(), asked.end(), replaced)) continue;
+    for (const auto& [file, of_input] : inputs) {
+        std::vector<Light> here;
+        std::vector<bool> unmatched(lights.size(), true);  // of `lights`, by those of this input
+        for (const Light& light : of_input) {
+            const auto replaces = [&light](const Light& a) { return a.name == light.name || same_light(a, light); };
+            if (std::any_of(asked.begin(), asked.end(), replaces)) continue;
             size_t known = 0;
             while (known < unmatched.size() && !(unmatched[known] && same_light(lights[known], light))) ++known;
             if (known < unmatched.size())

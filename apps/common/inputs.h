@@ -60,29 +60,26 @@ private:
 /// `compare_up`, where two files state different axes that point up.
 std::vector<GridFile> read_inputs(App&, const std::vector<std::string>& paths, bool compare_up = true);
 
-/// A light that a file describes.
-struct FoundLight {
+/// The lights that one input describes.
+struct LightsOfInput {
     std::string file;
-    Light light;
+    std::vector<Light> lights;
 };
-std::vector<FoundLight> lights_found(const std::vector<GridFile>&);
+std::vector<LightsOfInput> lights_found(const std::vector<GridFile>&);
 
-/// True if a light that is asked for takes the place of one that an input has: of its name, or the same light.
-bool replaces(const Light& asked, const Light& found);
-
-/// Each light once, without those that lights of `asked` replace. Lights of two inputs are one where they are the same,
-/// by whatever names; of two that differ and have one name the second gets another. Throws UsageError where two inputs
-/// contradict each other: each has a light of one name that the other has not. The order of inputs decides on names
-/// alone.
-std::vector<Light> inherited_lights(const std::vector<FoundLight>&, const std::vector<Light>& asked = {});
+/// Each light once, without those whose place a light of `asked` takes, of the same name or the same light. Lights of
+/// two inputs are one where they are the same, by whatever names; of two that differ and have one name the second gets
+/// another. Throws UsageError where two inputs contradict each other: each has a light of one name that the other has
+/// not. The order of inputs decides on names alone.
+std::vector<Light> inherited_lights(const std::vector<LightsOfInput>&, const std::vector<Light>& asked = {});
 
 /// One medium, and the file that a stage completes and writes.
 struct MediumInput {
     GridFile file;
     FloatGridPtr density;  ///< a grid of `file`, which bears the medium
     Medium medium;
-    Axes periodic{};                 ///< index axes along which the medium repeats
-    std::vector<FoundLight> lights;  ///< of all inputs
+    Axes periodic{};                    ///< index axes along which the medium repeats
+    std::vector<LightsOfInput> lights;  ///< of all inputs
 };
 
 /// Reads the inputs and finds density and medium of each (density_of, chosen_medium).

@@ -133,6 +133,10 @@ TEST_F(SeveralInputs, LightsAreWhatTheyAreNotWhatTheyAreCalled)
     done("illuminate", "low.vdb --sun 0,1,0 --sun-irradiance 3 -o g.vdb");
     for (const char* both_ways : {"f.vdb g.vdb", "g.vdb f.vdb"})
         EXPECT_NE(refused("render", std::string(both_ways) + " -o x.exr").find("of 2,2,2' "), std::string::npos);
+    // A file twice has its light once.
+    EXPECT_EQ(lights_of(read_grid_file(path("f.vdb"))).size(), 1u);
+    done("illuminate", "f.vdb f.vdb -o twice.vdb");
+    EXPECT_EQ(lights_of(read_grid_file(path("twice.vdb"))).size(), 1u);
     // A light that is asked for counts once, and a solution's file has the lights of the solution.
     done("illuminate", "e.vdb" + up + " -o again.vdb");
     EXPECT_EQ(lights_of(read_grid_file(path("again.vdb"))).size(), 1u);
