@@ -1,155 +1,12 @@
 // Several files in one command: illuminate and p1solve make one medium of them, render lets each shade the others.
-#include "support/moved.h"
-#include "support/run.h"
-
-#include "support/fields.h"
-#include "support/grids.h"
-#include "vdbcloud/file/io.h"
-#include "vdbcloud/grid/metadata.h"
-#include "vdbcloud/grid/schema.h"
-#include "vdbcloud/optics/collided_light.h"
-#include "vdbcloud/optics/medium.h"
-#include "vdbcloud/scene/light.h"
-
-#include <OpenImageIO/imageio.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <map>
+#include "several_inputs.h"
 
 namespace vdbcloud::test {
 namespace {
 
-using openvdb::Coord;
-using Words = std::vector<std::string>;
-
-constexpr double edge = 0.1;  // of a voxel [world unit]
-
-/// A clumpy body of 16 x n x 16 voxels.
-FloatGridPtr body(uint64_t seed, int n = 16)
-{
-    return box({16, n, 16}, edge, [&](Coord ijk) { return 0.1 + clumps(ijk, seed, 1.0); });
-}
-
-class SeveralInputs : public testing::Test {
-protected:
-    std::string path(const std::string& name) const { return scratch / name; }
-
-    void write(const std::string& name, const FloatGridPtr& density, double sigma_t = 6, double albedo = 0.9,
-               double g = 0, const std::map<std::string, std::string>& metadata = {},
-               std::vector<GridBasePtr> more = {})
-    {
-        const auto grid = density->deepCopy();
-        Medium m;
-        m.sigma_t_per_density = Vec3d(sigma_t);
-        m.albedo = Vec3d(albedo);
-        m.phase = PhaseFunction::henyey_greenstein(g);
-        write_medium(*grid, m);
-        more.insert(more.begin(), grid);
-        GridFile file = file_of(more);
-        for (const auto& [key, value] : metadata) set_text(*file.metadata, key, value);
-        write_grid_file(path(name), file);
-    }
-
-    /// Runs in the folder of the files.
-    RunResult run_line(const std::string& program_name, const std::string& arguments)
-    {
-        RunOptions there;
-        there.folder = scratch.path();
-        return shell(program_name + " " + arguments, there);
-    }
-    std::string done(const std::string& program_name, const std::string& arguments)
-    {
-        const RunResult result = run_line(program_name, arguments);
-        EXPECT_EQ(result.status, 0) << program_name << " " << arguments << "\n" << result.err;
-        return result.err;
-    }
-    /// The sentence of a command that is refused with status 2.
-    std::string refused(const std::string& program_name, const std::string& arguments)
-    {
-        const RunResult result = run_line(program_name, arguments);
-        EXPECT_EQ(result.status, 2) << program_name << " " << arguments << "\n" << result.err;
-        return result.err;
-    }
-    bool equal(const std::string& a, const std::string& b)
-    {
-        const RunResult result = run({program("vdbdiff"), path(a), path(b)});
-        EXPECT_LE(result.status, 3) << result.err;
-        return result.status == 0;
-    }
-
-    /// Mean of a channel of a picture of `inputs`, from the side, of the 1.6 x 1.6 world units at the origin.
-    double mean(const std::string& inputs, const std::string& options, const std::string& layer = "R")
-    {
-        done("render", "-q " + inputs +
-                           " --projection orthographic --camera 0.8,0.8,20 --look-at 0.8,0.8,0 --ortho-width 1.6 "
-                           "--resolution 24 -o picture.exr " +
-                           options);
-        const auto in = OIIO::ImageInput::open(path("picture.exr"));
-        if (!in) return std::nan("");
-        const int channels = in->spec().nchannels, c = in->spec().channelindex(layer);
-        std::vector<float> pixels(size_t(24 * 24 * channels));
-        EXPECT_TRUE(in->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, pixels.data()));
-        double sum = 0;
-        for (size_t n = 0; n < 24 * 24; ++n) sum += pixels[n * size_t(channels) + size_t(c)] / (24.0 * 24);
-        return sum;
-    }
-
-    Scratch scratch;
-};
-
 Vec3SGridPtr vectors(const GridFile& file, const std::string& name)
 {
     return openvdb::gridPtrCast<Vec3SGrid>(find_grid(file, name));
-}
-
-TEST_F(SeveralInputs, LightsAreWhatTheyAreNotWhatTheyAreCalled)
-{
-    write("low.vdb", body(1));
-    write("high.vdb", moved(body(2), Vec3d(0, 4, 0)));
-    const std::string up = " --sun 0,1,0 --sun-irradiance 2",
-                      both = " --sun 0,1,0 --sun 1,1,0 --sun-irradiance 2 --sun-irradiance 1",
-                      turned = " --sun 1,1,0 --sun 0,1,0 --sun-irradiance 1 --sun-irradiance 2";
-    done("illuminate", "low.vdb" + both + " -o a.vdb");
-    done("illuminate", "high.vdb" + both + " -o b.vdb");
-    done("illuminate", "high.vdb" + turned + " -o c.vdb");
-    done("illuminate", "high.vdb" + up + " -o d.vdb");
-    const double expected = mean("a.vdb b.vdb", "");
-    EXPECT_GT(expected, 0.01);
-    // To rounding of the sum: each light is there once.
-    EXPECT_NEAR(mean("a.vdb c.vdb", "") / expected, 1, 1e-6) << "names that are swapped";
-    EXPECT_NEAR(mean("a.vdb d.vdb", "") / expected, 1, 1e-6) << "a light that has another name there";
-    EXPECT_NEAR(mean("d.vdb a.vdb", "") / expected, 1, 1e-6);
-    for (const char* program : {"illuminate", "p1solve"}) {
-        done(program, std::string("a.vdb b.vdb -o joined.vdb"));
-        done(program, std::string("a.vdb c.vdb -o swapped.vdb"));
-        EXPECT_TRUE(equal("joined.vdb", "swapped.vdb")) << program;
-    }
-    // The order of inputs decides nothing: one input has the other's sun under a name that the other gives to its own.
-    done("illuminate", "high.vdb --sun 1,1,0 --sun 0,1,0 --sun-irradiance 1 --sun-irradiance 2 -o e.vdb");
-    done("illuminate", "low.vdb" + up + " -o f.vdb");
-    EXPECT_NEAR(mean("e.vdb f.vdb", "") / expected, 1, 1e-6);
-    EXPECT_NEAR(mean("f.vdb e.vdb", "") / expected, 1, 1e-6);
-    done("illuminate", "low.vdb --sun 0,1,0 --sun-irradiance 3 -o g.vdb");
-    for (const char* both_ways : {"f.vdb g.vdb", "g.vdb f.vdb"})
-        EXPECT_NE(refused("render", std::string(both_ways) + " -o x.exr").find("of 2,2,2' "), std::string::npos);
-    // A file twice has its light once.
-    EXPECT_EQ(lights_of(read_grid_file(path("f.vdb"))).size(), 1u);
-    done("illuminate", "f.vdb f.vdb -o twice.vdb");
-    EXPECT_EQ(lights_of(read_grid_file(path("twice.vdb"))).size(), 1u);
-    // A light that is asked for counts once, and a solution's file has the lights of the solution.
-    done("illuminate", "e.vdb" + up + " -o again.vdb");
-    EXPECT_EQ(lights_of(read_grid_file(path("again.vdb"))).size(), 1u);
-    done("p1solve", "a.vdb --sun 1,1,0 --albedo 0.5 -o other.vdb");
-    EXPECT_EQ(lights_of(read_grid_file(path("other.vdb"))).size(), 1u);
-    EXPECT_GT(mean("other.vdb", ""), 0);
-    // One input, whose suns are asked for in the other order: its grids serve.
-    const RunResult again = run_line("render", "a.vdb" + turned + " --resolution 24 -o again.exr");
-    EXPECT_EQ(again.status, 0);
-    EXPECT_EQ(again.err.find("computed again"), std::string::npos) << again.err;
-    EXPECT_NEAR(mean("a.vdb", turned) / mean("a.vdb", both), 1, 1e-6);
-    done("p1solve", "a.vdb" + turned + " -o solved.vdb");
-    EXPECT_EQ(lights_of(read_grid_file(path("solved.vdb"))).size(), 2u) << "no grid is made twice";
 }
 
 TEST_F(SeveralInputs, RenderShowsEachInTheShadowOfTheOthers)
@@ -263,33 +120,6 @@ TEST_F(SeveralInputs, OtherCoefficientsBecomeCdAndKeepThePicture)
     // The product of two interpolants is not the interpolant of the product: albedos differ by a half in clumps.
     EXPECT_NEAR(mean("both.vdb", "") / mean("a.vdb b.vdb", "--sun 0,1,0"), 1, 0.01);
     EXPECT_NEAR(mean("both.vdb", "", "A") / mean("a.vdb b.vdb", "--sun 0,1,0", "A"), 1, 1e-6);
-}
-
-TEST_F(SeveralInputs, LightsOfAllInputsAreKeptAndOneNameIsOneLight)
-{
-    write("a.vdb", body(1));
-    write("b.vdb", moved(body(2), Vec3d(0, 3, 0)));
-    done("illuminate", "-q a.vdb --sun 0,1,0 -o sun.vdb");
-    done("illuminate", "-q b.vdb --lamp 0,9,0 -o lamp.vdb");
-    done("illuminate", "-q b.vdb --sun 1,0,0 -o other.vdb");
-    for (const char* name : {"illuminate", "p1solve"}) {
-        const std::string said = done(name, "sun.vdb lamp.vdb -o both.vdb");
-        const GridFile both = read_grid_file(path("both.vdb"));
-        const auto lights = lights_of(both);
-        ASSERT_EQ(lights.size(), 2u) << name;
-        EXPECT_EQ(lights[0].name, "lamp");
-        EXPECT_EQ(lights[1].name, "sun");
-        const auto density = openvdb::gridPtrCast<FloatGrid>(find_grid(both, "density"));
-        for (const Light& light : lights) {
-            const auto grid = find_grid(both, transmittance_name(light));
-            EXPECT_GT(grid->activeVoxelCount(), density->activeVoxelCount()) << "on all voxels and their fringe";
-        }
-        const std::string sentence = refused(name, "sun.vdb other.vdb -o no.vdb");
-        EXPECT_NE(sentence.find("other.vdb"), std::string::npos) << sentence;
-        EXPECT_NE(sentence.find("--sun"), std::string::npos) << sentence;
-        done(name, "-q sun.vdb other.vdb --sun 0,1,0 -o asked.vdb");
-    }
-    refused("render", "sun.vdb other.vdb -o no.exr");
 }
 
 TEST_F(SeveralInputs, MetadataAreKeptWhereInputsAgree)
