@@ -168,6 +168,7 @@ Plan plan_of(const Options& o, const Domain& domain, const FloatGrid* mask)
     const CloudBlocks cloud = shape_cloud(noise, pilot.box, *envelope_of(o, pilot, mask), o.shape);
     const BlockCount blocks = blocks_by_pilot(cloud, coarseness, full_from(o, domain, pilot));
     plan.work.add("shape_block", blocks.mixed);
+    if (mask) plan.work.add("mask_point", voxels_of(domain.size));
     plan.work.add("write_byte", tree_in_box(blocks.mixed, domain.size).values(4));
     const double values = blocks.mixed * double(4 * Leaf::SIZE), field = plan.bytes;
     // The distances of a mask are there while the cloud is shaped; the grid is made when the noise is gone.
@@ -176,10 +177,11 @@ Plan plan_of(const Options& o, const Domain& domain, const FloatGrid* mask)
     return plan;
 }
 
-Workload work_of(const CloudBlocks& cloud)
+Workload work_of(const CloudBlocks& cloud, bool masked)
 {
     Workload work;
     work.add("noise_point", voxels_of(cloud.size));
+    if (masked) work.add("mask_point", voxels_of(cloud.size));
     work.add("shape_block", count_blocks(cloud).mixed);
     return work;
 }

@@ -12,7 +12,7 @@ Plan least_plan(const Options&, const Domain&);
 /// the voxels along each axis shows which blocks of 8^3 the surface crosses. `mask`: null for a body.
 Plan plan_of(const Options&, const Domain&, const FloatGrid* mask);
 
-/// Events of a cloud that was made.
-Workload work_of(const CloudBlocks&);
+/// Events of a cloud that was made. `masked`: its envelope is a grid.
+Workload work_of(const CloudBlocks&, bool masked);
 
 }  // namespace vdbcloud::app

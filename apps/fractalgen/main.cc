@@ -70,7 +70,7 @@ FloatGridPtr make_cloud(app::App& app, const app::Options& o, const app::Domain&
         cloud = shape_cloud(noise, near.box, *envelope_of(o, near, moved.get()), o.shape, app.progress("shape"));
         cloud.domain = domain.box;
     }
-    app.add_work(app::work_of(cloud));
+    app.add_work(app::work_of(cloud, mask != nullptr));
     const auto phase = app.phase("grid");
     auto density = cloud_grid(cloud);
     density->insertMeta(medium);

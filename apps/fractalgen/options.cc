@@ -186,8 +186,8 @@ Box bounds_of(const Options& o)
     const Vec3d sides = box.sides();
     const double least = std::min({sides[0], sides[1], sides[2]}), most = std::max({sides[0], sides[1], sides[2]});
     if (!(least > 0)) throw UsageError("--bounds " + o.bounds + ": expected x0 < x1, y0 < y1, z0 < z1");
-    if (!(most <= 1e6 && least >= 1e-6 && most <= 1e4 * least))
-        throw UsageError("--bounds " + o.bounds + ": expected sides in 1e-6..1e6, at most 1e4 times each other");
+    if (!(most <= 1e6 && most <= 1e4 * least))
+        throw UsageError("--bounds " + o.bounds + ": expected sides of at most 1e6, at most 1e4 times each other");
     return box;
 }
 

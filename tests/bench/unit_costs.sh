@@ -14,6 +14,7 @@ run() { "$launch" "$bin/$1" "${@:2}" -q --threads 1 > log 2>&1 || { cat log >&2;
 
 for size in 32 64 128 256; do run fractalgen --seed 7 --size $size -o d$size.vdb; done
 run fractalgen --seed 3 --envelope sphere --size 192 -o sphere.vdb
+for size in 64 160; do run fractalgen --envelope-from d128.vdb --size $size -o x.vdb; done
 run fractalgen --envelope slab --coverage 0.4 --size 256 --bounds -2,0,-2,2,1,2 -o deck.vdb
 for size in 48 96 160; do run fractalgen --mountain --size $size -o m.vdb; done
 

@@ -26,6 +26,7 @@ made cumulus-growth growth.simulated
 # A lamp takes the march of all scenes.
 measured() { "$tests/bench/said_and_taken.sh" "$bin/$1" -q "${@:2}" || fail "$*"; }
 measured fractalgen --size 48 --seed 7 -o "$folder/lamp.density.vdb"
+measured fractalgen --envelope-from "$folder/lamp.density.vdb" --size 64 -o "$folder/masked.vdb"
 measured p1solve "$folder/lamp.density.vdb" --lamp 2,2,2 --albedo 0.99 --g 0.85 -o "$folder/lamp.scatter.vdb"
 measured render "$folder/lamp.scatter.vdb" --resolution 64 -o "$folder/lamp.exr"
 # Methods of P1 beside the usual one, and what they hold.
@@ -62,7 +63,7 @@ awk '
     $4 == "p1_relaxation_voxel" && ratio > 0.1 && ratio < 2 { next }  # of theory for a full box
     ratio > 1.25 || ratio < 0.8 { printf "estimates.sh: %s -o %s: %s said %g, taken %g\n", $2, $3, $4, $5, $6; bad = 1 }
     END {
-        split("noise_point shape_block lattice_product light_point beam_voxel p1_setup_voxel p1_iteration_voxel p1_channel_voxel " \
+        split("noise_point shape_block mask_point lattice_product light_point beam_voxel p1_setup_voxel p1_iteration_voxel p1_channel_voxel " \
               "p1_relaxation_voxel series_voxel series_node_voxel romberg_point ground_ray ground_face " \
               "sweep_voxel sweep_moment_voxel closure_voxel outflow_ray ray plain_cell plain_light plain_value plain_peak cell " \
               "cell_light cell_value path_ray path_collision sim_cell table_cell merged_value read_byte write_byte", wanted)
