@@ -68,6 +68,24 @@ TEST(TransportSweep, EqualsTheReferenceInAnyDensityForAnyThreadCount)
     }
 }
 
+TEST(TransportSweep, EqualsTheReferenceInAMediumOfManyTiles)
+{
+    // 24^3 places of blocks, a tenth of them filled: tiles of 4^3 places, 14 a level and more than threads need.
+    Medium m(test::voxel_field(Vec3i(192), Vec3d(1.0), [](const Vec3i& p) {
+        const bool filled = uniform(hash_bits(3, p.x() / 8, p.y() / 8, p.z() / 8)) < 0.1;
+        return filled && p.x() % 8 > 1 ? 0.05 + 0.1 * uniform(hash_bits(4, p.x(), p.y(), p.z())) : 0.0;
+    }));
+    m.add_source([](const Vec3i& p) { return 1 + 0.5 * std::sin(0.3 * p.x() + 0.2 * p.y() - 0.4 * p.z()); });
+    const SweepSet set = set_of(ordinates(OrdinateKind::LevelSymmetric, 8, 1), 0, 1, 0.3);
+    SweepResult fast, slow;
+    TransportSweep(m.index, m.faces).run(set, m.fields(), fast);
+    reference_sweep(m.index, m.faces, set, m.fields(), slow);
+    double largest;
+    const double worst = worst_difference(fast, slow, largest);
+    EXPECT_GT(largest, 1);
+    EXPECT_LT(worst, 1e-5 * largest);  // single precision
+}
+
 TEST(TransportSweep, EqualsTheReferenceForEmission)
 {
     Medium m(test::voxel_field(Vec3i(28, 27, 25), Vec3d(0.5, 1.0, 1.7),

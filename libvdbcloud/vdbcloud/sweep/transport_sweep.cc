@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace vdbcloud {
 
@@ -37,28 +38,56 @@ std::array<int, 8> octants(const PatchLight* ground)
     return all;
 }
 
-/// Blocks in upstream order for one octant of directions: those of one level do not depend on one another.
+/// Blocks in upstream order for one octant of directions. Tiles of blocks of one level do not depend on one another;
+/// blocks of a tile are in order.
 struct Order {
     std::vector<int32_t> block;
-    std::vector<size_t> begin;  ///< of each level, and the end
+    std::vector<size_t> tile;   ///< begin of each tile in `block`, and the end
+    std::vector<size_t> level;  ///< begin of each level in `tile`, and the end
 };
 
-Order order_of(const Blocks& blocks, const Sign& sign)
+/// Tiles of 2^bits blocks along each axis.
+Order order_of(const Blocks& blocks, const Sign& sign, const std::array<int, 3>& bits)
 {
-    Order order;
-    std::vector<std::pair<int64_t, int32_t>> keyed(blocks.count());
+    struct Keyed {
+        int64_t level;
+        std::array<int, 3> tile, at;
+        int32_t block;
+        bool operator<(const Keyed& o) const { return std::tie(level, tile, at) < std::tie(o.level, o.tile, o.at); }
+    };
+    std::vector<Keyed> keyed(blocks.count());
     for (size_t b = 0; b < blocks.count(); ++b) {
-        int64_t level = 0;
-        for (int a = 0; a < 3; ++a) level += int64_t(sign[size_t(a)]) * blocks.at(b)[a];
-        keyed[b] = {level, int32_t(b)};
+        Keyed& key = keyed[b];
+        key.level = 0;
+        key.block = int32_t(b);
+        for (size_t a = 0; a < 3; ++a) {
+            key.at[a] = sign[a] * blocks.at(b)[int(a)];
+            key.tile[a] = sign[a] * (blocks.at(b)[int(a)] >> bits[a]);
+            key.level += key.tile[a];
+        }
     }
     std::sort(keyed.begin(), keyed.end());
+    Order order;
     for (size_t n = 0; n < keyed.size(); ++n) {
-        if (n == 0 || keyed[n].first != keyed[n - 1].first) order.begin.push_back(n);
-        order.block.push_back(keyed[n].second);
+        const bool next = n == 0 || keyed[n].level != keyed[n - 1].level;
+        if (next) order.level.push_back(order.tile.size());
+        if (next || keyed[n].tile != keyed[n - 1].tile) order.tile.push_back(n);
+        order.block.push_back(keyed[n].block);
     }
-    order.begin.push_back(keyed.size());
+    order.level.push_back(order.tile.size());
+    order.tile.push_back(keyed.size());
     return order;
+}
+
+/// Large tiles keep a block's upstream faces in the cache. Tiles shrink where levels would have too few for threads.
+Order order_of(const Blocks& blocks, const Sign& sign)
+{
+    constexpr size_t enough = 8;  // tiles a level
+    for (const auto& bits : {std::array<int, 3>{2, 2, 2}, {1, 1, 2}, {0, 0, 1}}) {
+        Order order = order_of(blocks, sign, bits);
+        if (order.tile.size() > enough * order.level.size()) return order;
+    }
+    return order_of(blocks, sign, {0, 0, 0});
 }
 
 /// Directions of one octant that go through the blocks together, those of one layout before those of the other.
@@ -239,9 +268,11 @@ void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepRe
         my.aprons.start(sign, below);
         for (Batch& each : my.batches[octant]) {
             my.take_basis(each);
-            for (size_t level = 0; level + 1 < order.begin.size(); ++level)
-                tbb::parallel_for(order.begin[level], order.begin[level + 1],
-                                  [&](size_t n) { my.sweep_block(each, first, sign, size_t(order.block[n]), result); });
+            for (size_t level = 0; level + 1 < order.level.size(); ++level)
+                tbb::parallel_for(order.level[level], order.level[level + 1], [&](size_t tile) {
+                    for (size_t n = order.tile[tile]; n < order.tile[tile + 1]; ++n)
+                        my.sweep_block(each, first, sign, size_t(order.block[n]), result);
+                });
             if (my.planes) my.planes->add_voids(each.paths, my.aprons, below);
             if (my.ground && my.ground->leaves(sign)) my.ground->add_voids(each.paths, my.aprons);
             first = false;
@@ -259,8 +290,8 @@ size_t TransportSweep::bytes() const
     if (periodic_) return periodic_->bytes();
     size_t total = impl_->aprons.bytes() + impl_->tallies.bytes();
     for (int octant = 0; octant < 8; ++octant) {
-        total +=
-            impl_->order[octant].block.size() * sizeof(int32_t) + impl_->order[octant].begin.size() * sizeof(size_t);
+        const Order& order = impl_->order[octant];
+        total += order.block.size() * sizeof(int32_t) + (order.tile.size() + order.level.size()) * sizeof(size_t);
         for (const Batch& each : impl_->batches[octant])
             for (const SweepPath& path : each.paths) total += path.bytes();
     }
