@@ -102,6 +102,53 @@ TEST_P(ProjectionOf, DivergenceFreeFieldIsUnchanged)
     EXPECT_LT(change, 1e-13);
 }
 
+/// Where the value at i along an axis of n cells comes from, and its sign: reflections one at a time.
+struct Source {
+    int index, sign;
+};
+Source source(int i, int n, Side side, bool normal)
+{
+    int sign = 1;
+    if (side == Side::Open) return {std::max(0, std::min(i, normal ? n : n - 1)), 1};
+    const int end = side == Side::Wall && normal ? n : n - 1;
+    while (i < 0 || i > end) {
+        if (side == Side::Periodic)
+            i += i < 0 ? n : -n;
+        else if (normal)
+            i = i < 0 ? -i : 2 * n - i, sign = -sign;
+        else
+            i = i < 0 ? -1 - i : 2 * n - 1 - i;
+    }
+    return {i, side == Side::Wall && normal && (i == 0 || i == n) ? 0 : sign};
+}
+
+TEST_P(ProjectionOf, HalosContinueTheWind)
+{
+    const Lattice l = lattice();
+    Projection<float> projection(l, density());
+    Winds<float> winds(l);
+    winds.set_random(l, 7);
+    projection.project(winds.u, winds.v, winds.w);
+    const Side sides[] = {l.side[0], l.side[1], Side::Wall};
+    int component = 0;
+    for (const Field<float>* f : {&winds.u, &winds.v, &winds.w}) {
+        const int normal = component++;
+        if (!*f) continue;
+        const auto beyond = [&](int axis) { return l.flat(axis) ? 0 : halo; };
+        for (int k = -beyond(2); k < l.n[2] + beyond(2); ++k)
+            for (int j = -beyond(1); j < l.n[1] + beyond(1); ++j)
+                for (int i = -beyond(0); i < l.n[0] + beyond(0); ++i) {
+                    const int at[] = {i, j, k};
+                    Source s[3];
+                    for (const int axis : {0, 1, 2})
+                        s[axis] = source(at[axis], l.n[size_t(axis)], sides[axis], axis == normal);
+                    ASSERT_EQ((*f)(i, j, k),
+                              float(s[0].sign * s[1].sign * s[2].sign) * (*f)(s[0].index, s[1].index, s[2].index))
+                        << normal << " at " << i << ' ' << j << ' ' << k;
+                }
+    }
+}
+
 /// The correction is a gradient: orthogonal, in the sense of kinetic energy, to every velocity without divergence.
 TEST_P(ProjectionOf, ChangeIsOrthogonalToTheResult)
 {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 namespace vdbcloud::sim {
 
@@ -86,11 +87,45 @@ private:
 /// Where the values of a field lie in their cells, and so how the field continues beyond the box.
 enum class Place { Centre, FaceX, FaceY, FaceZ };
 
-/// Fills the halo: periodic copies; at walls, floor and lid mirror images, with the sign changed for the velocity
-/// through them, which is itself set to 0; at open sides the nearest value. Parallel over planes.
+/// How a field continues beyond the box: periodic copies; at walls, floor and lid mirror images, with the sign changed
+/// for the velocity through them, which is itself set to 0; at open sides the nearest value. Kernels that have just
+/// written a row or a plane continue it while it is in cache.
+template<typename T>
+class Continuation {
+public:
+    /// Fills the `depth` values beyond each end; up to `halo`.
+    Continuation(const Lattice&, Place, int depth = halo);
+
+    /// Beyond both ends of a row.
+    void row(T*) const;
+    /// Beyond both ends of plane k along y, once its rows are complete.
+    void plane(Field<T>&, int k) const;
+    /// The same, and before it beyond the ends of each row of the plane.
+    void rows(Field<T>&, int k) const;
+    /// Of a velocity, the faces of plane k at the ends of its axis that are not computed: at the upper end of a
+    /// periodic axis the first face, at walls, floor and lid 0.
+    void ends(Field<T>&, int k) const;
+    /// Below the floor and above the lid, once all planes are complete. Parallel.
+    void below_and_above(Field<T>&) const;
+
+private:
+    struct Copy {
+        int to, from, sign;  // sign -1: mirrored with the sign changed; 0: set to 0
+    };
+    /// Along an axis of n cells; the velocity through its ends if `normal`.
+    static std::vector<Copy> copies(int n, Side, bool normal, int depth);
+
+    Lattice lattice_;
+    Place place_;
+    std::vector<Copy> x_, y_, z_;  // of values in a row, of rows and of planes
+};
+
+/// Fills the whole halo. Parallel over planes.
 template<typename T>
 void fill_halo(const Lattice&, Place, Field<T>&);
 
+extern template class Continuation<float>;
+extern template class Continuation<double>;
 extern template void fill_halo(const Lattice&, Place, Field<float>&);
 extern template void fill_halo(const Lattice&, Place, Field<double>&);
 

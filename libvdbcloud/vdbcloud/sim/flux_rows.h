@@ -29,7 +29,7 @@ void for_flux_rows(const ControlVolumes& box, const Coefficients& coefficients, 
     for_chunks(tiles_k * tiles_j, 1, [&](int tile, int) {
         const int k0 = box.first + tile / tiles_j * deep, k1 = std::min(box.last, k0 + deep);
         const int j0 = tile % tiles_j * tall, j1 = std::min(box.rows, j0 + tall);
-        std::vector<T> below(box.z ? width * size_t(j1 - j0) : 0), above(width), fx(width + 1), south(width),
+        std::vector<T> below(box.z ? width * size_t(j1 - j0) : 0), above(below.size()), fx(width + 1), south(width),
             north(width);
         std::vector<T> tendency(width);
         if (box.z)
@@ -42,14 +42,15 @@ void for_flux_rows(const ControlVolumes& box, const Coefficients& coefficients, 
                 if (box.x) flux(0, j, k, fx.data(), box.width + 1), rows.x = fx.data();
                 if (box.y) flux(1, j + 1, k, north.data(), box.width), rows.y0 = south.data(), rows.y1 = north.data();
                 if (box.z) {
-                    flux(2, j, k + 1, above.data(), box.width);
-                    rows.z0 = &below[size_t(j - j0) * width], rows.z1 = above.data();
+                    const size_t row = size_t(j - j0) * width;
+                    flux(2, j, k + 1, &above[row], box.width);
+                    rows.z0 = &below[row], rows.z1 = &above[row];
                 }
                 flux_tendency(rows, tendency.data(), box.width);
                 sink(j, k, tendency.data(), rows);
-                if (box.z) std::copy(above.begin(), above.end(), below.begin() + ptrdiff_t(size_t(j - j0) * width));
                 south.swap(north);
             }
+            below.swap(above);
         }
     });
 }

@@ -40,14 +40,26 @@ Model<T>::Model(const Parameters& p, const Sounding& s) : Simulation(p, s), air_
     set_initial_air();
 }
 
-/// Fills the halos of the arrays `at`. Beyond open sides, scalars are the environment's where the wind blows inwards.
+/// Fills the halos of the arrays `at`.
 template<typename T>
 void Model<T>::finish_state(int at)
 {
     for (Variable<T>* v : air_.velocities()) fill_halo(air_.lattice, v->place, v->a[air_.wind_at(at)]);
+    finish_scalars(at, true);
+}
+
+/// Fills the halos of scalars; `rows`: at the ends of rows, too. Beyond open sides, scalars are the environment's where
+/// the wind blows inwards.
+template<typename T>
+void Model<T>::finish_scalars(int at, bool rows)
+{
+    const Continuation<T> beyond(air_.lattice, Place::Centre);
     for (Variable<T>* v : air_.scalars()) {
         Field<T>& f = v->a[size_t(at)];
-        fill_halo(air_.lattice, v->place, f);
+        for_chunks(air_.lattice.n[2], plane_grain(air_.lattice.n[2]), [&](int k0, int k1) {
+            for (int k = k0; k < k1; ++k) rows ? beyond.rows(f, k) : beyond.plane(f, k);
+        });
+        beyond.below_and_above(f);
         if (air_.lattice.side[0] != Side::Open && air_.lattice.side[1] != Side::Open) continue;
         const auto [nx, ny, nz] = air_.lattice.n;
         for (int k = 0; k < nz; ++k) {
@@ -82,6 +94,7 @@ void Model<T>::take_courant(int at)
     const size_t now = air_.wind_at(at);
     const Field<T>&u = air_.wind[0].a[now], &v = air_.wind[1].a[now], &w = air_.wind[2].a[now];
     std::vector<double> rate(size_t(nz), 0.0);
+    const Continuation<T> beyond(air_.lattice, Place::Centre, 1);  // fluxes read one cell beside their row
     for_chunks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
         for (int k = k0; k < k1; ++k) {
             const double z0 = air_.rho.face[size_t(k)] / air_.rho.centre[size_t(k)] / air_.lattice.h[2];
@@ -93,6 +106,7 @@ void Model<T>::take_courant(int at)
                                        air_.lattice.flat(2) ? nullptr : w.row(j, k + 1), T(1 / air_.lattice.h[0]),
                                        T(1 / air_.lattice.h[1]), T(z0), T(z1)},
                         drain_.row(j, k), top, nx);
+            beyond.rows(drain_, k);
             rate[size_t(k)] = top;
         }
     });
@@ -102,7 +116,7 @@ void Model<T>::take_courant(int at)
     for (const double r : rate)
         if (!std::isfinite(r)) rate_ = r;
     if (!std::isfinite(rate_)) name_bad_cell();
-    fill_halo(air_.lattice, Place::Centre, drain_);
+    beyond.below_and_above(drain_);
 }
 
 /// Buoyancy at centres, into the planes that the projection will overwrite.
@@ -147,6 +161,7 @@ void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double 
         rows.cz0 = T(air_.rho.face[size_t(k)] / rho), rows.cz1 = T(air_.rho.face[size_t(k) + 1] / rho);
     };
     const ColumnFactors factors(variable.relaxation, stage, dt);
+    const Continuation<T> beyond(air_.lattice, Place::Centre);
     const StageWeights plain{1 - s.alpha - s.beta, s.alpha, s.beta, s.beta * s.tau, 0};
     const auto sink = [&, nx = nx, ny = ny](int j, int k, T* tendency, const FluxRows<T>& rows) {
         const StageRows<T> row{variable.a[size_t(stage.out)].row(j, k), variable.a[0].row(j, k),
@@ -169,6 +184,7 @@ void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double 
             variable.row_source[size_t(k) * size_t(ny) + size_t(j)] = sum * air_.rho.centre[size_t(k)];
         }
         scalar_stage(row, s, nx);
+        beyond.row(row.out);
     };
     for_flux_rows<T>({nx, ny, 0, nz, !air_.lattice.flat(0), !air_.lattice.flat(1), !air_.lattice.flat(2)}, coefficients,
                      flux, sink);
@@ -258,8 +274,9 @@ void Model<T>::relax_means(Variable<T>& v, const TimedStage& timed, LevelMeans& 
 template<typename T>
 void Model<T>::finish_stage(int at)
 {
+    const bool huge = parameters_.time_scheme == TimeScheme::HugeStep;  // other stages have continued their rows
     if (parameters_.momentum) project(at);
-    finish_state(at);
+    finish_scalars(at, huge);
     if (parameters_.momentum) take_courant(at);
 }
 
@@ -267,7 +284,6 @@ template<typename T>
 void Model<T>::project(int at)
 {
     const size_t a = size_t(at);
-    for (Variable<T>* v : air_.velocities()) fill_halo(air_.lattice, v->place, v->a[a]);
     pressure_->project(air_.wind[0].a[a], air_.wind[1].a[a], air_.wind[2].a[a]);
 }
 

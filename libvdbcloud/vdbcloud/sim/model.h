@@ -48,6 +48,7 @@ private:
     bool step(double dt);
     void project(int at);
     void finish_state(int at);
+    void finish_scalars(int at, bool rows);
     void finish_stage(int at);
     void apply_after_step(double dt);
     void take_courant(int at);

@@ -185,8 +185,12 @@ void Projection<T>::project(Field<T>& u, Field<T>& v, Field<T>& w)
 {
     const auto [nx, ny, nz] = lattice_.n;
     const T scale = T(transform_.scale());
+    const Continuation<T> beyond[] = {{lattice_, Place::FaceX}, {lattice_, Place::FaceY}, {lattice_, Place::FaceZ}};
+    Field<T>* const winds[] = {&u, &v, &w};
     for_chunks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
         for (int k = k0; k < k1; ++k) {
+            for (const size_t axis : {0, 1, 2})
+                if (*winds[axis]) beyond[axis].ends(*winds[axis], k);
             for (int j = 0; j < ny; ++j) {
                 T* row = phi_.row(j, k);
                 divergence_row(u, v, w, j, k, row);
@@ -202,8 +206,14 @@ void Projection<T>::project(Field<T>& u, Field<T>& v, Field<T>& w)
         for (int k = k0; k < k1; ++k) transform_.backward(phi_.plane(k));
     });
     for_chunks(nz, plane_grain(nz), [&](int k0, int k1) {
-        for (int k = k0; k < k1; ++k) correct_plane(u, v, w, k);
+        for (int k = k0; k < k1; ++k) {
+            correct_plane(u, v, w, k);
+            for (const size_t axis : {0, 1, 2})
+                if (*winds[axis]) beyond[axis].rows(*winds[axis], k);
+        }
     });
+    for (const size_t axis : {0, 1, 2})
+        if (*winds[axis]) beyond[axis].below_and_above(*winds[axis]);
 }
 
 template<typename T>

@@ -53,8 +53,7 @@ public:
     /// One value a cell that callers may use between calls; project() overwrites it.
     Planes<T>& scratch() { return phi_; }
 
-    /// Needs u at face nx, v at ny and w at 0 and nz (as fill_halo leaves them); leaves halos stale.
-    /// Fields along flat axes may be empty.
+    /// Needs the faces that are computed, and fills the halos. Fields along flat axes may be empty.
     void project(Field<T>& u, Field<T>& v, Field<T>& w);
 
     /// max |div(rho V)| / rho [1/s].
