@@ -1,5 +1,5 @@
 #pragma once
-// What the loops over one block share: values with the neighbours' apron, and one row of the seven-point operator.
+// What the loops over one block share: the seven-point operator on each row, with the rows beside it.
 // Private to solve/. Everything here is inlined into loops that are compiled for several instruction sets. Rows of
 // eight voxels are vectors; operations are element by element, so all instruction sets give equal values.
 #include "vdbcloud/core/eight.h"
@@ -9,43 +9,17 @@ namespace vdbcloud::kernels {
 
 using namespace eight;
 
-/// Where value (x, y, z), each -1..8, of a padded block is.
-constexpr int pad_x = 160, pad_y = 16, pad_size = 1600;
-constexpr int padded(int x, int y, int z) { return (x + 1) * pad_x + (y + 1) * pad_y + z + 8; }
-
-/// Fills a padded block from a field: f.row(slot) of eight values, f.one(slot). Edges and corners of the apron are not
-/// filled.
-template<typename T, typename F>
-VDBCLOUD_INLINE void load_padded(const int32_t* neighbour, size_t block, T* pad, const F& f)
-{
-    const size_t here = block * 512;
-    for (int x = 0; x < 8; ++x)
-        for (int y = 0; y < 8; ++y) store(pad + padded(x, y, 0), f.row(here + size_t(x * 64 + y * 8)));
-    const size_t xm = size_t(neighbour[0]) * 512 + 7 * 64, xp = size_t(neighbour[1]) * 512;
-    const size_t ym = size_t(neighbour[2]) * 512 + 7 * 8, yp = size_t(neighbour[3]) * 512;
-    const size_t zm = size_t(neighbour[4]) * 512 + 7, zp = size_t(neighbour[5]) * 512;
-    for (int i = 0; i < 8; ++i) {
-        store(pad + padded(-1, i, 0), f.row(xm + size_t(i * 8)));
-        store(pad + padded(8, i, 0), f.row(xp + size_t(i * 8)));
-        store(pad + padded(i, -1, 0), f.row(ym + size_t(i * 64)));
-        store(pad + padded(i, 8, 0), f.row(yp + size_t(i * 64)));
-    }
-    for (int x = 0; x < 8; ++x)
-        for (int y = 0; y < 8; ++y) {
-            pad[padded(x, y, -1)] = f.one(zm + size_t(x * 64 + y * 8));
-            pad[padded(x, y, 8)] = f.one(zp + size_t(x * 64 + y * 8));
-        }
-}
-
 /// Bare pointers of a stencil.
 struct StencilArrays {
     const float *x, *y, *z, *extra;
     const int32_t (*neighbours)[6];
 };
 
-/// out = (A v) of one row of eight voxels along z; v points at the row's first value in a padded block.
+/// (A v) of one row of eight voxels along z: v there, and at the voxels below (m) and above (p) along each axis.
 template<typename T>
-VDBCLOUD_INLINE Row<T> row_apply(const StencilArrays& a, size_t block, int x, int y, const T* v)
+VDBCLOUD_INLINE Row<T> row_apply(const StencilArrays& a, size_t block, int x, int y, const Row<T>& own,
+                                 const Row<T>& xm, const Row<T>& xp, const Row<T>& ym, const Row<T>& yp,
+                                 const Row<T>& zm, const Row<T>& zp)
 {
     const size_t row = block * 512 + size_t(x * 64 + y * 8);
     const int32_t* neighbour = a.neighbours[block];
@@ -54,33 +28,47 @@ VDBCLOUD_INLINE Row<T> row_apply(const StencilArrays& a, size_t block, int x, in
     const Floats zu = load(a.z + row);
     Floats zl = __builtin_shufflevector(zu, zu, 0, 0, 1, 2, 3, 4, 5, 6);
     zl[0] = a.z[size_t(neighbour[4]) * 512 + size_t(x * 64 + y * 8 + 7)];
-    const Row<T> own = load(v);
-    const auto pull = [&](Floats c, int to) __attribute__((always_inline)) { return as<T>(c) * (own - load(v + to)); };
+    const auto pull = [&](const Floats& c, const Row<T>& to) __attribute__((always_inline))
+    {
+        return as<T>(c) * (own - to);
+    };
     return as<T>(load(a.extra + row)) * own +
-           ((pull(load(xl), -pad_x) + pull(load(a.x + row), pad_x)) +
-            (pull(load(yl), -pad_y) + pull(load(a.y + row), pad_y)) + (pull(zl, -1) + pull(zu, 1)));
+           ((pull(load(xl), xm) + pull(load(a.x + row), xp)) + (pull(load(yl), ym) + pull(load(a.y + row), yp)) +
+            (pull(zl, zm) + pull(zu, zp)));
 }
 
 /// Calls row(slot, v, product) for each row of eight voxels of a block, x slowest: `slot` its first, v its values of a
-/// field `value` (load_padded()), product = (A v) there. The function must be always_inline.
+/// field `value` (value.row(slot) of eight values, value.one(slot)), product = (A v) there. The function must be
+/// always_inline.
 template<typename T, typename Value, typename Function>
 VDBCLOUD_INLINE void over_rows(const StencilArrays& a, size_t block, const Value& value, const Function& row)
 {
-    alignas(64) T pad[pad_size];
-    load_padded(a.neighbours[block], block, pad, value);
+    const int32_t* neighbour = a.neighbours[block];
+    const size_t here = block * 512;
+    const auto first_of = [&](int face) { return size_t(neighbour[face]) * 512; };
     for (int x = 0; x < 8; ++x)
         for (int y = 0; y < 8; ++y) {
-            const T* v = pad + padded(x, y, 0);
-            row(block * 512 + size_t(x * 64 + y * 8), load(v), row_apply(a, block, x, y, v));
+            const size_t in = size_t(x * 64 + y * 8), slot = here + in;
+            const auto own = value.row(slot);
+            auto zm = __builtin_shufflevector(own, own, 0, 0, 1, 2, 3, 4, 5, 6);
+            auto zp = __builtin_shufflevector(own, own, 1, 2, 3, 4, 5, 6, 7, 7);
+            zm[0] = value.one(first_of(4) + in + 7);
+            zp[7] = value.one(first_of(5) + in);
+            const Row<T> v = as<T>(own);
+            row(slot, v,
+                row_apply<T>(a, block, x, y, v, as<T>(value.row(x > 0 ? slot - 64 : first_of(0) + in + 7 * 64)),
+                             as<T>(value.row(x < 7 ? slot + 64 : first_of(1) + in - 7 * 64)),
+                             as<T>(value.row(y > 0 ? slot - 8 : first_of(2) + in + 7 * 8)),
+                             as<T>(value.row(y < 7 ? slot + 8 : first_of(3) + in - 7 * 8)), as<T>(zm), as<T>(zp)));
         }
 }
 
-/// The values of an array as T, for load_padded().
-template<typename T, typename From = T>
+/// The values of an array, for over_rows().
+template<typename T>
 struct Values {
-    const From* from;
-    VDBCLOUD_INLINE Row<T> row(size_t slot) const { return as<T>(load(from + slot)); }
-    VDBCLOUD_INLINE T one(size_t slot) const { return T(from[slot]); }
+    const T* from;
+    VDBCLOUD_INLINE Row<T> row(size_t slot) const { return load(from + slot); }
+    VDBCLOUD_INLINE T one(size_t slot) const { return from[slot]; }
 };
 
 StencilArrays arrays_of(const Stencil&);

@@ -66,10 +66,11 @@ DenseFactor::~DenseFactor() = default;
 
 void DenseFactor::solve(const std::vector<float>& b, std::vector<float>& x)
 {
-    Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXf>(b.data(), Eigen::Index(b.size())).cast<double>();
+    const Eigen::Index n = factor_->cholesky.rows();
+    Eigen::VectorXd y = Eigen::Map<const Eigen::VectorXf>(b.data(), n).cast<double>();
     for (const size_t i : factor_->zeros) y[Eigen::Index(i)] = 0;
     factor_->cholesky.solveInPlace(y);
-    for (size_t i = 0; i < x.size(); ++i) x[i] = float(y[Eigen::Index(i)]);
+    for (Eigen::Index i = 0; i < n; ++i) x[size_t(i)] = float(y[i]);
 }
 
 }  // namespace vdbcloud

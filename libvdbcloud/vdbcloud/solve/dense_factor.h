@@ -12,7 +12,7 @@ class DenseFactor {
 public:
     explicit DenseFactor(const Graph&);
     ~DenseFactor();
-    /// x = A^-1 b
+    /// x = A^-1 b. Values of b and x beyond the unknowns are left alone.
     void solve(const std::vector<float>& b, std::vector<float>& x);
 
 private:

@@ -14,7 +14,7 @@ namespace {
 
 VDBCLOUD_INLINE Floats floats(const double* from) { return as<float>(load(from)); }
 
-/// The first smoothing step from a zero guess, for load_padded().
+/// The first smoothing step from a zero guess, for over_rows().
 struct FirstStep {
     const float* inverse;
     const double* b;

@@ -1,5 +1,6 @@
 #include "vdbcloud/solve/graph_level.h"
 
+#include "vdbcloud/core/eight.h"
 #include "vdbcloud/solve/aggregation.h"
 #include "vdbcloud/solve/chebyshev.h"
 #include "vdbcloud/solve/parallel.h"
@@ -8,34 +9,125 @@
 
 namespace vdbcloud {
 
+using namespace eight;
+using namespace chebyshev;
+
 namespace {
 
-float product(const Graph& a, const float* v, size_t i)
+/// Bare pointers of the rows.
+struct Rows {
+    explicit Rows(const GraphRows& of)
+        : begin(of.begin.data()), column(of.column.data()), c(of.c.data()), extra(of.extra.data()),
+          inverse(of.inverse.data())
+    {
+    }
+    const uint32_t* begin;
+    const int32_t* column;
+    const float *c, *extra, *inverse;
+};
+
+/// A v of batch k.
+VDBCLOUD_INLINE Floats product(const Rows& a, size_t k, const float* v)
 {
-    float sum = a.extra[i] * v[i];
-    for (uint32_t k = a.begin[i]; k < a.begin[i + 1]; ++k) sum += a.c[k] * (v[i] - v[a.column[k]]);
+    const Floats own = load(v + 8 * k);
+    Floats sum = load(a.extra + 8 * k) * own;
+    for (size_t link = 8 * size_t(a.begin[k]); link < 8 * size_t(a.begin[k + 1]); link += 8) {
+        const int32_t* to = a.column + link;
+        const Floats there{v[to[0]], v[to[1]], v[to[2]], v[to[3]], v[to[4]], v[to[5]], v[to[6]], v[to[7]]};
+        sum += load(a.c + link) * (own - there);
+    }
     return sum;
+}
+
+/// The first smoothing step from x to y, of batches first .. last - 1.
+VDBCLOUD_CLONES void smooth_first(const Rows& a, size_t first, size_t last, const float* b, const float* x, float* y)
+{
+    for (size_t k = first; k < last; ++k)
+        store(y + 8 * k,
+              load(x + 8 * k) + all(first_step) * load(a.inverse + 8 * k) * (load(b + 8 * k) - product(a, k, x)));
+}
+
+/// The second step: x1 is the result of the first step, x its start and then the end.
+VDBCLOUD_CLONES void smooth_second(const Rows& a, size_t first, size_t last, const float* b, const float* x1, float* x)
+{
+    for (size_t k = first; k < last; ++k) {
+        const Floats v = load(x1 + 8 * k), step = load(a.inverse + 8 * k) * (load(b + 8 * k) - product(a, k, x1));
+        store(x + 8 * k, v + all(keep) * (v - load(x + 8 * k)) + all(second_step) * step);
+    }
+}
+
+VDBCLOUD_CLONES void apply_rows(const Rows& a, size_t first, size_t last, const float* x, const float* b,
+                                const float* image, float* ax, double* sums)
+{
+    Doubles x_ax{}, x_b{}, b_b{}, x_image{};
+    for (size_t k = first; k < last; ++k) {
+        const Floats to = product(a, k, x);
+        const Doubles xs = as<double>(load(x + 8 * k)), bs = as<double>(load(b + 8 * k));
+        x_ax += xs * as<double>(to);
+        x_b += xs * bs;
+        b_b += bs * bs;
+        x_image += xs * as<double>(load(image + 8 * k));
+        store(ax + 8 * k, to);
+    }
+    sums[0] = sum(x_ax);
+    sums[1] = sum(x_b);
+    sums[2] = sum(b_b);
+    sums[3] = sum(x_image);
+}
+
+VDBCLOUD_CLONES double advance_rows(size_t first, size_t last, float step, const float* image, float* b)
+{
+    Doubles b_b{};
+    for (size_t k = first; k < last; ++k) {
+        const Floats left = load(b + 8 * k) - all(step) * load(image + 8 * k);
+        store(b + 8 * k, left);
+        b_b += as<double>(left) * as<double>(left);
+    }
+    return sum(b_b);
 }
 
 }  // namespace
 
-GraphLevel::GraphLevel(Graph graph) : a(std::move(graph)), inverse(a.size())
+GraphRows::GraphRows(const Graph& graph) : extra(graph.extra)
 {
-    for_rows(a.size(), [&](size_t i) {
-        const double diagonal = a.linked(i) + a.extra[i];
-        inverse[i] = diagonal > 0 ? float(1 / diagonal) : 0.0f;
+    const size_t count = (graph.size() + 7) / 8;
+    const auto links = [&](size_t i) { return i < graph.size() ? graph.begin[i + 1] - graph.begin[i] : 0u; };
+    for (size_t k = 0; k < count; ++k) {
+        uint32_t most = 0;
+        for (size_t i = 8 * k; i < 8 * k + 8; ++i) most = std::max(most, links(i));
+        begin.push_back(begin.back() + most);
+    }
+    column.resize(8 * size_t(begin.back()));
+    c.assign(column.size(), 0.0f);
+    extra.resize(8 * count, 0.0f);
+    inverse.assign(8 * count, 0.0f);
+    for_ranges(count, [&](size_t from, size_t to) {
+        for (size_t i = 8 * from; i < 8 * to; ++i) {
+            const uint32_t own = links(i);
+            for (uint32_t k = 0; k < begin[i / 8 + 1] - begin[i / 8]; ++k) {
+                const size_t at = 8 * size_t(begin[i / 8] + k) + i % 8;
+                column[at] = k < own ? graph.column[graph.begin[i] + k] : int32_t(i);
+                if (k < own) c[at] = graph.c[graph.begin[i] + k];
+            }
+            const double diagonal = i < graph.size() ? graph.linked(i) + graph.extra[i] : 0.0;
+            if (diagonal > 0) inverse[i] = float(1 / diagonal);
+        }
     });
-    for (auto* v : {&b, &x, &other, &search, &image}) v->assign(a.size(), 0.0f);
+}
+
+GraphLevel::GraphLevel(const Graph& graph) : size_(graph.size()), rows_(graph)
+{
+    for (auto* v : {&b, &x, &other, &search, &image}) v->assign(8 * rows_.batches(), 0.0f);
 }
 
 size_t GraphLevel::bytes() const
 {
-    return a.bytes() + 4 * (6 * size() + group_.size() + first_.size() + member_.size());
+    return rows_.bytes() + 4 * (5 * b.size() + group_.size() + first_.size() + member_.size());
 }
 
-Graph GraphLevel::make_groups()
+Graph GraphLevel::make_groups(const Graph& graph)
 {
-    Graph coarse = grouped(a, group_);
+    Graph coarse = grouped(graph, group_);
     list_members(group_, coarse.size(), first_, member_);
     return coarse;
 }
@@ -47,70 +139,50 @@ void GraphLevel::drop_groups()
     member_ = {};
 }
 
-void GraphLevel::smooth_from_zero()
-{
-    using namespace chebyshev;
-    for_rows(size(), [&](size_t i) { other[i] = first_step * inverse[i] * b[i]; });
-    for_rows(size(), [&](size_t i) {
-        x[i] = (1 + keep) * other[i] + second_step * inverse[i] * (b[i] - product(a, other.data(), i));
-    });
-}
-
 void GraphLevel::smooth()
 {
-    using namespace chebyshev;
-    for_rows(size(), [&](size_t i) { other[i] = x[i] + first_step * inverse[i] * (b[i] - product(a, x.data(), i)); });
-    for_rows(size(), [&](size_t i) {
-        x[i] = other[i] + keep * (other[i] - x[i]) + second_step * inverse[i] * (b[i] - product(a, other.data(), i));
-    });
+    const Rows a(rows_);
+    for_batches(rows_.batches(),
+                [&](size_t first, size_t last) { smooth_first(a, first, last, b.data(), x.data(), other.data()); });
+    for_batches(rows_.batches(),
+                [&](size_t first, size_t last) { smooth_second(a, first, last, b.data(), other.data(), x.data()); });
 }
 
-void GraphLevel::descend(std::vector<float>& coarse_b)
+void GraphLevel::descend(std::vector<float>& coarse_b) const
 {
-    smooth_from_zero();
-    for_rows(size(), [&](size_t i) { other[i] = b[i] - product(a, x.data(), i); });
-    for_rows(coarse_b.size(), [&](size_t g) {
+    for_rows(first_.size() - 1, [&](size_t g) {
         float sum = 0;
-        for (uint32_t m = first_[g]; m < first_[g + 1]; ++m) sum += other[size_t(member_[m])];
+        for (uint32_t m = first_[g]; m < first_[g + 1]; ++m) sum += b[size_t(member_[m])];
         coarse_b[g] = sum;
     });
 }
 
 void GraphLevel::ascend(const std::vector<float>& coarse_x)
 {
-    for_rows(size(), [&](size_t i) {
-        if (group_[i] >= 0) x[i] += coarse_x[size_t(group_[i])];
-    });
+    for_rows(size(), [&](size_t i) { x[i] = group_[i] >= 0 ? coarse_x[size_t(group_[i])] : 0.0f; });
     smooth();
 }
 
 void GraphLevel::smooth_alone()
 {
-    smooth_from_zero();
+    std::fill(x.begin(), x.end(), 0.0f);
+    smooth();
     smooth();
 }
 
 GraphLevel::Products GraphLevel::apply(std::vector<float>& ax) const
 {
-    const auto sums = ordered_row_sums<3>(size(), [&](size_t i, double* sum) {
-        ax[i] = product(a, x.data(), i);
-        sum[0] += double(x[i]) * ax[i];
-        sum[1] += double(x[i]) * b[i];
-        sum[2] += double(b[i]) * b[i];
+    const Rows a(rows_);
+    const auto sums = ordered_batch_sums<4>(rows_.batches(), [&](size_t first, size_t last, double* sum) {
+        apply_rows(a, first, last, x.data(), b.data(), image.data(), ax.data(), sum);
     });
-    return {sums[0], sums[1], sums[2]};
-}
-
-double GraphLevel::x_image() const
-{
-    return ordered_row_sums<1>(size(), [&](size_t i, double* sum) { sum[0] += double(x[i]) * image[i]; })[0];
+    return {sums[0], sums[1], sums[2], sums[3]};
 }
 
 double GraphLevel::advance(float step)
 {
-    return ordered_row_sums<1>(size(), [&](size_t i, double* sum) {
-        b[i] -= step * image[i];
-        sum[0] += double(b[i]) * b[i];
+    return ordered_batch_sums<1>(rows_.batches(), [&](size_t first, size_t last, double* sum) {
+        *sum = advance_rows(first, last, step, image.data(), b.data());
     })[0];
 }
 

@@ -4,42 +4,56 @@
 
 namespace vdbcloud {
 
-struct GraphLevel {
-    explicit GraphLevel(Graph);
+/// The rows of a graph, eight at a time, for kernels that work on eight unknowns together. Link k of the eight rows of
+/// a batch lies side by side; rows of fewer links than the longest of their batch have links of 0 to themselves.
+struct GraphRows {
+    explicit GraphRows(const Graph&);
 
-    Graph a;
-    std::vector<float> inverse;  ///< of the diagonal, 0 where there is none
+    std::vector<uint32_t> begin{0};  ///< of each batch of eight rows, in column and c [eights]
+    std::vector<int32_t> column;
+    std::vector<float> c;
+    std::vector<float> extra, inverse;  ///< and 1 / diagonal, 0 where there is none; a multiple of eight, then 0
+
+    size_t batches() const { return begin.size() - 1; }
+    size_t bytes() const { return 4 * (begin.size() + column.size() + c.size() + extra.size() + inverse.size()); }
+};
+
+class GraphLevel {
+public:
+    explicit GraphLevel(const Graph&);
+
+    size_t size() const { return size_; }
+    size_t bytes() const;
+
+    /// Vectors of size() unknowns and up to seven zeros.
     std::vector<float> b, x;
     std::vector<float> search, image, other;  ///< for the Krylov steps
 
-    size_t size() const { return a.size(); }
-    size_t bytes() const;
-
-    /// Groups for the next level (aggregation.h); returns its operator.
-    Graph make_groups();
+    /// Groups of the graph of this level for the next level (aggregation.h); returns its operator.
+    Graph make_groups(const Graph&);
     void drop_groups();
 
-    /// Smooths from x = 0; coarse_b becomes the residual b - A x, summed over groups.
-    void descend(std::vector<float>& coarse_b);
-    /// Adds the groups' correction to x and smooths.
+    /// coarse_b becomes b, summed over groups.
+    void descend(std::vector<float>& coarse_b) const;
+    /// x becomes the groups' correction, smoothed.
     void ascend(const std::vector<float>& coarse_x);
     /// Smooths twice from x = 0, without a coarser level.
     void smooth_alone();
 
     struct Products {
-        double x_ax, x_b, b_b;
+        double x_ax, x_b, b_b, x_image;
     };
-    /// ax = A x
+    /// ax = A x. Products of x and b with it, and of x with `image`.
     Products apply(std::vector<float>& ax) const;
-    double x_image() const;
     /// b -= step image; returns b . b.
     double advance(float step);
     /// x = s search + t x
     void scale(float s, float t);
 
 private:
-    void smooth_from_zero();
     void smooth();
+    size_t size_;
+    GraphRows rows_;
     std::vector<int32_t> group_;   // of the next level, -1 without one; empty on the last
     std::vector<uint32_t> first_;  // where each group's members begin
     std::vector<int32_t> member_;

@@ -20,19 +20,21 @@ constexpr double enough = 0.25;  // reduction of a coarse residual after which t
 struct Multigrid::Levels {
     explicit Levels(const Stencil& fine) : finest(fine), voxels(fine.blocks->active_count())
     {
-        graphs.emplace_back(collapsed(fine, finest.groups()));
-        while (graphs.back().size() > direct_size && graphs.back().a.links() > 0 && graphs.size() < most_levels) {
-            Graph next = graphs.back().make_groups();
-            if (next.size() == 0 || next.size() >= graphs.back().size()) {
+        Graph graph = collapsed(fine, finest.groups());
+        graphs.emplace_back(graph);
+        while (graph.size() > direct_size && graph.links() > 0 && graphs.size() < most_levels) {
+            Graph next = graphs.back().make_groups(graph);
+            if (next.size() == 0 || next.size() >= graph.size()) {
                 graphs.back().drop_groups();
                 break;
             }
-            graphs.emplace_back(std::move(next));
+            graph = std::move(next);
+            graphs.emplace_back(graph);
         }
-        if (graphs.back().size() <= 4 * direct_size) direct.emplace(graphs.back().a);
+        if (graph.size() <= 4 * direct_size) direct.emplace(graph);
     }
 
-    /// One V from a zero guess through graph `number`, the next one being solved by correct().
+    /// The correction of the next graph, by correct(), and smoothing: x approximates A^-1 b of graph `number`.
     void visit(size_t number)
     {
         GraphLevel& level = graphs[number];
@@ -61,7 +63,7 @@ struct Multigrid::Levels {
         if (remaining <= enough * enough * first.b_b) return l.scale(float(step), 0);
         visit(number);
         const auto second = l.apply(l.other);
-        const double mixed = l.x_image(), projected = second.x_ax - mixed * mixed / first.x_ax;
+        const double mixed = second.x_image, projected = second.x_ax - mixed * mixed / first.x_ax;
         if (!(projected > 0)) return l.scale(float(step), 0);
         l.scale(float(step - mixed * second.x_b / (first.x_ax * projected)), float(second.x_b / projected));
     }

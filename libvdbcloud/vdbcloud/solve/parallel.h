@@ -54,17 +54,25 @@ void for_rows(size_t count, const F& f)
     });
 }
 
-/// f(i, sums) adds row i to n sums; those of rows_at_once rows are added in order.
-template<size_t n, typename F>
-std::array<double, n> ordered_row_sums(size_t count, const F& f)
+constexpr size_t batches_at_once = rows_at_once / 8;
+
+/// Calls f(first, last) for ranges that cover the batches of eight rows of a graph.
+template<typename F>
+void for_batches(size_t count, const F& f)
 {
-    std::vector<std::array<double, n>> terms((count + rows_at_once - 1) / rows_at_once);
+    for_ranges((count + batches_at_once - 1) / batches_at_once,
+               [&](size_t first, size_t last) { f(first * batches_at_once, std::min(count, last * batches_at_once)); });
+}
+
+/// f(first, last, sums) finds n sums over a range of batches of eight rows; the sums of the ranges, which do not depend
+/// on the number of threads, are added in order.
+template<size_t n, typename F>
+std::array<double, n> ordered_batch_sums(size_t count, const F& f)
+{
+    std::vector<std::array<double, n>> terms((count + batches_at_once - 1) / batches_at_once);
     for_ranges(terms.size(), [&](size_t first, size_t last) {
-        for (size_t k = first; k < last; ++k) {
-            std::array<double, n> sums{};
-            for (size_t i = k * rows_at_once; i < std::min(count, (k + 1) * rows_at_once); ++i) f(i, sums.data());
-            terms[k] = sums;
-        }
+        for (size_t k = first; k < last; ++k)
+            f(k * batches_at_once, std::min(count, (k + 1) * batches_at_once), terms[k].data());
     });
     std::array<double, n> total{};
     for (const auto& term : terms)

@@ -24,7 +24,7 @@ VDBCLOUD_INLINE double apply_rows(const StencilArrays& a, size_t block, const T*
 {
     Doubles lanes{};
     over_rows<double>(
-        a, block, Values<double, T>{x}, [&](size_t slot, Doubles v, Doubles product) __attribute__((always_inline)) {
+        a, block, Values<T>{x}, [&](size_t slot, Doubles v, Doubles product) __attribute__((always_inline)) {
             store(y + slot, product);
             lanes += v * product;
         });
