@@ -80,6 +80,7 @@ TEST(CollidedGrids, MetadataHoldsTheDeltaScalingOfPhaseAndDegree)
                 const DeltaScaling made = delta ? delta_scaling(phase, degree) : no_scaling(phase, degree);
                 for (const GridBase* of : {static_cast<const GridBase*>(fields.phi.get()),
                                            static_cast<const GridBase*>(fields.flux[1].get())}) {
+                    if (!of) continue;
                     const DeltaScaling read = read_delta_scaling(*of, PhaseFunction());
                     EXPECT_EQ(read.degree, degree);
                     EXPECT_EQ(read.delta_f, made.delta_f);
@@ -88,6 +89,23 @@ TEST(CollidedGrids, MetadataHoldsTheDeltaScalingOfPhaseAndDegree)
                 }
                 EXPECT_EQ(fields.scaling.moments, made.moments);
             }
+}
+
+TEST(CollidedGrids, AreThoseThatPicturesWeigh)
+{
+    const auto grid = ball();
+    const CollidedLight isotropic = solved(*grid, test::hg(0), Vec3d(1), 1, 3),
+                        rayleigh = solved(*grid, PhaseFunction("rayleigh"), Vec3d(1), 1, 3),
+                        forward = solved(*grid, test::hg(0.6), Vec3d(1), 1, 3);
+    for (size_t c = 0; c < 3; ++c) {
+        EXPECT_FALSE(isotropic.flux[c]);
+        EXPECT_TRUE(isotropic.moments[c].empty());
+        EXPECT_FALSE(rayleigh.flux[c]);  // its moments are those of degree 0 and 2
+        EXPECT_EQ(rayleigh.moments[c].size(), 5u);
+        EXPECT_TRUE(forward.flux[c]);
+        EXPECT_EQ(forward.moments[c].size(), 12u);
+    }
+    EXPECT_TRUE(isotropic.phi);
 }
 
 /// The root mean square of phi and flux of two suns less those of each, relative to the flux. `both` is their report.

@@ -3,17 +3,21 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/optics/spherical_harmonics.h"
 
+#include <algorithm>
+
 namespace vdbcloud {
 
 namespace {
 
-/// Flux and moments of one channel, `scale` times those of a solution.
+/// Flux and moments of one channel that pictures weigh, `scale` times those of a solution.
 void add_channel(const VoxelIndex& index, const Solution& solution, double scale, int degree, size_t c,
                  CollidedLight& light)
 {
     const auto& [x, y, z] = solution.flux;
-    light.flux[c] = index.to_grid({x.data(), y.data(), z.data()}, "", Vec3d(scale));
-    for (int k = harmonic_count(1); k < harmonic_count(degree); ++k) {
+    if (light.scaling.mean_cosine() != 0)
+        light.flux[c] = index.to_grid({x.data(), y.data(), z.data()}, "", Vec3d(scale));
+    const int last = std::min(degree, light.scaling.last_degree());
+    for (int k = harmonic_count(1); k < harmonic_count(std::max(last, 1)); ++k) {
         std::vector<float> moment = solution.moments[size_t(k)];
         for (float& value : moment) value = float(scale * value);
         light.moments[c].push_back(index.to_grid(moment.data(), ""));

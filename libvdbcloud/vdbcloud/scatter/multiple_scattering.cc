@@ -160,6 +160,7 @@ void Scattering::solve_group(const ChannelGroup& group, int& done, int count, co
         } else {
             solve_for(sources[k]);
         }
+        if (k + 1 == group.solves.size()) multigrid.reset();  // what follows needs its memory
         if (o_.limiter && !closes)
             limit(p1, sources[k], c, phi, report);
         else if (!closes)

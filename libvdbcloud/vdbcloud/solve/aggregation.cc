@@ -1,10 +1,13 @@
 #include "vdbcloud/solve/aggregation.h"
 
+#include "vdbcloud/solve/block_kernels.h"
 #include "vdbcloud/solve/parallel.h"
 
 #include <algorithm>
 
 namespace vdbcloud {
+
+using namespace kernels;
 
 namespace {
 
@@ -25,23 +28,29 @@ double quality(const Set& i, const Set& j, double c) { return 2 * side(i.mass, j
 /// Voxels of a cell of 2x2x2, bit 2 for x, 1 for y, 0 for z, as offsets in a block.
 constexpr int corner(int k) { return (k >> 2) * 64 + (k >> 1 & 1) * 8 + (k & 1); }
 
-/// Groups of one block; returns how many.
-int group_block(const Stencil& a, size_t block, uint16_t* of)
+/// The strongest link of each voxel of a block, -1 where extra holds it.
+VDBCLOUD_CLONES void strongest_links(const StencilArrays& a, size_t block, float* most)
 {
-    const Blocks& blocks = *a.blocks;
+    const auto larger = [](const Floats& u, const Floats& v) __attribute__((always_inline)) { return u > v ? u : v; };
+    for (int x = 0; x < 8; ++x)
+        for (int y = 0; y < 8; ++y) {
+            const RowLinks c = row_links(a, block, x, y);
+            const Floats linked = ((c.xm + c.xp) + (c.ym + c.yp)) + (c.zm + c.zp);
+            const Floats strongest = larger(larger(larger(c.xm, c.xp), larger(c.ym, c.yp)), larger(c.zm, c.zp));
+            const size_t row = size_t(x * 64 + y * 8);
+            const Floats extra = load(a.extra + block * 512 + row);
+            store(most + row, extra >= all(float(held)) * linked ? all(-1.0f) : strongest);
+        }
+}
+
+/// Groups of one block; returns how many.
+int group_block(const Stencil& a, const StencilArrays& arrays, size_t block, uint16_t* of)
+{
     const size_t base = block * Blocks::size;
-    float most[Blocks::size];  // strongest link of a voxel that takes part, -1 of others
-    for (size_t i = 0; i < Blocks::size; ++i) {
-        const size_t slot = base + i;
-        float linked = 0;
-        most[i] = 0;
-        for (int axis = 0; axis < 3; ++axis)
-            for (const float c : {a.face[axis][slot], a.face[axis][beside(blocks, slot, 2 * axis)]}) {
-                most[i] = std::max(most[i], c);
-                linked += c;
-            }
-        if (!blocks.active(slot) || a.extra[slot] >= float(held) * linked) most[i] = -1;
-    }
+    alignas(32) float most[Blocks::size];  // strongest link of a voxel that takes part, -1 of others
+    strongest_links(arrays, block, most);
+    for (size_t i = 0; i < Blocks::size; ++i)
+        if (!(a.blocks->mask(block)[i / 64] >> (i % 64) & 1)) most[i] = -1;
     int count = 0;
     for (int cell = 0; cell < 64; ++cell) {
         const int at = 2 * (cell >> 4) * 64 + 2 * (cell >> 2 & 3) * 8 + 2 * (cell & 3);
@@ -99,13 +108,36 @@ VoxelGroups group_voxels(const Stencil& a)
     VoxelGroups groups;
     groups.of.resize(a.blocks->slots(), VoxelGroups::none);
     groups.first.assign(count + 1, 0);
+    const StencilArrays arrays = arrays_of(a);
     for_ranges(count, [&](size_t first, size_t last) {
         for (size_t block = first; block < last; ++block)
-            groups.first[block + 1] = group_block(a, block, groups.of.data() + block * Blocks::size);
+            groups.first[block + 1] = group_block(a, arrays, block, groups.of.data() + block * Blocks::size);
     });
     for (size_t block = 0; block < count; ++block) groups.first[block + 1] += groups.first[block];
     return groups;
 }
+
+namespace {
+
+/// Links of one group of voxels: at most 24 outward faces and the other groups of its cell.
+struct Links {
+    int count = 0;
+    int32_t column[32];
+    double c[32];
+
+    void add(int32_t to, float by)
+    {
+        int k = 0;
+        while (k < count && column[k] != to) ++k;
+        if (k == count) {
+            column[count] = to;
+            c[count++] = 0;
+        }
+        c[k] += by;
+    }
+};
+
+}  // namespace
 
 Graph collapsed(const Stencil& a, const VoxelGroups& groups)
 {
@@ -113,11 +145,12 @@ Graph collapsed(const Stencil& a, const VoxelGroups& groups)
     constexpr size_t at_once = 64;
     std::vector<Graph> parts((blocks.count() + at_once - 1) / at_once);
     for_each(parts.size(), [&](size_t part) {
-        std::vector<std::vector<std::pair<int32_t, float>>> links(Blocks::size);
+        std::vector<Links> links(Blocks::size);
         double extra[Blocks::size];
         for (size_t block = part * at_once; block < std::min(blocks.count(), (part + 1) * at_once); ++block) {
             const size_t rows = size_t(groups.first[block + 1] - groups.first[block]);
             std::fill(extra, extra + rows, 0.0);
+            for (size_t row = 0; row < rows; ++row) links[row].count = 0;
             for (size_t slot = block * Blocks::size; slot < (block + 1) * Blocks::size; ++slot) {
                 const uint16_t row = groups.of[slot];
                 if (row == VoxelGroups::none) continue;
@@ -130,18 +163,16 @@ Graph collapsed(const Stencil& a, const VoxelGroups& groups)
                     if (column < 0)
                         extra[row] += c;
                     else if (column != groups.first[block] + row)
-                        links[row].emplace_back(column, c);
+                        links[row].add(column, c);
                 }
             }
-            for (size_t row = 0; row < rows; ++row) parts[part].add_row(links[row], extra[row]);
+            for (size_t row = 0; row < rows; ++row) {
+                for (int k = 0; k < links[row].count; ++k) parts[part].add_link(links[row].column[k], links[row].c[k]);
+                parts[part].end_row(extra[row]);
+            }
         }
     });
-    Graph graph;
-    for (Graph& part : parts) {
-        graph.append(part);
-        part = {};
-    }
-    return graph;
+    return joined(parts);
 }
 
 Graph grouped(const Graph& fine, std::vector<int32_t>& group)

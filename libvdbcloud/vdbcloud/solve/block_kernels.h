@@ -15,26 +15,38 @@ struct StencilArrays {
     const int32_t (*neighbours)[6];
 };
 
+/// The links of one row of eight voxels along z, by Blocks::Face.
+struct RowLinks {
+    Floats xm, xp, ym, yp, zm, zp;
+};
+VDBCLOUD_INLINE RowLinks row_links(const StencilArrays& a, size_t block, int x, int y)
+{
+    const size_t row = block * 512 + size_t(x * 64 + y * 8);
+    const int32_t* neighbour = a.neighbours[block];
+    const Floats zp = load(a.z + row);
+    Floats zm = __builtin_shufflevector(zp, zp, 0, 0, 1, 2, 3, 4, 5, 6);
+    zm[0] = a.z[size_t(neighbour[4]) * 512 + size_t(x * 64 + y * 8 + 7)];
+    return {load(x > 0 ? a.x + row - 64 : a.x + size_t(neighbour[0]) * 512 + 7 * 64 + y * 8),
+            load(a.x + row),
+            load(y > 0 ? a.y + row - 8 : a.y + size_t(neighbour[2]) * 512 + x * 64 + 7 * 8),
+            load(a.y + row),
+            zm,
+            zp};
+}
+
 /// (A v) of one row of eight voxels along z: v there, and at the voxels below (m) and above (p) along each axis.
 template<typename T>
 VDBCLOUD_INLINE Row<T> row_apply(const StencilArrays& a, size_t block, int x, int y, const Row<T>& own,
                                  const Row<T>& xm, const Row<T>& xp, const Row<T>& ym, const Row<T>& yp,
                                  const Row<T>& zm, const Row<T>& zp)
 {
-    const size_t row = block * 512 + size_t(x * 64 + y * 8);
-    const int32_t* neighbour = a.neighbours[block];
-    const float* xl = x > 0 ? a.x + row - 64 : a.x + size_t(neighbour[0]) * 512 + 7 * 64 + y * 8;
-    const float* yl = y > 0 ? a.y + row - 8 : a.y + size_t(neighbour[2]) * 512 + x * 64 + 7 * 8;
-    const Floats zu = load(a.z + row);
-    Floats zl = __builtin_shufflevector(zu, zu, 0, 0, 1, 2, 3, 4, 5, 6);
-    zl[0] = a.z[size_t(neighbour[4]) * 512 + size_t(x * 64 + y * 8 + 7)];
-    const auto pull = [&](const Floats& c, const Row<T>& to) __attribute__((always_inline))
+    const RowLinks c = row_links(a, block, x, y);
+    const auto pull = [&](const Floats& link, const Row<T>& to) __attribute__((always_inline))
     {
-        return as<T>(c) * (own - to);
+        return as<T>(link) * (own - to);
     };
-    return as<T>(load(a.extra + row)) * own +
-           ((pull(load(xl), xm) + pull(load(a.x + row), xp)) + (pull(load(yl), ym) + pull(load(a.y + row), yp)) +
-            (pull(zl, zm) + pull(zu, zp)));
+    return as<T>(load(a.extra + block * 512 + size_t(x * 64 + y * 8))) * own +
+           ((pull(c.xm, xm) + pull(c.xp, xp)) + (pull(c.ym, ym) + pull(c.yp, yp)) + (pull(c.zm, zm) + pull(c.zp, zp)));
 }
 
 /// Calls row(slot, v, product) for each row of eight voxels of a block, x slowest: `slot` its first, v its values of a

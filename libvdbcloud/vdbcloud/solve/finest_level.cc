@@ -72,20 +72,16 @@ VDBCLOUD_CLONES void restrict_residual(const StencilArrays& a, const double* b, 
         if (group[i] != VoxelGroups::none) sums[group[i]] += residual[i];
 }
 
-/// 1 / diagonal, 0 where there is none.
-std::vector<float> inverse_diagonal(const Stencil& a)
+/// 1 / diagonal of a block, 0 where there is none.
+VDBCLOUD_CLONES void inverse_diagonal(const StencilArrays& a, size_t block, float* inverse)
 {
-    const Blocks& blocks = *a.blocks;
-    std::vector<float> inverse(blocks.slots(), 0.0f);
-    for_ranges(blocks.count(), [&](size_t first, size_t last) {
-        for (size_t slot = first * 512; slot < last * 512; ++slot) {
-            double diagonal = a.extra[slot];
-            for (int axis = 0; axis < 3; ++axis)
-                diagonal += double(a.face[axis][slot]) + a.face[axis][beside(blocks, slot, 2 * axis)];
-            if (diagonal > 0) inverse[slot] = float(1 / diagonal);
+    for (int x = 0; x < 8; ++x)
+        for (int y = 0; y < 8; ++y) {
+            const RowLinks c = row_links(a, block, x, y);
+            const size_t row = block * 512 + size_t(x * 64 + y * 8);
+            const Floats diagonal = load(a.extra + row) + (((c.xm + c.xp) + (c.ym + c.yp)) + (c.zm + c.zp));
+            store(inverse + row, diagonal > 0 ? all(1.0f) / diagonal : Floats{});
         }
-    });
-    return inverse;
 }
 
 template<typename F>
@@ -99,9 +95,11 @@ void each_block(const Blocks& blocks, const F& f)
 }  // namespace
 
 FinestLevel::FinestLevel(const Stencil& a)
-    : a_(a), groups_(group_voxels(a)), inverse_(inverse_diagonal(a)), x_(a.blocks->slots(), 0.0f),
+    : a_(a), groups_(group_voxels(a)), inverse_(a.blocks->slots(), 0.0f), x_(a.blocks->slots(), 0.0f),
       other_(a.blocks->slots(), 0.0f)
 {
+    const StencilArrays arrays = arrays_of(a_);
+    each_block(*a_.blocks, [&](size_t block) { inverse_diagonal(arrays, block, inverse_.data()); });
 }
 
 size_t FinestLevel::bytes() const { return 4 * 3 * x_.size() + groups_.bytes(); }

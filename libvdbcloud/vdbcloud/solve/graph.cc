@@ -13,28 +13,28 @@ double Graph::linked(size_t i) const
     return sum;
 }
 
-void Graph::add_row(std::vector<std::pair<int32_t, float>>& links, double extra_of_row)
+Graph joined(std::vector<Graph>& parts)
 {
-    std::sort(links.begin(), links.end());
-    for (size_t k = 0; k < links.size();) {
-        const int32_t to = links[k].first;
-        double sum = 0;
-        for (; k < links.size() && links[k].first == to; ++k) sum += links[k].second;
-        column.push_back(to);
-        c.push_back(float(sum));
+    if (parts.size() == 1) return std::move(parts[0]);
+    Graph whole;
+    size_t rows = 0, links = 0;
+    for (const Graph& part : parts) {
+        rows += part.size();
+        links += part.links();
     }
-    links.clear();
-    begin.push_back(uint32_t(column.size()));
-    extra.push_back(float(extra_of_row));
-}
-
-void Graph::append(const Graph& rows)
-{
-    const uint32_t before = uint32_t(column.size());
-    column.insert(column.end(), rows.column.begin(), rows.column.end());
-    c.insert(c.end(), rows.c.begin(), rows.c.end());
-    extra.insert(extra.end(), rows.extra.begin(), rows.extra.end());
-    for (size_t i = 1; i < rows.begin.size(); ++i) begin.push_back(before + rows.begin[i]);
+    whole.begin.reserve(rows + 1);
+    whole.extra.reserve(rows);
+    whole.column.reserve(links);
+    whole.c.reserve(links);
+    for (Graph& part : parts) {
+        const uint32_t before = uint32_t(whole.column.size());
+        whole.column.insert(whole.column.end(), part.column.begin(), part.column.end());
+        whole.c.insert(whole.c.end(), part.c.begin(), part.c.end());
+        whole.extra.insert(whole.extra.end(), part.extra.begin(), part.extra.end());
+        for (size_t i = 1; i < part.begin.size(); ++i) whole.begin.push_back(before + part.begin[i]);
+        part = {};
+    }
+    return whole;
 }
 
 void list_members(const std::vector<int32_t>& group, size_t count, std::vector<uint32_t>& first,
@@ -58,7 +58,8 @@ Graph collapsed(const Graph& fine, const std::vector<int32_t>& group, size_t cou
     constexpr size_t part_size = 4096;
     std::vector<Graph> parts((count + part_size - 1) / part_size);
     for_each(parts.size(), [&](size_t part) {
-        std::vector<std::pair<int32_t, float>> links;
+        std::vector<int32_t> place(count, -1);  // of a column among the links of the row
+        std::vector<std::pair<int32_t, double>> links;
         for (size_t g = part * part_size; g < std::min(count, (part + 1) * part_size); ++g) {
             double extra = 0;
             for (uint32_t m = first[g]; m < first[g + 1]; ++m) {
@@ -68,20 +69,25 @@ Graph collapsed(const Graph& fine, const std::vector<int32_t>& group, size_t cou
                     const int32_t to = group[size_t(fine.column[k])];
                     if (to < 0)
                         extra += fine.c[k];
-                    else if (size_t(to) != g)
-                        links.emplace_back(to, fine.c[k]);
+                    else if (size_t(to) != g) {
+                        int32_t& at = place[size_t(to)];
+                        if (at < 0) {
+                            at = int32_t(links.size());
+                            links.emplace_back(to, 0.0);
+                        }
+                        links[size_t(at)].second += fine.c[k];
+                    }
                 }
             }
-            parts[part].add_row(links, extra);
+            for (const auto& [to, sum] : links) {
+                parts[part].add_link(to, sum);
+                place[size_t(to)] = -1;
+            }
+            links.clear();
+            parts[part].end_row(extra);
         }
     });
-    if (parts.size() == 1) return std::move(parts[0]);
-    Graph coarse;
-    for (Graph& part : parts) {
-        coarse.append(part);
-        part = {};
-    }
-    return coarse;
+    return joined(parts);
 }
 
 }  // namespace vdbcloud

@@ -20,19 +20,29 @@ struct Graph {
     /// Sum of the row's links.
     double linked(size_t i) const;
 
-    /// Appends a row: links of one column are added up in rising order, so that the operator stays symmetric to the
-    /// bit. `links` is cleared.
-    void add_row(std::vector<std::pair<int32_t, float>>& links, double extra_of_row);
-    /// Appends the rows of another part of the same operator.
-    void append(const Graph& rows);
+    /// Appends a link to the last row, which end_row() ends. A row has one link to a column.
+    void add_link(int32_t to, double value)
+    {
+        column.push_back(to);
+        c.push_back(float(value));
+    }
+    void end_row(double extra_of_row)
+    {
+        begin.push_back(uint32_t(column.size()));
+        extra.push_back(float(extra_of_row));
+    }
 };
+
+/// The operator whose rows are those of `parts` in turn; takes the parts.
+Graph joined(std::vector<Graph>& parts);
 
 /// Members of each group in rising order: member[first[g]] .. member[first[g + 1] - 1].
 void list_members(const std::vector<int32_t>& group, size_t count, std::vector<uint32_t>& first,
                   std::vector<int32_t>& member);
 
 /// The Galerkin operator P^T A P of interpolation P that is constant on groups. group[i] is that of unknown i, or -1 if
-/// it has none: P is 0 there, and links to it hold the group as extra does.
+/// it has none: P is 0 there, and links to it hold the group as extra does. Links are sums in double, so the operator
+/// is symmetric to the rounding of float.
 Graph collapsed(const Graph& fine, const std::vector<int32_t>& group, size_t count);
 
 }  // namespace vdbcloud

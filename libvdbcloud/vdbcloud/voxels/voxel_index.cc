@@ -159,11 +159,24 @@ typename GridT::Ptr grid_of(const VoxelIndex& index, const F& value)
     const Blocks& blocks = index.blocks();
     const auto inside = GridT::create(typename GridT::ValueType(0.0f));
     auto& tree = inside->tree();
-    for (size_t slot = 0; slot < blocks.count() * Blocks::size; ++slot) {
-        if (!blocks.active(slot)) continue;
-        const Vec3i p = blocks.voxel(slot) + index.origin();
-        const openvdb::Coord at(p.x(), p.y(), p.z());
-        tree.touchLeaf(at)->setValueOn(at, value(slot));
+    const Vec3i origin = index.origin();
+    if ((origin[0] | origin[1] | origin[2]) % Blocks::edge == 0) {  // each block is a leaf
+        std::vector<typename GridT::TreeType::LeafNodeType*> leaves;
+        for (size_t b = 0; b < blocks.count(); ++b) {
+            const Vec3i p = Blocks::edge * blocks.at(b) + origin;
+            leaves.push_back(tree.touchLeaf(openvdb::Coord(p.x(), p.y(), p.z())));
+        }
+        tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
+            for (openvdb::Index i = 0; i < Blocks::size; ++i)
+                if (blocks.active(b * Blocks::size + i)) leaves[b]->setValueOn(i, value(b * Blocks::size + i));
+        });
+    } else {
+        for (size_t slot = 0; slot < blocks.count() * Blocks::size; ++slot) {
+            if (!blocks.active(slot)) continue;
+            const Vec3i p = blocks.voxel(slot) + origin;
+            const openvdb::Coord at(p.x(), p.y(), p.z());
+            tree.touchLeaf(at)->setValueOn(at, value(slot));
+        }
     }
     return with_fringe(*inside, index.period());
 }
