@@ -70,7 +70,7 @@ TEST(TransportSweep, EqualsTheReferenceInAnyDensityForAnyThreadCount)
 
 TEST(TransportSweep, EqualsTheReferenceInAMediumOfManyTiles)
 {
-    // 24^3 places of blocks, a tenth of them filled: tiles of 4^3 places, 14 a level and more than threads need.
+    // 24^3 places of blocks, a tenth of them filled: tiles of 2 x 2 columns, six a level, as many as threads need.
     Medium m(test::voxel_field(Vec3i(192), Vec3d(1.0), [](const Vec3i& p) {
         const bool filled = uniform(hash_bits(3, p.x() / 8, p.y() / 8, p.z() / 8)) < 0.1;
         return filled && p.x() % 8 > 1 ? 0.05 + 0.1 * uniform(hash_bits(4, p.x(), p.y(), p.z())) : 0.0;

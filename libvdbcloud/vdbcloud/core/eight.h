@@ -20,10 +20,14 @@ struct RowOf;
 template<>
 struct RowOf<float> {
     using Type = Floats;
+    using Bits = int32_t;
+    using BitRow = Ints;
 };
 template<>
 struct RowOf<double> {
     using Type = Doubles;
+    using Bits = int64_t;
+    using BitRow = int64_t __attribute__((vector_size(64)));
 };
 template<typename T>
 using Row = typename RowOf<T>::Type;
@@ -40,10 +44,17 @@ VDBCLOUD_INLINE void store(T* to, const Row<T>& row)
 {
     std::memcpy(to, &row, sizeof row);
 }
+/// One value in all lanes. Made of integers: GCC joins a row of floats {x, x, ..} from eight insertions, and broadcasts
+/// an integer in one.
 template<typename T>
 VDBCLOUD_INLINE Row<T> all(T x)
 {
-    return Row<T>{x, x, x, x, x, x, x, x};
+    typename RowOf<T>::Bits bit;
+    std::memcpy(&bit, &x, sizeof bit);
+    const typename RowOf<T>::BitRow bits = typename RowOf<T>::BitRow{} + bit;
+    Row<T> row;
+    std::memcpy(&row, &bits, sizeof row);
+    return row;
 }
 /// A row of either precision as one of T.
 template<typename T, typename R>

@@ -8,11 +8,12 @@
 
 namespace vdbcloud {
 
-using block_sweep::region_axes;
+using block_sweep::DownstreamFaces;
 using block_sweep::region_size;
 using block_sweep::regions;
 using block_sweep::Scratch;
 using block_sweep::Traversal;
+using block_sweep::zeros;
 
 namespace {
 
@@ -34,7 +35,7 @@ size_t SweepPath::bytes() const
     return total;
 }
 
-Aprons::Aprons(const Blocks& blocks) : blocks_(blocks), rays_(blocks) {}
+Aprons::Aprons(const Blocks& blocks, const VoidRays& rays) : blocks_(blocks), rays_(rays) {}
 
 void Aprons::clear_cache(size_t directions, int width)
 {
@@ -67,30 +68,12 @@ Aprons::Upstream Aprons::upstream(const std::array<int, 3>& sign, size_t block) 
     return result;
 }
 
-void Aprons::load_sigma(const Traversal& traversal, const float* sigma, size_t block, const Upstream& upstream,
-                        float* padded) const
+void Aprons::load_sigma(const Traversal& traversal, const float* sigma, const Upstream& upstream, Scratch& s) const
 {
-    static constexpr int slot_stride[3] = {64, 8, 1};
-    block_sweep::load_inside(*traversal.layout, sigma + block * 512, padded);
     for (int region = 0; region < regions; ++region) {
         const int32_t from = upstream[size_t(traversal.region[size_t(region)])];
-        if (from < 0) {
-            block_sweep::fill_apron(traversal, region, 0.0f, padded);
-            continue;
-        }
-        int slot = 0, stride[2] = {0, 0}, runs = 0;
-        for (int k = 0; k < 3; ++k) {
-            const int along = slot_stride[traversal.axis[size_t(k)]];
-            if (region_axes[region] >> k & 1)
-                slot += traversal.last[size_t(k)] * along;
-            else
-                stride[runs++] = along;
-        }
-        if (runs == 1) std::swap(stride[0], stride[1]);
-        alignas(32) float values[64];
-        for (int n = 0; n < region_size(region); ++n)
-            values[n] = sigma[size_t(from) * 512 + size_t(slot + n / 8 * stride[0] + n % 8 * stride[1])];
-        block_sweep::set_apron(traversal, region, values, padded);
+        s.sigma_before.region[size_t(region)] = from < 0 ? zeros : s.sigma_apron[region];
+        if (from >= 0) block_sweep::take_region(traversal, region, sigma + size_t(from) * 512, s.sigma_apron[region]);
     }
 }
 
@@ -305,31 +288,28 @@ void Aprons::through_void(const SweepPath& path, int d, int region, size_t block
 void Aprons::load(const SweepPath& path, int d, size_t block, const Upstream& upstream, float inflow, Scratch& s)
 {
     const Traversal& traversal = path.traversal;
-    for (int region = 0; region < regions; ++region) {
-        const int32_t from = upstream[size_t(traversal.region[size_t(region)])];
+    for (size_t region = 0; region < regions; ++region) {
+        const int32_t from = upstream[size_t(traversal.region[region])];
+        const bool along_w = block_sweep::region_axes[region] == 6;
+        if (along_w) s.radiance_before.pitch = s.source_before.pitch = from < 0 ? 1 : block_sweep::pitch_of_faces;
         if (from >= 0) {
-            const DownstreamFaces& from_block = downstream_[size_t(from) * width_ + size_t(d)];
-            block_sweep::set_apron(traversal, region, from_block.radiance, s.radiance);
-            block_sweep::set_apron(traversal, region, from_block.source, s.source);
+            const DownstreamFaces& there = faces(size_t(from), d);
+            s.radiance_before.region[region] = block_sweep::region_of(traversal, int(region), there.radiance);
+            s.source_before.region[region] = block_sweep::region_of(traversal, int(region), there.source);
             continue;
         }
-        alignas(32) float radiance[64];
-        through_void(path, d, region, block, inflow, radiance);
-        block_sweep::set_apron(traversal, region, radiance, s.radiance);
-        block_sweep::fill_apron(traversal, region, 0.0f, s.source);
+        through_void(path, d, int(region), block, inflow, s.from_void[region]);
+        s.radiance_before.region[region] = s.from_void[region];
+        s.source_before.region[region] = zeros;
     }
 }
 
-void Aprons::store_faces(const SweepPath& path, int d, size_t block, const Scratch& s)
+void Aprons::leave(const SweepPath& path, int d, size_t block, const Scratch& s)
 {
-    const Traversal& traversal = path.traversal;
-    DownstreamFaces& to = downstream_[block * width_ + size_t(d)];
-    block_sweep::take_faces(traversal, s.radiance, to.radiance);
-    block_sweep::take_faces(traversal, s.source, to.source);
-    for (int k = 0; k < 3; ++k) {
-        const int32_t outer = outer_of_[block][size_t(traversal.axis[size_t(k)])];
+    for (size_t k = 0; k < 3; ++k) {
+        const int32_t outer = outer_of_[block][size_t(path.traversal.axis[k])];
         if (outer >= 0)
-            block_sweep::leave_face(traversal, k, d, s, to.radiance[size_t(k)],
+            block_sweep::leave_face(path.traversal, int(k), d, s, faces(block, d).radiance[k],
                                     &outer_[(size_t(outer) * width_ + size_t(d)) * 64]);
     }
 }
@@ -337,7 +317,7 @@ void Aprons::store_faces(const SweepPath& path, int d, size_t block, const Scrat
 size_t Aprons::bytes() const
 {
     return downstream_.size() * sizeof(DownstreamFaces) + outer_of_.size() * sizeof outer_of_[0] +
-           outer_.size() * sizeof(float) + ray_ends_.size() * sizeof ray_ends_[0] + rays_.bytes();
+           outer_.size() * sizeof(float) + ray_ends_.size() * sizeof ray_ends_[0];
 }
 
 }  // namespace vdbcloud

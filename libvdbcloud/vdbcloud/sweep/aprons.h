@@ -18,10 +18,11 @@ struct SweepPath {
 
 /// Radiance and sources that pass from block to block, for the directions of the current batch.
 ///
-/// Threads: load() and store_faces() of different blocks, after store_faces() of the blocks upstream.
+/// Threads: load() and leave() of different blocks, after leave() of the blocks upstream.
 class Aprons {
 public:
-    explicit Aprons(const Blocks&);
+    /// Keeps references.
+    Aprons(const Blocks&, const VoidRays&);
 
     /// Clears cached ray ends. Call when the direction set changes. A batch has `width` directions at most.
     void clear_cache(size_t directions, int width);
@@ -32,13 +33,14 @@ public:
     using Upstream = std::array<int32_t, 8>;  ///< the blocks upstream across axes given as bits; -1: none
     Upstream upstream(const std::array<int, 3>& sign, size_t block) const;
 
-    /// sigma of a block with its apron, for all traversals of one layout. 0 in the void.
-    void load_sigma(const block_sweep::Traversal&, const float* sigma, size_t block, const Upstream&,
-                    float* padded) const;
+    /// The apron of sigma, for all traversals across the planes of one axis. 0 in the void.
+    void load_sigma(const block_sweep::Traversal&, const float* sigma, const Upstream&, block_sweep::Scratch&) const;
     /// Aprons of radiance and source of direction d of the batch.
     void load(const SweepPath&, int d, size_t block, const Upstream&, float inflow, block_sweep::Scratch&);
-    /// Keeps radiance and source on the block's downstream faces, for the blocks that follow.
-    void store_faces(const SweepPath&, int d, size_t block, const block_sweep::Scratch&);
+    /// What goes on from a block to those that follow: to be filled between load() and leave().
+    block_sweep::DownstreamFaces& faces(size_t block, int d) { return downstream_[block * width_ + size_t(d)]; }
+    /// Takes what goes on from a block into the void.
+    void leave(const SweepPath&, int d, size_t block, const block_sweep::Scratch&);
 
     /// Radiance of direction d of the batch at 8 x 8 points `pitch` voxels apart: from `corner` (block coordinates)
     /// along the axes `along`, the second fastest. The points lie downstream of all blocks that a ray to them meets;
@@ -53,9 +55,6 @@ public:
     size_t bytes() const;
 
 private:
-    struct DownstreamFaces {
-        block_sweep::FaceValues radiance, source;
-    };
     struct Patch;
     const float* face(size_t block, int face, int axis, int d) const;
     float sky_of(const Patch&, int i, int j) const;
@@ -65,10 +64,10 @@ private:
     void through_void(const SweepPath&, int d, int region, size_t block, float inflow, float* radiance);
 
     const Blocks& blocks_;
-    VoidRays rays_;
+    const VoidRays& rays_;
     const PatchLight* below_ = nullptr;
     size_t width_ = 0;
-    std::vector<DownstreamFaces> downstream_;  // block by block, `width_` each
+    std::vector<block_sweep::DownstreamFaces> downstream_;  // block by block, `width_` each
     // By axis: the number of a block's downstream face that looks into the void, or -1.
     std::vector<std::array<int32_t, 3>> outer_of_;
     std::vector<float> outer_;        // radiance that leaves such faces, 64 each, `width_` each

@@ -32,7 +32,8 @@ Traversal::Traversal(const Vec3d& along) : step(along)
     for (int k = 0; k < 3; ++k) {
         const double along_axis = step[axis[k]];
         stride[k] = layout->stride[axis[k]];
-        q_stride[k] = layout->row_stride[axis[k]];
+        row_stride[k] = layout->row_stride[axis[k]];
+        slot_stride[k] = natural.row_stride[axis[k]];
         sign[k] = along_axis < 0 ? -1 : 1;
         before[k] = sign[k] > 0 ? -1 : 8;
         last[k] = sign[k] > 0 ? 7 : 0;
@@ -43,11 +44,8 @@ Traversal::Traversal(const Vec3d& along) : step(along)
         for (int k = 0; k < 3; ++k) region[n] |= (region_axes[n] >> k & 1) << axis[k];
     }
     const double ds = 1 / std::abs(step[w]);
-    const double mu = snapped(std::abs(step[u]) * ds), mv = snapped(std::abs(step[v]) * ds);
-    c00 = float((1 - mu) * (1 - mv));
-    c01 = float((1 - mu) * mv);
-    c10 = float(mu * (1 - mv));
-    c11 = float(mu * mv);
+    u_up = float(snapped(std::abs(step[u]) * ds));
+    v_up = float(snapped(std::abs(step[v]) * ds));
     half_step = float(ds / 2);
 }
 
@@ -60,18 +58,39 @@ Rows::Rows(const BlockMask& mask)
         }
 }
 
-VDBCLOUD_CLONES void load_inside(const Layout& to, const float* values, float* padded)
+VDBCLOUD_CLONES void take_sigma(const Layout& layout, const float* values, Scratch& s)
 {
-    if (to.stride[2] == 1)
-        for (int i = 0; i < 64; ++i) store(padded + row_at(i), load(values + i * 8));
-    else  // rows along y, planes of z: for each x, (y, z) -> (z, y)
-        for (int x = 0; x < 8; ++x) transpose(values + x * 64, 8, padded + 160 + (x + 1) * 16 + 4, 160);
+    s.sigma = &layout == &natural ? values : s.turned_sigma;
+    if (&layout == &turned)  // rows along y, planes of z: for each x, (y, z) -> (z, y)
+        for (int x = 0; x < 8; ++x) transpose(values + x * 64, 8, s.turned_sigma + x * 8, 64);
+}
+
+VDBCLOUD_CLONES void take_region(const Traversal& traversal, int region, const float* values, float* to)
+{
+    int stride[2] = {0, 0}, runs = 0;
+    for (int k = 0; k < 3; ++k) {
+        if (region_axes[region] >> k & 1)
+            values += traversal.last[k] * traversal.slot_stride[k];
+        else
+            stride[runs++] = traversal.slot_stride[k];
+    }
+    if (runs < 2)
+        for (int n = 0; n < region_size(region); ++n) to[n] = values[n * stride[0]];
+    else if (stride[1] == 1)
+        for (int i = 0; i < 8; ++i) store(to + i * 8, load(values + i * stride[0]));
+    else if (stride[0] == 1)
+        transpose(values, stride[1], to, 8);
+    else
+        for (int i = 0; i < 8; ++i)
+            for (int j = 0; j < 8; ++j) to[i * 8 + j] = values[i * stride[0] + j * stride[1]];
 }
 
 void fetch(const Rows& rows, int terms, float* const* moments)
 {
     for (int k = 0; k < terms; ++k)
-        for (int n = 0; n < rows.count; ++n) __builtin_prefetch(moments[k] + rows.row[n] * 8, 1);
+        for (int n = 0; n < rows.count; ++n)
+            if (n == 0 || rows.row[n] / 2 != rows.row[n - 1] / 2)  // two rows a line of the cache
+                __builtin_prefetch(moments[k] + rows.row[n] * 8, 1);
 }
 
 VDBCLOUD_CLONES void expand(const Rows& rows, int n, int terms, const float* const* source, const float* basis,
@@ -95,40 +114,49 @@ VDBCLOUD_CLONES void expand(const Rows& rows, int n, int terms, const float* con
 
 VDBCLOUD_CLONES void prepare(const Traversal& traversal, int d, Scratch& s)
 {
+    if (traversal.layout == &natural) return;
     float* q = s.q[d];
-    if (traversal.layout == &turned) {
-        alignas(64) float to[512];
-        for (int x = 0; x < 8; ++x) transpose(q + x * 64, 8, to + x * 8, 64);
-        std::memcpy(q, to, sizeof to);
-    }
-    for (int i = 0; i < 64; ++i) store(s.source + row_at(i), load(s.sigma + row_at(i)) * load(q + i * 8));
+    alignas(64) float to[512];
+    for (int x = 0; x < 8; ++x) transpose(q + x * 64, 8, to + x * 8, 64);
+    std::memcpy(q, to, sizeof to);
 }
 
-void find_lit(const Traversal& traversal, Scratch& s)
+void find_lit(const Traversal& traversal, const BlockMask& mask, Scratch& s)
 {
     // Bit r + 1 of active[p + 1]: row r of plane p, with the apron's value at its upstream end.
     uint32_t active[10] = {};
-    const auto bits = [&](int at) {
-        uint64_t word;
-        std::memcpy(&word, s.sigma + at, sizeof word);
-        return word;
+    for (int n = 0; n < 512; n += 8) {
+        const int x = n / 64, y = n / 8 % 8;
+        const uint64_t row = mask[size_t(x)] >> (8 * y) & 255;
+        if (!row) continue;
+        if (traversal.axis[0] == 0)
+            active[x + 1] |= 2u << y;
+        else if (traversal.axis[0] == 1)
+            active[y + 1] |= 2u << x;
+        else
+            for (int z = 0; z < 8; ++z) active[z + 1] |= uint32_t(row >> z & 1) << (x + 1);
+    }
+    const int p = traversal.before[0] + 1, r = traversal.before[1] + 1;
+    const auto& apron = s.sigma_before.region;
+    const auto any = [](const float* values, int n) {
+        return std::any_of(values, values + n, [](float sigma) { return sigma != 0; });
     };
-    const int lo[2] = {std::min(traversal.before[0], 0), std::min(traversal.before[1], 0)};
-    for (int p = lo[0]; p <= lo[0] + 8; ++p)
-        for (int r = lo[1]; r <= lo[1] + 8; ++r) {
-            const int row = traversal.at(p, r, 0);
-            const uint64_t any = bits(row) | bits(row + 2) | bits(row + 4) | bits(row + 6);
-            const bool apron = s.sigma[traversal.at(p, r, traversal.before[2])] != 0;
-            active[p + 1] |= uint32_t(any != 0 || apron) << (r + 1);
-        }
-    for (int p = 0; p < 8; ++p) {
-        const uint32_t up = active[p + 1 - traversal.sign[0]];
+    for (int n = 0; n < 8; ++n) {
+        active[p] |= uint32_t(any(apron[0] + n * 8, 8) || apron[4][n] != 0) << (n + 1);
+        active[n + 1] |= uint32_t(any(apron[1] + n * 8, 8) || apron[5][n] != 0) << r;
+        for (int i = 0; i < 8; ++i) active[n + 1] |= uint32_t(apron[2][n * 8 + i] != 0) << (i + 1);
+    }
+    active[p] |= uint32_t(any(apron[3], 8) || apron[6][0] != 0) << r;
+    for (int n = 0; n < 8; ++n) {
+        const uint32_t up = active[n + 1 - traversal.sign[0]];
         const uint32_t aside = traversal.sign[1] > 0 ? up << 1 : up >> 1;
-        s.lit[size_t(p)] = uint8_t((active[p + 1] | up | aside) >> 1);
+        s.lit[size_t(n)] = uint8_t((active[n + 1] | up | aside) >> 1);
     }
 }
 
-VDBCLOUD_CLONES void set_apron(const Traversal& traversal, int region, const float* values, float* padded)
+namespace {
+
+VDBCLOUD_INLINE void set_apron(const Traversal& traversal, int region, const float* values, int pitch, float* padded)
 {
     const int p = traversal.before[0], r = traversal.before[1], c = traversal.before[2];
     switch (region_axes[region]) {
@@ -147,93 +175,145 @@ VDBCLOUD_CLONES void set_apron(const Traversal& traversal, int region, const flo
         for (int i = 0; i < 8; ++i) padded[traversal.at(p, i, c)] = values[i];
         break;
     case 6:
-        for (int i = 0; i < 8; ++i) padded[traversal.at(i, r, c)] = values[i];
+        for (int i = 0; i < 8; ++i) padded[traversal.at(i, r, c)] = values[i * pitch];
         break;
     default: padded[traversal.at(p, r, c)] = values[0];
     }
 }
 
-void fill_apron(const Traversal& traversal, int region, float value, float* padded)
-{
-    alignas(32) float values[64];
-    std::fill_n(values, region_size(region), value);
-    set_apron(traversal, region, values, padded);
-}
+}  // namespace
 
-void set_apron(const Traversal& traversal, int region, const FaceValues& from, float* padded)
+const float* region_of(const Traversal& traversal, int region, const FaceValues& from)
 {
-    const int u = traversal.last[1], v = traversal.last[2];
-    alignas(32) float values[8];
+    const int w = traversal.last[0], u = traversal.last[1], v = traversal.last[2];
     switch (region_axes[region]) {
-    case 1: set_apron(traversal, region, from[0].data(), padded); return;
-    case 2: set_apron(traversal, region, from[1].data(), padded); return;
-    case 4: set_apron(traversal, region, from[2].data(), padded); return;
-    case 3: set_apron(traversal, region, from[0].data() + u * 8, padded); return;
-    case 5:
-        for (int i = 0; i < 8; ++i) values[i] = from[0][size_t(i * 8 + v)];
-        break;
-    case 6:
-        for (int i = 0; i < 8; ++i) values[i] = from[1][size_t(i * 8 + v)];
-        break;
-    default: values[0] = from[0][size_t(u * 8 + v)];
+    case 1: return from[0].data();
+    case 2: return from[1].data();
+    case 4: return from[2].data();
+    case 3: return from[0].data() + u * 8;
+    case 5: return from[2].data() + w * 8;
+    case 6: return from[1].data() + v;
+    default: return from[0].data() + u * 8 + v;
     }
-    set_apron(traversal, region, values, padded);
 }
 
 namespace {
 
-template<bool emission>
-VDBCLOUD_INLINE void sweep_inside(const Traversal& traversal, int d, Scratch& s)
+/// A row and the value upstream of it, interpolated along the row.
+template<int sign_v>
+VDBCLOUD_INLINE Lanes along_row(const float* row, const float* upstream, Lanes own, Lanes up)
 {
-    const int plane = traversal.stride[0], row = traversal.stride[1], q_plane = traversal.q_stride[0],
-              q_row = traversal.q_stride[1];
-    const int sw = traversal.sign[0], du = -traversal.sign[1] * row, dv = -traversal.sign[2];
-    const Lanes c00 = all(traversal.c00), c01 = all(traversal.c01), c10 = all(traversal.c10), c11 = all(traversal.c11);
-    const Lanes half = all(traversal.half_step);
-    const float* from = s.q[d];
+    const Lanes x = load(row), beside = all(*upstream);
+    const Lanes shifted = sign_v > 0 ? __builtin_shufflevector(x, beside, 8, 0, 1, 2, 3, 4, 5, 6)
+                                     : __builtin_shufflevector(x, beside, 1, 2, 3, 4, 5, 6, 7, 8);
+    return own * x + up * shifted;
+}
+
+/// The rows of the plane before a plane, and the row upstream of them.
+struct PlaneBefore {
+    PlaneBefore(const Apron& apron, const float* inside, int up, int plane, int row_pitch)
+    {
+        if (up < 0 || up > 7)
+            *this = {apron.region[0], 8, apron.region[4], apron.region[3], apron.region[6]};
+        else
+            *this = {inside + up * plane, row_pitch, apron.region[2] + up * 8, apron.region[1] + up * 8,
+                     apron.region[5] + up * apron.pitch};
+    }
+    PlaneBefore(const float* first, int of_rows, const float* values_beside, const float* row, const float* value)
+        : rows(first), pitch(of_rows), beside(values_beside), row_up(row), corner(value)
+    {
+    }
+    const float* rows;
+    int pitch;
+    const float *beside, *row_up, *corner;
+};
+
+template<bool emission, int sign_v, bool all_lit>
+VDBCLOUD_INLINE void sweep_inside(const Traversal& traversal, const float* q, float* radiance, Scratch& s,
+                                  DownstreamFaces& to)
+{
+    constexpr int last_v = sign_v > 0 ? 7 : 0;
+    const int plane = traversal.row_stride[0], row = traversal.row_stride[1];
+    const Lanes u_own = all(1 - traversal.u_up), u_up = all(traversal.u_up), v_own = all(1 - traversal.v_up),
+                v_up = all(traversal.v_up), half = all(traversal.half_step);
     for (int k = 0; k < 8; ++k) {
-        const int p = sw > 0 ? k : 7 - k;
-        const unsigned lit = s.lit[size_t(p)];
-        for (int r = 0; r < 8; ++r) {
-            const int here = (p + 1) * plane + (r + 1) * row + 4, up = here - sw * plane;
-            const auto before = [&](const float* f) {
-                return (c00 * load(f + up) + c01 * load(f + up + dv)) +
-                       (c10 * load(f + up + du) + c11 * load(f + up + du + dv));
-            };
-            const Lanes radiance = before(s.radiance);
-            if (!(lit >> r & 1)) {  // light passes
-                store(s.radiance + here, radiance);
-                continue;
+        const int p = traversal.sign[0] > 0 ? k : 7 - k, up = p - traversal.sign[0];
+        const PlaneBefore light(s.radiance_before, radiance, up, plane, row),
+            extinction(s.sigma_before, s.sigma, up, plane, row), emitted(s.source_before, s.source, up, plane, row);
+        const unsigned lit = s.lit[size_t(p)], next_lit = traversal.sign[1] > 0 ? lit >> 1 : lit << 1;
+        Lanes last_light = along_row<sign_v>(light.row_up, light.corner, v_own, v_up);
+        Lanes last_sigma = along_row<sign_v>(extinction.row_up, extinction.corner, v_own, v_up);
+        Lanes last_source = along_row<sign_v>(emitted.row_up, emitted.corner, v_own, v_up);
+        for (int n = 0; n < 8; ++n) {
+            const int r = traversal.sign[1] > 0 ? n : 7 - n, here = p * plane + r * row;
+            const Lanes this_light = along_row<sign_v>(light.rows + r * light.pitch, light.beside + r, v_own, v_up);
+            Lanes value = u_own * this_light + u_up * last_light, source = all(0.0f);
+            last_light = this_light;
+            if (all_lit || ((lit | next_lit) >> r & 1)) {
+                const Lanes this_sigma =
+                    along_row<sign_v>(extinction.rows + r * extinction.pitch, extinction.beside + r, v_own, v_up);
+                const Lanes this_source =
+                    along_row<sign_v>(emitted.rows + r * emitted.pitch, emitted.beside + r, v_own, v_up);
+                if (all_lit || (lit >> r & 1)) {
+                    const Lanes sigma_u = u_own * this_sigma + u_up * last_sigma,
+                                source_u = u_own * this_source + u_up * last_source;
+                    const Lanes own = load(q + here), sigma = load(s.sigma + here);
+                    value = characteristic<emission>(value, sigma_u, source_u, sigma, own, half);
+                    source = sigma * own;
+                }
+                last_sigma = this_sigma;
+                last_source = this_source;
             }
-            const Lanes sigma_u = before(s.sigma), source_u = before(s.source);
-            const Lanes own = load(from + p * q_plane + r * q_row), sigma = load(s.sigma + here);
-            store(s.radiance + here, characteristic<emission>(radiance, sigma_u, source_u, sigma, own, half));
+            store(radiance + here, value);
+            store(s.source + here, source);
+            to.radiance[2][size_t(p * 8 + r)] = value[last_v];
+            to.source[2][size_t(p * 8 + r)] = source[last_v];
+            if (n == 7) {
+                store(to.radiance[1].data() + p * 8, value);
+                store(to.source[1].data() + p * 8, source);
+            }
+            if (k == 7) {
+                store(to.radiance[0].data() + r * 8, value);
+                store(to.source[0].data() + r * 8, source);
+            }
         }
     }
 }
 
-}  // namespace
-
-VDBCLOUD_CLONES void sweep_planes(const Traversal& traversal, int d, bool emission, Scratch& s)
+template<bool emission, int sign_v>
+VDBCLOUD_INLINE void sweep_inside(const Traversal& traversal, const float* q, float* radiance, Scratch& s,
+                                  DownstreamFaces& to)
 {
-    if (emission)
-        sweep_inside<true>(traversal, d, s);
+    uint64_t lit;
+    std::memcpy(&lit, s.lit.data(), sizeof lit);
+    if (!~lit)
+        sweep_inside<emission, sign_v, true>(traversal, q, radiance, s, to);
     else
-        sweep_inside<false>(traversal, d, s);
-    float* out = s.out[d];
-    if (traversal.layout == &turned)
-        for (int x = 0; x < 8; ++x) transpose(s.radiance + 160 + (x + 1) * 16 + 4, 160, out + x * 64, 8);
-    else
-        for (int i = 0; i < 64; ++i) store(out + i * 8, load(s.radiance + row_at(i)));
+        sweep_inside<emission, sign_v, false>(traversal, q, radiance, s, to);
 }
 
-VDBCLOUD_CLONES void take_faces(const Traversal& traversal, const float* padded, FaceValues& to)
+}  // namespace
+
+VDBCLOUD_CLONES void sweep_planes(const Traversal& traversal, int d, bool emission, Scratch& s, DownstreamFaces& to)
 {
-    for (int i = 0; i < 8; ++i) {
-        store(to[0].data() + i * 8, load(padded + traversal.at(traversal.last[0], i, 0)));
-        store(to[1].data() + i * 8, load(padded + traversal.at(i, traversal.last[1], 0)));
-        for (int j = 0; j < 8; ++j) to[2][size_t(i * 8 + j)] = padded[traversal.at(i, j, traversal.last[2])];
-    }
+    const bool is_turned = traversal.layout == &turned;
+    float* radiance = is_turned ? s.turned : s.out[d];
+    if (emission)
+        traversal.sign[2] > 0 ? sweep_inside<true, 1>(traversal, s.q[d], radiance, s, to)
+                              : sweep_inside<true, -1>(traversal, s.q[d], radiance, s, to);
+    else
+        traversal.sign[2] > 0 ? sweep_inside<false, 1>(traversal, s.q[d], radiance, s, to)
+                              : sweep_inside<false, -1>(traversal, s.q[d], radiance, s, to);
+    if (is_turned)
+        for (int x = 0; x < 8; ++x) transpose(radiance + x * 8, 64, s.out[d] + x * 64, 8);
+    s.radiance = radiance;
+}
+
+VDBCLOUD_CLONES void pad(const Traversal& traversal, Scratch& s)
+{
+    for (int i = 0; i < 64; ++i) store(s.padded + row_at(i), load(s.radiance + i * 8));
+    for (int region = 0; region < regions; ++region)
+        set_apron(traversal, region, s.radiance_before.region[size_t(region)], s.radiance_before.pitch, s.padded);
 }
 
 void leave_face(const Traversal& traversal, int face, int d, const Scratch& s, const std::array<float, 64>& radiance,
@@ -241,12 +321,12 @@ void leave_face(const Traversal& traversal, int face, int d, const Scratch& s, c
 {
     alignas(32) float sigma[64], q[64];
     const int first = face == 0 ? 1 : 0, second = face == 2 ? 1 : 2;  // the coordinates that run
-    const int at = traversal.at(0, 0, 0) + traversal.last[size_t(face)] * traversal.stride[size_t(face)];
-    const float* from = s.q[d] + traversal.last[size_t(face)] * traversal.q_stride[size_t(face)];
+    const int begin = traversal.last[size_t(face)] * traversal.row_stride[size_t(face)];
     for (int i = 0; i < 8; ++i)
         for (int j = 0; j < 8; ++j) {
-            sigma[i * 8 + j] = s.sigma[at + i * traversal.stride[size_t(first)] + j * traversal.stride[size_t(second)]];
-            q[i * 8 + j] = from[i * traversal.q_stride[size_t(first)] + j * traversal.q_stride[size_t(second)]];
+            const int at = begin + i * traversal.row_stride[size_t(first)] + j * traversal.row_stride[size_t(second)];
+            sigma[i * 8 + j] = s.sigma[at];
+            q[i * 8 + j] = s.q[d][at];
         }
     leave(64, radiance.data(), sigma, q, traversal.half_exit[size_t(face)], to);
 }

@@ -33,14 +33,15 @@ struct Traversal {
     Vec3d step;
     std::array<int, 3> axis;          ///< w, u, v
     std::array<int, 3> stride;        ///< of a padded block, traversal order
-    std::array<int, 3> q_stride;      ///< of 512 values in the layout's order, traversal order
+    std::array<int, 3> row_stride;    ///< of 512 values in the layout's order, traversal order
+    std::array<int, 3> slot_stride;   ///< of 512 values in slot order, traversal order
     std::array<int, 3> sign;          ///< of step, traversal order
     std::array<int, 3> before, last;  ///< coordinates upstream of the block and in its last plane, traversal order
     std::array<int, 7> region;        ///< axes of each region of the apron (below) as bits, x the lowest
     /// Half the length from one centre to the plane of the next along each axis, traversal order.
     std::array<float, 3> half_exit;
-    float c00, c01, c10, c11;  ///< bilinear weights: none, v, u, both upstream
-    float half_step;           ///< half the length from plane to plane [world unit]
+    float u_up, v_up;  ///< bilinear weights of the upstream row and column
+    float half_step;   ///< half the length from plane to plane [world unit]
 };
 
 /// Regions of a block's upstream apron, by the axes along which they lie outside it as bits in traversal order: faces,
@@ -53,6 +54,17 @@ constexpr int region_size(int region) { return region < 3 ? 64 : region < 6 ? 8 
 /// Values on the last centres before each downstream face of a block, faces and coordinates in traversal order.
 using FaceValues = std::array<std::array<float, 64>, 3>;
 
+/// What goes on from a block: radiance, and sigma_t q.
+struct DownstreamFaces {
+    FaceValues radiance, source;
+};
+
+/// Where the values of each region are.
+struct Apron {
+    std::array<const float*, regions> region;
+    int pitch = 1;  ///< from value to value of region 5, which runs along w; other regions are contiguous
+};
+
 /// Rows of eight slots with an active voxel.
 struct Rows {
     explicit Rows(const BlockMask&);
@@ -61,36 +73,45 @@ struct Rows {
 };
 
 struct alignas(64) Scratch {
-    float sigma[Layout::size], radiance[Layout::size], source[Layout::size];
-    float q[batch][512];         ///< direction by direction, in its layout's order
-    float out[batch][512];       ///< radiance, in slot order
-    std::array<uint8_t, 8> lit;  ///< rows that emit or absorb, themselves or what lies upstream of them, plane by plane
+    const float* sigma = nullptr;          ///< 512 values in the current layout's order
+    const float* radiance = nullptr;       ///< the same of the last direction that was swept
+    float q[batch][512];                   ///< direction by direction, in its layout's order
+    float out[batch][512];                 ///< radiance, in slot order
+    float source[512];                     ///< sigma q of one direction, in its layout's order
+    float turned_sigma[512], turned[512];  ///< room for `sigma` and `radiance`
+    Apron sigma_before, radiance_before, source_before;
+    float sigma_apron[regions][64];  ///< room for values of sigma_before
+    float from_void[regions][64];    ///< and of radiance_before, where blocks are missing
+    float padded[Layout::size];      ///< radiance and its apron: pad()
+    std::array<uint8_t, 8> lit;      ///< rows that emit or absorb, or what lies upstream of them, plane by plane
 };
 
-/// Fills the inside of `padded`, laid out as `to`, from 512 values in slot order.
-void load_inside(const Layout& to, const float* values, float* padded);
+inline constexpr float zeros[64] = {};
+
+/// sigma in the layout's order. `values` is in slot order and stays in use.
+void take_sigma(const Layout&, const float* values, Scratch& s);
+/// The values of a region of the apron in `values`, those of the block that it lies in; in slot order.
+void take_region(const Traversal&, int region, const float* values, float* to);
+/// The region of the apron in the faces of the block that it lies in.
+const float* region_of(const Traversal&, int region, const FaceValues& neighbour);
+constexpr int pitch_of_faces = 8;  ///< Apron::pitch of region_of()
 
 /// Prefetches the active rows of arrays.
 void fetch(const Rows&, int terms, float* const* arrays);
 /// s.q[d] = sum over terms k of basis[k * batch + d] source[k], each a pointer to the block's 512 values; in the
 /// natural order. For the directions 0 .. n - 1 and others up to a multiple of `group`.
 void expand(const Rows&, int n, int terms, const float* const* source, const float* basis, Scratch& s);
-/// Brings a direction's q to its layout's order, and source = sigma q inside.
+/// Brings a direction's q to its layout's order.
 void prepare(const Traversal&, int d, Scratch&);
-/// Finds s.lit from sigma and its aprons.
-void find_lit(const Traversal&, Scratch&);
+/// Finds s.lit from the active voxels and the apron of sigma.
+void find_lit(const Traversal&, const BlockMask&, Scratch&);
 
-/// Writes a region of the apron: from values, or from one value.
-void set_apron(const Traversal&, int region, const float* values, float* padded);
-void fill_apron(const Traversal&, int region, float value, float* padded);
-/// The region of the apron, from the faces of the block that it lies in.
-void set_apron(const Traversal&, int region, const FaceValues& neighbour, float* padded);
+/// Sweeps the planes: s.radiance from the aprons of radiance, sigma and source, and what goes on from the block. Then
+/// `out` of d holds the radiance in slot order. `emission`: SweepFields::emission.
+void sweep_planes(const Traversal&, int d, bool emission, Scratch&, DownstreamFaces& to);
 
-/// Sweeps the planes: radiance inside from its aprons and those of sigma and source. Then `out` of d holds it in slot
-/// order. `emission`: SweepFields::emission.
-void sweep_planes(const Traversal&, int d, bool emission, Scratch&);
-
-void take_faces(const Traversal&, const float* padded, FaceValues& to);
+/// s.padded from s.radiance and its apron.
+void pad(const Traversal&, Scratch&);
 /// Radiance on a downstream face (traversal order) after half a voxel more, from that on its last centres.
 void leave_face(const Traversal&, int face, int d, const Scratch&, const std::array<float, 64>& radiance, float* to);
 

@@ -9,11 +9,9 @@ inline constexpr float series_below = 0.3f;
 /// ((1 - e^-t) / t - e^-t) / t by its series, for t below `series_below`.
 VDBCLOUD_INLINE Lanes ramp_series(Lanes t)
 {
-    Lanes s = all(1.0f / 144) - t * all(1.0f / 840);
-    s = all(1.0f / 30) - t * s;
-    s = all(1.0f / 8) - t * s;
-    s = all(1.0f / 3) - t * s;
-    return all(0.5f) - t * s;
+    const Lanes tt = t * t;
+    return (all(0.5f) - t * all(1.0f / 3)) +
+           tt * ((all(1.0f / 8) - t * all(1.0f / 30)) + tt * (all(1.0f / 144) - t * all(1.0f / 840)));
 }
 
 /// (m - 2 r) / t by its series, m = (1 - e^-t) / t, r = (m - e^-t) / t, for t below `series_below`.

@@ -97,11 +97,11 @@ void FaceTallies::add(const Traversal& traversal, int d, size_t block, const Vec
             for (size_t first = begin_[block * 6 + size_t(face)]; first < end; first += chunk) {
                 const size_t count = std::min(chunk, end - first);
                 const uint16_t* slot = &slot_[first];
-                for (size_t n = 0; n < count; ++n) radiance[n] = origin(s.radiance + places.padded[slot[n]]);
+                for (size_t n = 0; n < count; ++n) radiance[n] = origin(s.padded + places.padded[slot[n]]);
                 if (outward) {
                     const size_t rounded = (count + 7) / 8 * 8;
                     for (size_t n = 0; n < count; ++n) {
-                        sigma[n] = s.sigma[places.padded[slot[n]]];
+                        sigma[n] = s.sigma[places.row[slot[n]]];
                         q[n] = s.q[d][places.row[slot[n]]];
                     }
                     for (size_t n = count; n < rounded; ++n) radiance[n] = sigma[n] = q[n] = 0;

@@ -39,7 +39,7 @@ PlaneTallies::PlaneTallies(const Blocks& blocks, const SweepSet& set, const Vec3
     int32_t rows = 0;
     for (size_t b = 0; b < blocks.count(); ++b)
         if (on_blocks_.any(b)) row_[b] = rows++;
-    sums_.assign(size_t(rows) * batch, {0, 0, 0});
+    for (auto& sums : sums_) sums.assign(size_t(rows) * batch, {0, 0, 0});
     for (int face = 0; face < 6; ++face) void_cells_[size_t(face)] = box_.cells(face);
     for (const SweepFace& face : faces_) --void_cells_[face.face];
     if (!to_.by_cell) return;
@@ -164,11 +164,12 @@ std::vector<PlaneTallies::Tile> PlaneTallies::shaded(const std::vector<SweepPath
     return tiles;
 }
 
-void PlaneTallies::add(const block_sweep::Traversal& traversal, int d, size_t block, const Vec3d& direction,
-                       float weight, const block_sweep::Scratch& s)
+void PlaneTallies::add(const block_sweep::Traversal& traversal, int of_pass, int d, size_t block,
+                       const Vec3d& direction, float weight, const block_sweep::Scratch& s)
 {
     if (row_[block] >= 0)
-        on_blocks_.add(traversal, d, block, direction, weight, s, &sums_[size_t(row_[block]) * batch + size_t(d)]);
+        on_blocks_.add(traversal, d, block, direction, weight, s,
+                       &sums_[size_t(of_pass)][size_t(row_[block]) * batch + size_t(d)]);
 }
 
 PlaneTallies::TileSums PlaneTallies::trace(const Tile& tile, const std::vector<SweepPath>& paths, const Aprons& aprons,
@@ -242,8 +243,10 @@ void PlaneTallies::add_sky(size_t m, int face, const PatchLight* below)
     to_.sky_along[size_t(face)][m] += power(face, m) * sum;
 }
 
-void PlaneTallies::add_voids(const std::vector<SweepPath>& paths, const Aprons& aprons, const PatchLight* below)
+void PlaneTallies::add_voids(const std::vector<SweepPath>& paths, int of_pass, const Aprons& aprons,
+                             const PatchLight* below)
 {
+    std::vector<std::array<double, 3>>& on_blocks = sums_[size_t(of_pass)];
     std::vector<Tile> tiles = to_.by_cell ? voids_ : shaded(paths);
     for (Tile& tile : tiles)
         for (size_t d = 0; to_.by_cell && d < paths.size(); ++d)
@@ -261,12 +264,12 @@ void PlaneTallies::add_voids(const std::vector<SweepPath>& paths, const Aprons& 
             to_.sky_along[size_t(tiles[n].face)][m] -= sums[n].hidden[d];
             ++to_.traced;
         }
-        for (size_t row = 0; row < sums_.size() / batch; ++row)
+        for (size_t row = 0; row < on_blocks.size() / batch; ++row)
             for (int a = 0; a < 3; ++a)
                 if (const int face = 2 * a + (set_.direction[m][a] > 0); power(face, m) > 0)
-                    to_.medium_along[size_t(face)][m] += sums_[row * batch + d][size_t(a)];
+                    to_.medium_along[size_t(face)][m] += on_blocks[row * batch + d][size_t(a)];
     }
-    std::fill(sums_.begin(), sums_.end(), std::array<double, 3>{0, 0, 0});
+    std::fill(on_blocks.begin(), on_blocks.end(), std::array<double, 3>{0, 0, 0});
 }
 
 void PlaneTallies::write() const

@@ -17,10 +17,11 @@ public:
     /// Keeps references. `to` is what the sums are added to.
     PlaneTallies(const Blocks&, const SweepSet&, const Vec3d& spacing, PlaneLight& to);
 
-    void add(const block_sweep::Traversal&, int d, size_t block, const Vec3d& direction, float weight,
+    /// `of_pass`: 0 or 1, for two batches that go through the blocks together.
+    void add(const block_sweep::Traversal&, int of_pass, int d, size_t block, const Vec3d& direction, float weight,
              const block_sweep::Scratch&);
     /// `below`: a patch of ground whose light has been reflected; null: none.
-    void add_voids(const std::vector<SweepPath>& batch, const Aprons&, const PatchLight* below);
+    void add_voids(const std::vector<SweepPath>& batch, int of_pass, const Aprons&, const PatchLight* below);
     /// Writes the values of the cells.
     void write() const;
 
@@ -67,12 +68,12 @@ private:
     std::vector<Vec3i> face_voxels_;  // of faces_; before it, for find_faces() fills both
     std::vector<SweepFace> faces_;    // the cells of tiles whose block exists
     FaceTallies on_blocks_;
-    std::vector<int32_t> row_;                 // of a block in sums_; -1: no face
-    std::vector<std::array<double, 3>> sums_;  // of a batch: block by block, `batch` each, by axis
-    std::vector<Tile> voids_;                  // all tiles without a block, if by_cell
-    std::vector<Cells> cells_;                 // of voids_
-    std::vector<Shadow> shadows_;              // of a batch, tile by tile
-    std::array<size_t, 6> void_cells_{};       // cells of the planes that lie in tiles without a block
+    std::vector<int32_t> row_;                                // of a block in sums_; -1: no face
+    std::array<std::vector<std::array<double, 3>>, 2> sums_;  // of a batch: block by block, `batch` each, by axis
+    std::vector<Tile> voids_;                                 // all tiles without a block, if by_cell
+    std::vector<Cells> cells_;                                // of voids_
+    std::vector<Shadow> shadows_;                             // of a batch, tile by tile
+    std::array<size_t, 6> void_cells_{};                      // cells of the planes that lie in tiles without a block
 };
 
 }  // namespace vdbcloud
