@@ -89,7 +89,7 @@ Cost ours(const Problem& problem)
     cost.wall = wall_seconds() - wall;
     cost.iterations = result.iterations;
     cost.residual = result.residual;
-    cost.bytes = problem.p1.stencil().bytes() + multigrid.bytes() + 28 * problem.index.blocks().slots();
+    cost.bytes = problem.p1.stencil().bytes() + multigrid.bytes() + 20 * problem.index.blocks().slots();
     return cost;
 }
 

@@ -139,7 +139,7 @@ void Scattering::solve_group(const ChannelGroup& group, int& done, int count, co
         multigrid.emplace(p1.stencil());
         report_.levels = std::max(report_.levels, multigrid->levels());
     }
-    note_bytes(p1, sources.size(), (multigrid ? multigrid->bytes() : 0) + 20 * index_.blocks().slots());
+    note_bytes(p1, sources.size(), (multigrid ? multigrid->bytes() : 0) + 12 * index_.blocks().slots());
     for (size_t k = 0; k < group.solves.size(); ++k, ++done) {
         SolveOptions options = o_.solve;
         options.progress = [&](double f) { return part(0.3 + 0.7 * f); };

@@ -120,7 +120,7 @@ constexpr double by_direction = 1.07;
 double bytes_a_voxel(const Counts& n, const ScatterOptions& o, double g)
 {
     // Matrix and hierarchy with their vectors; for each source 8 bytes, and 12 of the flux where it has a part.
-    const double matrix = 45 + 4 + 20, source = n.anisotropic ? 20 : 8;
+    const double matrix = 45 + 4 + 12, source = n.anisotropic ? 20 : 8;
     const double kept = 4 + (n.anisotropic ? 12 : 0);  // of a channel that is solved
     double peak = matrix + source * n.at_once + kept * (n.solves - 1) + 28;
     if (n.sweeps) {

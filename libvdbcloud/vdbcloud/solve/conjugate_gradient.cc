@@ -14,13 +14,57 @@ namespace {
 
 constexpr double least_norm = 1e-9;  // of SolveOptions::norm over that of b
 
-VDBCLOUD_CLONES double advance_block(double alpha, const float* p, const double* ap, double* x, double* r)
+/// A field as the sum of two of single precision: 48 bits, in fields that a cycle leaves free.
+struct Split {
+    float *high, *low;
+};
+
+template<typename T>
+VDBCLOUD_INLINE double apply_split(const StencilArrays& a, size_t block, const T* x, const Split& y)
+{
+    Doubles lanes{};
+    over_rows<double>(
+        a, block, Values<T>{x}, [&](size_t slot, Doubles v, Doubles product) __attribute__((always_inline)) {
+            const Floats high = as<float>(product);
+            store(y.high + slot, high);
+            store(y.low + slot, as<float>(product - as<double>(high)));
+            lanes += v * product;
+        });
+    return sum(lanes);
+}
+
+VDBCLOUD_CLONES double apply_block(const StencilArrays& a, size_t block, const float* x, const Split& y)
+{
+    return apply_split(a, block, x, y);
+}
+
+VDBCLOUD_CLONES double apply_block_double(const StencilArrays& a, size_t block, const double* x, const Split& y)
+{
+    return apply_split(a, block, x, y);
+}
+
+/// y = A p; returns p . y.
+double apply(const Stencil& a, const std::vector<float>& p, const Split& y)
+{
+    const auto arrays = arrays_of(a);
+    return ordered_sum(a.blocks->count(), [&](size_t block) { return apply_block(arrays, block, p.data(), y); });
+}
+
+double apply(const Stencil& a, const std::vector<double>& x, const Split& y)
+{
+    const auto arrays = arrays_of(a);
+    return ordered_sum(a.blocks->count(), [&](size_t block) { return apply_block_double(arrays, block, x.data(), y); });
+}
+
+VDBCLOUD_CLONES double advance_block(double alpha, const float* p, const float* high, const float* low, double* x,
+                                     double* r)
 {
     const Doubles step = all(alpha);
     Doubles rr{};
     for (int row = 0; row < 512; row += 8) {
         store(x + row, load(x + row) + step * as<double>(load(p + row)));
-        const Doubles left = load(r + row) - step * load(ap + row);
+        const Doubles ap = as<double>(load(high + row)) + as<double>(load(low + row));
+        const Doubles left = load(r + row) - step * ap;
         store(r + row, left);
         rr += left * left;
     }
@@ -28,12 +72,12 @@ VDBCLOUD_CLONES double advance_block(double alpha, const float* p, const double*
 }
 
 /// x += alpha p, r -= alpha Ap; returns r . r.
-double advance(const Blocks& blocks, double alpha, const std::vector<float>& p, const std::vector<double>& ap,
-               std::vector<double>& x, std::vector<double>& r)
+double advance(const Blocks& blocks, double alpha, const std::vector<float>& p, const Split& ap, std::vector<double>& x,
+               std::vector<double>& r)
 {
     return ordered_sum(blocks.count(), [&](size_t block) {
         const size_t at = block * 512;
-        return advance_block(alpha, p.data() + at, ap.data() + at, x.data() + at, r.data() + at);
+        return advance_block(alpha, p.data() + at, ap.high + at, ap.low + at, x.data() + at, r.data() + at);
     });
 }
 
@@ -84,8 +128,8 @@ SolveResult solve(const Stencil& a, Multigrid& multigrid, double whole, double n
     std::vector<double>& r = b;
     const double norm = norm_asked > 0 ? std::clamp(norm_asked, least_norm * whole, whole) : whole;
     std::vector<float> p(blocks.slots(), 0.0f);
-    std::vector<double> ap(blocks.slots(), 0.0);
-    double energy = 0, rr = whole * whole, alpha = 0, rz_before = 0;
+    const Split ap{multigrid.scratch(0).data(), multigrid.scratch(1).data()};
+    double energy = 0, rr = whole * whole, rz_before = 0;
     if (x.empty())
         x.assign(blocks.slots(), 0.0);
     else {
@@ -105,17 +149,18 @@ SolveResult solve(const Stencil& a, Multigrid& multigrid, double whole, double n
         }
         if (result.converged || !std::isfinite(result.residual)) break;
 
-        const auto [rz, apz] = multigrid.cycle(r, ap);
+        const double rz = multigrid.cycle(r);
         result.error = energy > 0 ? std::sqrt(std::abs(rz) / energy) : 1.0;
         result.converged = result.residual <= options.tolerance && result.error <= options.tolerance;
         if (result.converged || result.iterations >= options.max_iterations || !(rz > 0)) break;
 
-        // beta by Polak and Ribiere, z . (r - r_before) / rz_before, which allows for a cycle that is a slightly
-        // different operator in each iteration.
-        const double beta = rz_before > 0 ? -alpha * apz / rz_before : 0.0;
+        // beta by Fletcher and Reeves: that of Polak and Ribiere, for cycles that differ from one iteration to the
+        // next, needs the last A p or residual, and saves no iteration where coarse corrections reduce their residual
+        // by `enough`.
+        const double beta = rz_before > 0 ? rz / rz_before : 0.0;
         add_direction(blocks, multigrid.z(), float(beta), p);
         if (singular) remove_mean(blocks, p);
-        alpha = rz / apply(a, p, ap);
+        const double alpha = rz / apply(a, p, ap);
         rr = advance(blocks, alpha, p, ap, x, r);
         energy += alpha * rz;
         rz_before = rz;

@@ -24,7 +24,7 @@ struct SolveResult {
     std::vector<double> history;  ///< residual before the first and after each iteration
 };
 
-/// Flexible conjugate gradients preconditioned by one multigrid cycle, from the guess in `x` (0 if x is empty).
+/// Conjugate gradients preconditioned by one multigrid cycle, from the guess in `x` (0 if x is empty).
 ///
 /// `b` is overwritten with the residual b - A x. x, the residual and A times a direction are in double precision, as
 /// are all sums: where coefficients are large, single-precision rounding exceeds a constant's residual; directions are

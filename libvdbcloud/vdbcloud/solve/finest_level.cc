@@ -42,20 +42,19 @@ VDBCLOUD_CLONES void smooth_first(const StencilArrays& a, const float* inverse, 
         });
 }
 
-/// The second step: x1 is the result of the first step, x its start and then the end. Adds up x . b and x . against.
-VDBCLOUD_CLONES Multigrid::Products smooth_second(const StencilArrays& a, const float* inverse, const double* b,
-                                                  const double* against, const float* x1, float* x, size_t block)
+/// The second step: x1 is the result of the first step, x its start and then the end. Returns x . b.
+VDBCLOUD_CLONES double smooth_second(const StencilArrays& a, const float* inverse, const double* b, const float* x1,
+                                     float* x, size_t block)
 {
-    Doubles xb{}, xa{};
+    Doubles xb{};
     over_rows<float>(
         a, block, Values<float>{x1}, [&](size_t row, Floats v, Floats product) __attribute__((always_inline)) {
             const Floats step = load(inverse + row) * (floats(b + row) - product);
             const Floats end = v + all(keep) * (v - load(x + row)) + all(second_step) * step;
             store(x + row, end);
             xb += as<double>(end) * load(b + row);
-            xa += as<double>(end) * load(against + row);
         });
-    return {sum(xb), sum(xa)};
+    return sum(xb);
 }
 
 /// The residual of one block, summed over groups.
@@ -116,8 +115,7 @@ void FinestLevel::descend(const std::vector<double>& residual, std::vector<float
     });
 }
 
-Multigrid::Products FinestLevel::ascend(const std::vector<double>& residual, const std::vector<float>& coarse_x,
-                                        const std::vector<double>& against)
+double FinestLevel::ascend(const std::vector<double>& residual, const std::vector<float>& coarse_x)
 {
     const StencilArrays a = arrays_of(a_);
     each_block(*a_.blocks, [&](size_t block) {
@@ -128,14 +126,9 @@ Multigrid::Products FinestLevel::ascend(const std::vector<double>& residual, con
     each_block(*a_.blocks, [&](size_t block) {
         smooth_first(a, inverse_.data(), residual.data(), x_.data(), other_.data(), block);
     });
-    std::vector<Multigrid::Products> terms(a_.blocks->count());
-    each_block(*a_.blocks, [&](size_t block) {
-        terms[block] =
-            smooth_second(a, inverse_.data(), residual.data(), against.data(), other_.data(), x_.data(), block);
+    return ordered_sum(a_.blocks->count(), [&](size_t block) {
+        return smooth_second(a, inverse_.data(), residual.data(), other_.data(), x_.data(), block);
     });
-    Multigrid::Products all{0, 0};
-    for (const auto& term : terms) all = {all.residual + term.residual, all.against + term.against};
-    return all;
 }
 
 }  // namespace vdbcloud

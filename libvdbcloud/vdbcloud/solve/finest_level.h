@@ -1,7 +1,6 @@
 #pragma once
 // The finest level of the multigrid, on blocks. Private to solve/.
 #include "vdbcloud/solve/aggregation.h"
-#include "vdbcloud/solve/multigrid.h"
 
 namespace vdbcloud {
 
@@ -16,9 +15,10 @@ public:
 
     /// Smooths from x = 0; coarse_b becomes the new residual, summed over groups.
     void descend(const std::vector<double>& residual, std::vector<float>& coarse_b);
-    /// Adds the groups' correction and smooths. Returns the products of Multigrid::cycle.
-    Multigrid::Products ascend(const std::vector<double>& residual, const std::vector<float>& coarse_x,
-                               const std::vector<double>& against);
+    /// Adds the groups' correction and smooths. Returns x . residual.
+    double ascend(const std::vector<double>& residual, const std::vector<float>& coarse_x);
+    /// x, 0, and a field of that size, 1: what descend() overwrites.
+    std::vector<float>& field(int number) { return number == 0 ? x_ : other_; }
 
 private:
     const Stencil& a_;

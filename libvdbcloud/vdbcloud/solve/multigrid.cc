@@ -13,7 +13,7 @@ namespace {
 
 constexpr size_t direct_size = 256;  // unknowns that the coarsest level may have
 constexpr size_t most_levels = 24;
-constexpr double enough = 0.25;  // reduction of a coarse residual after which the second step is omitted
+constexpr double enough = 0.15;  // reduction of a coarse residual after which the second step is omitted
 
 }  // namespace
 
@@ -78,14 +78,16 @@ Multigrid::Multigrid(const Stencil& fine) : levels_(std::make_unique<Levels>(fin
 Multigrid::~Multigrid() = default;
 Multigrid::Multigrid(Multigrid&&) noexcept = default;
 
-Multigrid::Products Multigrid::cycle(const std::vector<double>& residual, const std::vector<double>& against)
+double Multigrid::cycle(const std::vector<double>& residual)
 {
     levels_->finest.descend(residual, levels_->graphs[0].b);
     levels_->correct(0);
-    return levels_->finest.ascend(residual, levels_->graphs[0].x, against);
+    return levels_->finest.ascend(residual, levels_->graphs[0].x);
 }
 
 const std::vector<float>& Multigrid::z() const { return levels_->finest.x(); }
+
+std::vector<float>& Multigrid::scratch(int number) { return levels_->finest.field(number); }
 
 std::vector<size_t> Multigrid::sizes() const
 {

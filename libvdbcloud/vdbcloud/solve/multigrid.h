@@ -7,7 +7,7 @@
 
 namespace vdbcloud {
 
-/// An approximation of the inverse of a Stencil, in single precision, for flexible conjugate gradients.
+/// An approximation of the inverse of a Stencil, in single precision, for conjugate gradients.
 ///
 /// Coarse unknowns are groups of strongly connected ones (aggregation.h): nothing is joined across a void or a jump of
 /// the coefficients, so their size does not matter. Interpolation is constant on a group and coarse operators are
@@ -27,13 +27,12 @@ public:
     ~Multigrid();
     Multigrid(Multigrid&&) noexcept;
 
-    struct Products {
-        double residual, against;  ///< z . residual and z . against
-    };
-    /// z, one cycle from a zero guess; z() stays valid until the next cycle. Values at inactive slots are
-    /// undefined.
-    Products cycle(const std::vector<double>& residual, const std::vector<double>& against);
+    /// z, one cycle from a zero guess; returns z . residual. z() stays valid until the next cycle. Values at inactive
+    /// slots are undefined.
+    double cycle(const std::vector<double>& residual);
     const std::vector<float>& z() const;
+    /// Two fields of slots() values that the next cycle overwrites, 0 and 1; the first is z().
+    std::vector<float>& scratch(int);
 
     /// Unknowns of each level, the finest first.
     std::vector<size_t> sizes() const;

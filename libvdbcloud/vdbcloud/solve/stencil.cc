@@ -19,26 +19,15 @@ StencilArrays arrays_of(const Stencil& a)
 
 namespace {
 
-template<typename T>
-VDBCLOUD_INLINE double apply_rows(const StencilArrays& a, size_t block, const T* x, double* y)
+VDBCLOUD_CLONES double apply_block(const StencilArrays& a, size_t block, const double* x, double* y)
 {
     Doubles lanes{};
     over_rows<double>(
-        a, block, Values<T>{x}, [&](size_t slot, Doubles v, Doubles product) __attribute__((always_inline)) {
+        a, block, Values<double>{x}, [&](size_t slot, Doubles v, Doubles product) __attribute__((always_inline)) {
             store(y + slot, product);
             lanes += v * product;
         });
     return sum(lanes);
-}
-
-VDBCLOUD_CLONES double apply_block(const StencilArrays& a, size_t block, const double* x, double* y)
-{
-    return apply_rows(a, block, x, y);
-}
-
-VDBCLOUD_CLONES double apply_block_float(const StencilArrays& a, size_t block, const float* x, double* y)
-{
-    return apply_rows(a, block, x, y);
 }
 
 VDBCLOUD_CLONES double dot_block(const double* a, const double* b)
@@ -63,13 +52,6 @@ double apply(const Stencil& a, const std::vector<double>& x, std::vector<double>
     const auto arrays = kernels::arrays_of(a);
     return ordered_sum(a.blocks->count(),
                        [&](size_t block) { return kernels::apply_block(arrays, block, x.data(), y.data()); });
-}
-
-double apply(const Stencil& a, const std::vector<float>& x, std::vector<double>& y)
-{
-    const auto arrays = kernels::arrays_of(a);
-    return ordered_sum(a.blocks->count(),
-                       [&](size_t block) { return kernels::apply_block_float(arrays, block, x.data(), y.data()); });
 }
 
 double dot(const Blocks& blocks, const double* a, const double* b)

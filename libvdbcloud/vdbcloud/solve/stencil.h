@@ -34,7 +34,6 @@ inline size_t beside(const Blocks& blocks, size_t slot, int face)
 
 /// y = A x in double precision; returns x . y. Threads by TBB; the value does not depend on their number.
 double apply(const Stencil&, const std::vector<double>& x, std::vector<double>& y);
-double apply(const Stencil&, const std::vector<float>& x, std::vector<double>& y);
 
 /// Sum over all slots of a . b, in double, in a fixed order.
 double dot(const Blocks&, const double* a, const double* b);
