@@ -37,14 +37,18 @@ void write_pictures(app::App& app, const RenderOptions& o, const LoadedScene& lo
 
 void render(app::App& app, RenderOptions& o)
 {
+    if (traces_paths(o)) o.integrator.kind = Integrator::Path;
     choose_samples(o);
     const ImageSize size = image_size(o);
     LoadedScene loaded = load_scene(app, o);
     const auto background = chosen_background(o, brightest_sun(loaded.scene.lights), loaded.up, loaded.sky);
     loaded.scene.background = background.sky;
-    if (traces_paths(o)) loaded.scene.sky = chosen_sky(o, brightest_sun(loaded.scene.lights), loaded.up, loaded.sky);
+    if (!shows_light_grids(o))
+        loaded.scene.sky = chosen_sky(o, brightest_sun(loaded.scene.lights), loaded.up, loaded.sky);
+    else if (traces_paths(o) && loaded.sky)
+        loaded.scene.sky = *loaded.sky;
     o.integrator.passes.over_background = background.in_exr;
-    if (!traces_paths(o) && app::sky_asked(o.sky) && loaded.sky && !(background.sky == *loaded.sky))
+    if (shows_light_grids(o) && app::sky_asked(o.sky) && loaded.sky && !(background.sky == *loaded.sky))
         app.warnings()(
             "the picture shows the sky asked for, and another sky lit the medium: for one sky run p1solve with it");
     app::tell_darkness(app, loaded.scene.lights, glows(loaded.scene));

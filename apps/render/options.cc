@@ -63,16 +63,18 @@ void declare_camera(app::App& app, RenderOptions& o)
 void declare_integrator(app::App& app, RenderOptions& o, const char* group)
 {
     const auto by = [&o](Integrator kind) { return [&o, kind] { return o.integrator.kind == kind; }; };
-    app.add_choice<Integrator>("--integrator", o.integrator.kind,
-                               {{name(Integrator::Cells), Integrator::Cells},
-                                {name(Integrator::Romberg), Integrator::Romberg},
-                                {name(Integrator::Steps), Integrator::Steps},
-                                {name(Integrator::Path), Integrator::Path}},
-                               "cells: exact optical depth in each voxel, fastest for its error; romberg: the paper's, "
-                               "adaptive; steps: of fixed length, for comparison; path: unbiased Monte Carlo of all "
-                               "orders of scattering, the reference for the others. path reads density, colour, "
-                               "emission, lights and sky, and no grid of illuminate or p1solve")
-        ->group(group);
+    o.option.integrator =
+        app.add_choice<Integrator>(
+               "--integrator", o.integrator.kind,
+               {{name(Integrator::Cells), Integrator::Cells},
+                {name(Integrator::Romberg), Integrator::Romberg},
+                {name(Integrator::Steps), Integrator::Steps},
+                {name(Integrator::Path), Integrator::Path}},
+               "cells: exact optical depth in each voxel, fastest for its error; romberg: the paper's, "
+               "adaptive; steps: of fixed length, for comparison; path: unbiased Monte Carlo of all "
+               "orders of scattering, the reference for the others. path reads density, colour, "
+               "emission, lights and sky, and no grid of illuminate or p1solve")
+            ->group(group);
     app.add_option("--tolerance", o.integrator.tolerance, "error of romberg, relative to the brightest source")
         ->check(app::positive)
         ->only_with(by(Integrator::Romberg), "--integrator romberg")
@@ -83,19 +85,29 @@ void declare_integrator(app::App& app, RenderOptions& o, const char* group)
         ->group(group);
     app.add_option("--parts", o.integrator.parts, "steps of fourth order in each cell; more where a voxel is opaque")
         ->check(app::within(1, 64))
-        ->only_with(by(Integrator::Cells), "--integrator cells")
+        ->only_with([&o] { return o.integrator.kind == Integrator::Cells && !traces_paths(o); }, "--integrator cells")
         ->group(group);
     app.add_flag("--shadow-rays", o.integrator.shadow_rays,
                  "find the light at each point by a ray of its own: slow, without light grids, the measure of their "
                  "error")
-        ->not_with(by(Integrator::Path), "--integrator path")
+        ->not_with([&o] { return traces_paths(o); }, "--integrator path")
+        ->group(group);
+    app.add_option(
+           "--gather", o.integrator.vertices,
+           "end light paths of this many vertices in the picture that the other integrators show, so that "
+           "p1solve's multiple scattering stands for what comes after: less noise than whole paths, and an error "
+           "that falls with the number")
+        ->check(app::within(2, 1000))
+        ->only_with([&o] { return !o.option.integrator.given() || o.integrator.kind == Integrator::Path; },
+                    "--integrator path")
+        ->default_str("")
         ->group(group);
     o.option.fidelity =
         app.add_choice<Fidelity>("--fidelity", o.light.fidelity,
                                  {{"lattice", Fidelity::Lattice}, {"exact", Fidelity::Exact}},
                                  "how the light grids are computed that the input lacks; exact: a ray for each voxel")
             ->not_with([&o] { return o.integrator.shadow_rays; }, "--shadow-rays")
-            ->not_with(by(Integrator::Path), "--integrator path")
+            ->not_with([&o] { return !shows_light_grids(o); }, "--integrator path")
             ->group(group);
 }
 
@@ -173,7 +185,7 @@ void declare_picture(app::App& app, RenderOptions& o)
         ->group(group);
     app::declare_sky_shape(app, o.sky, group);
     for (const app::Option& shape : {o.sky.option.zenith, o.sky.option.horizon, o.sky.option.ground, o.sky.option.haze})
-        shape.only_with([&o] { return o.background.empty() || o.background == "sky" || traces_paths(o); },
+        shape.only_with([&o] { return o.background.empty() || o.background == "sky" || !shows_light_grids(o); },
                         "--background sky");
     o.sky.option.ground.not_with([&o] { return o.option.ground.given(); }, "--ground-albedo");
     o.sky.option.haze.only_with(
@@ -255,6 +267,7 @@ void declare(app::App& app, RenderOptions& o)
                        "into the file, else none. Other integrators than path draw the ground of the file alone")
             ->check(app::within(0, 1))
             ->only_with([&o] { return traces_paths(o); }, "--integrator path")
+            ->not_with([&o] { return o.integrator.vertices > 0; }, "--gather, which has the ground of the file")
             ->default_str("")
             ->group("Medium");
     declare_camera(app, o);
@@ -269,7 +282,9 @@ void declare(app::App& app, RenderOptions& o)
                    "render - --samples 4 --resolution 128 -o lit.png"}});
 }
 
-bool traces_paths(const RenderOptions& o) { return o.integrator.kind == Integrator::Path; }
+bool traces_paths(const RenderOptions& o) { return o.integrator.kind == Integrator::Path || o.integrator.vertices > 0; }
+
+bool shows_light_grids(const RenderOptions& o) { return !traces_paths(o) || o.integrator.vertices > 0; }
 
 void choose_samples(RenderOptions& o)
 {

@@ -46,13 +46,16 @@ struct RenderOptions {
     int png_bits = 8;
 
     struct {
-        app::Option camera, look_at, direction, ortho_width, fidelity, exposure, samples, ground;
+        app::Option camera, look_at, direction, ortho_width, integrator, fidelity, exposure, samples, ground;
     } option;
 };
 
 void declare(app::App&, RenderOptions&);
 
+/// By light paths: --integrator path, or --gather.
 bool traces_paths(const RenderOptions&);
+/// Whether the picture shows grids of light: all but whole light paths do.
+bool shows_light_grids(const RenderOptions&);
 /// The number of samples where the user gives none: of a path tracer 16, and without bound where a target ends the run.
 void choose_samples(RenderOptions&);
 

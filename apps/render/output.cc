@@ -44,7 +44,7 @@ ImageMetadata image_metadata(const app::App& app, const RenderOptions& o, const 
     for (size_t v = 0; v < loaded.scene.volumes.size(); ++v) {
         const Volume& volume = loaded.scene.volumes[v];
         const Medium& m = volume.medium;
-        if (volume.collided.scaling.delta_f > 0)
+        if (volume.collided.scaling.delta_f > 0 && !traces_paths(o))
             out.texts.push_back({"vdbcloud:scaled_medium_" + std::to_string(v),
                                  "light, alpha and background in the delta-scaled medium (1 - f w0) sigma_t, f " +
                                      app::shortest(volume.collided.scaling.delta_f) + ", g' " +
@@ -56,6 +56,7 @@ ImageMetadata image_metadata(const app::App& app, const RenderOptions& o, const 
     if (const std::string accuracy = accuracy_of_light(loaded); !accuracy.empty())
         out.texts.push_back({"vdbcloud:accuracy", accuracy});
     out.numbers = {{"vdbcloud:exposure", exposure}, {picture::samples, double(o.sampling.samples)}};
+    if (o.integrator.vertices > 0) out.numbers.push_back({"vdbcloud:gather", double(o.integrator.vertices)});
     return out;
 }
 
@@ -65,7 +66,7 @@ void stamp_samples(ImageMetadata& to, const Scene& scene, const CameraView& view
     const uint64_t first = o.integrator.passes.offset;
     to.texts.push_back({picture::seed, std::to_string(o.sampling.seed)});
     to.texts.push_back({picture::sample_ranges, range_text({first, first + samples})});
-    to.texts.push_back({picture::scene, scene_digest(scene, view, o.sampling, o.integrator.passes.over_background)});
+    to.texts.push_back({picture::scene, scene_digest(scene, view, o.sampling, o.integrator)});
     for (auto& [key, number] : to.numbers)
         if (key == picture::samples) number = double(samples);
 }

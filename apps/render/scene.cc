@@ -34,7 +34,7 @@ Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
     volume.medium = app::chosen_medium(app, o.medium, *volume.density);
     volume.colour = app::vector_grid(app, file, grid_of(file, schema::colour));
     volume.emission = app::vector_grid(app, file, find_grid(file, schema::emission));
-    if (traces_paths(o)) return volume;
+    if (!shows_light_grids(o)) return volume;
     volume.collided = read_collided_light(file, volume.medium.phase, app.warnings());
     const GridBasePtr& phi = volume.collided.phi;
     if (const GridBasePtr series = find_grid(file, schema::series_phi_name(0));
@@ -208,7 +208,7 @@ void choose_ground(const RenderOptions& o, const std::vector<GridFile>& files, L
         const auto stored = app::of_file(file.path, [&] { return phi ? read_ground(*phi) : std::nullopt; });
         if (!stored || albedo) continue;
         albedo = stored;
-        if (traces_paths(o)) continue;
+        if (!shows_light_grids(o)) continue;
         const Vec3d up = get_vector(*phi, schema::lit_sky_up, vector_of(out.up));
         if (up.unit().dot(vector_of(out.up)) < 1 - 1e-6)
             throw UsageError(file.path + ": multiple scattering was computed over a ground across the axis " +
@@ -234,7 +234,7 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
     LoadedScene out;
     out.scene.periodic = o.light.periodic = app::periodic_axes(o.periodic, files);
     for (GridFile& file : files) {
-        if (!traces_paths(o)) app::of_file(file.path, [&] { require_same_period(file, out.scene.periodic); });
+        if (shows_light_grids(o)) app::of_file(file.path, [&] { require_same_period(file, out.scene.periodic); });
         out.paths.push_back(file.path);
         out.scene.volumes.push_back(app::of_file(file.path, [&] { return volume_of(app, file, o); }));
         auto corners = occupied_corners(*out.scene.volumes.back().density);
@@ -251,18 +251,18 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
     for (const GridFile& file : files)
         if (const auto phi = fluence_grid(file)) {
             const auto lit_by = app::of_file(file.path, [&] { return read_sky(*phi); });
-            if (!traces_paths(o)) require_same_up(file, lit_by, out.up);
+            if (shows_light_grids(o)) require_same_up(file, lit_by, out.up);
             if (!out.sky) out.sky = lit_by;
         }
 
-    if (!traces_paths(o)) require_one_solution(files, out.scene);
+    if (shows_light_grids(o)) require_one_solution(files, out.scene);
     choose_ground(o, files, out);
     out.scene.lights = app::lights_asked(o.lights);
     if (out.scene.lights.empty()) out.scene.lights = app::inherited_lights(app::lights_found(files));
     // A medium with phi is visible without a sun.
     const bool glows =
         std::any_of(files.begin(), files.end(), [](const GridFile& f) { return bool(fluence_grid(f)); }) ||
-        (traces_paths(o) && glows_by_itself(out.scene, o));
+        (!shows_light_grids(o) && glows_by_itself(out.scene, o));
     if (out.scene.lights.empty() && !glows) {
         out.scene.lights.push_back(app::automatic_sun(vector_of(out.up)));
         out.automatic_light = true;
@@ -271,9 +271,14 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
     }
     for (size_t v = 0; v < files.size(); ++v)
         app::of_file(files[v].path, [&] { require_same_light(files[v], out.scene.volumes[v], out.scene.lights); });
-    for (size_t v = 0; v < files.size() && !traces_paths(o); ++v)
+    for (size_t v = 0; v < files.size() && shows_light_grids(o); ++v)
         app::of_file(files[v].path, [&] { relight_volume(app, files[v], out.scene.volumes[v], out.scene.lights); });
-    if (o.integrator.shadow_rays || traces_paths(o)) return out;
+    for (size_t v = 0; v < files.size() && o.integrator.vertices > 0; ++v)
+        if (const Volume& volume = out.scene.volumes[v];
+            !volume.collided.phi && !find_grid(files[v], schema::series_phi_name(0)) && !volume.density->empty())
+            throw InputError(files[v].path + ": --gather " + std::to_string(o.integrator.vertices) +
+                             ": expected multiple scattering in which light paths end: run p1solve first");
+    if (o.integrator.shadow_rays || !shows_light_grids(o)) return out;
     if (o.option.fidelity.given())
         o.option.fidelity.check_effect(!brings_all(files, out.scene), "a light that the input does not bring");
     o.option.fidelity.check_effect(out.scene.periodic == app::Axes{},

@@ -313,6 +313,7 @@ const std::vector<ToolEffects>& tool_effects()
              {"--integrator path", S::Values, "", "", true},
              {"--shadow-rays", S::Values, "", "--integrator path"},
              {"--fidelity exact", S::Values, "", "--shadow-rays"},
+             {"--gather 2", S::Values, "solved.vdb", "solved.vdb --integrator cells"},
              {"--fidelity exact", S::Values, "", "--integrator path"},
              {"--fidelity exact", S::Elsewhere, "Periodic.ContradictionsAreTold", "--periodic xz"},
              {"--periodic xz", S::Values, "", "", true},

@@ -77,7 +77,7 @@ std::string text(const Words& words)
 
 class OptionEffects : public testing::TestWithParam<ToolEffects> {
 protected:
-    /// in.vdb: a cloud and a mountain. lattice.vdb, exact.vdb: their light. seed, moved, albedo: other clouds.
+    /// in.vdb: a cloud and a mountain. lattice.vdb, exact.vdb, solved.vdb: their light. seed, moved, albedo: other clouds.
     static void SetUpTestSuite()
     {
         inputs_ = new Scratch();
@@ -90,6 +90,7 @@ protected:
             in_folder("fractalgen -q --size 16 -o c.vdb && fractalgen -q c.vdb --mountain --size 16 -o in.vdb && "
                       "illuminate -q in.vdb --extinction 20 --sun 0.3,1,0.2 -o lattice.vdb && "
                       "illuminate -q in.vdb --extinction 20 --sun 0.3,1,0.2 --fidelity exact -o exact.vdb && "
+                      "p1solve -q lattice.vdb -o solved.vdb && "
                       "fractalgen -q --size 16 --seed 2 -o seed.vdb && fractalgen -q --size 16 --bounds "
                       "0,0,0,4,2.5,4 -o moved.vdb && "
                       "fractalgen -q --size 16 --albedo 0.5 -o a.vdb && fractalgen -q a.vdb --mountain --size 16 "

@@ -125,6 +125,39 @@ TEST_F(PathProgram, OtherRunsAreNotMerged)
     expect_not_merged("first.exr missing.exr", "missing.exr");
 }
 
+TEST_F(PathProgram, PathsEndInTheSolutionOfTheFile)
+{
+    const std::string file = "scattered.vdb";
+    expect_done(path("--gather 3 --spp 4 --aov all -o a.exr", file));
+    expect_done(path("--gather 3 --spp 4 --aov all --spp-offset 4 -o b.exr", file));
+    expect_done("render -q --resolution 12 " + file + " --gather 3 --spp 8 --aov all -o whole.exr");
+    expect_done("exrmerge -q b.exr a.exr -o merged.exr");
+    EXPECT_EQ(in_folder("idiff -q -fail 1e-5 -warn 1e-5 whole.exr merged.exr").status, 0);
+    EXPECT_EQ(picture(*folder_ / "whole.exr").text("vdbcloud:integrator"), "path");
+    EXPECT_EQ(picture(*folder_ / "whole.exr").spec.get_float_attribute("vdbcloud:gather"), 3);
+    expect_done("render -q --resolution 12 " + file + " --gather 3 --spp 8 --aov all --threads 1 -o one.exr");
+    EXPECT_EQ(in_folder("idiff -q -fail 0 -warn 0 whole.exr one.exr").status, 0);
+    // Of another solution, number of vertices or without end: another scene.
+    expect_done("p1solve -q lit.vdb --iterations 2 -o closed.vdb");
+    for (const std::string& other : {path("--gather 2 --spp 2 --aov all --spp-offset 8 -o other.exr", file),
+                                     path("--gather 3 --spp 2 --aov all --spp-offset 8 -o other.exr", "closed.vdb"),
+                                     path("--spp 2 --aov all --spp-offset 8 -o other.exr", file)}) {
+        expect_done(other);
+        expect_not_merged("a.exr other.exr", "another scene");
+    }
+    const RunResult r = in_folder(path("--gather 3 -o refused.exr"));
+    EXPECT_EQ(r.status, 1);
+    EXPECT_EQ(
+        r.err,
+        "render: lit.vdb: --gather 3: expected multiple scattering in which light paths end: run p1solve first\n");
+    // Beneath a sky of radiance 1 matter that absorbs nothing is not seen; P1 is exact there, and so is every path.
+    const PictureFile sky = traced("--gather 2 --spp 4 --background sky", "sky.vdb");
+    for (size_t k = 0; k < sky.pixels.size(); ++k)
+        if (sky.spec.channelnames[k % size_t(sky.spec.nchannels)] == "G") {
+            EXPECT_NEAR(sky.pixels[k], 1, 1e-4);
+        }
+}
+
 TEST_F(PathProgram, ThreadsDoNotChangeTheFile)
 {
     expect_done(path("--threads 1 --aov all -o a.exr"));

@@ -15,9 +15,7 @@
 #include <cmath>
 #include <cstdio>
 #include <ctime>
-#include <fstream>
 #include <functional>
-#include <sstream>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -134,27 +132,6 @@ TEST_F(MonteCarlo, DISABLED_PrintsReference)
                 std::printf("{%.4g, %.2g}, ", block.value, block.deviation);
             std::printf("\n");
         }
-}
-
-/// A cloud's rows of data/references at one optical depth, in one medium.
-Pictures by_light_paths(const std::string& cloud, double tau, double w0, double g)
-{
-    std::ifstream file(VDBCLOUD_SOURCE "/data/references/" + cloud + ".txt");
-    Pictures pictures;
-    size_t rows = 0;
-    for (std::string line; std::getline(file, line);) {
-        std::istringstream words(line);
-        double depth = 0, albedo = 0, cosine = 0;
-        std::string view;
-        size_t a = 0, b = 0;
-        Mean mean;
-        if (!(words >> depth >> albedo >> cosine >> view >> a >> b >> mean.value >> mean.deviation)) continue;
-        if (depth != tau || albedo != w0 || cosine != g) continue;
-        pictures[view == "above" ? 0 : view == "side" ? 1 : 2][3 * a + b] = mean;
-        ++rows;
-    }
-    EXPECT_EQ(rows, 3 * blocks) << cloud << ' ' << tau << ' ' << w0 << ' ' << g;
-    return pictures;
 }
 
 /// The largest relative error of a view's mean.

@@ -3,6 +3,7 @@
 #include "vdbcloud/core/affine.h"
 
 #include <array>
+#include <string>
 
 namespace vdbcloud::test {
 
@@ -37,6 +38,9 @@ struct Reference {
     Pictures view;
 };
 extern const std::array<Reference, 3> references;
+
+/// A cloud's rows of data/references at one optical depth, in one medium.
+Pictures by_light_paths(const std::string& cloud, double tau, double w0, double g);
 
 Mean mean(const Picture& picture);
 

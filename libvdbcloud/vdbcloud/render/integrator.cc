@@ -48,6 +48,8 @@ void check(const IntegratorOptions& o)
 {
     if (!(o.tolerance > 0)) throw InputError("tolerance " + std::to_string(o.tolerance) + ": expected > 0");
     if (!(o.step > 0)) throw InputError("step " + std::to_string(o.step) + ": expected > 0");
+    if (o.vertices != 0 && o.vertices < 2)
+        throw InputError("vertices " + std::to_string(o.vertices) + ": expected 2 or more, or 0 for whole paths");
     if (o.parts < 1) throw InputError("parts " + std::to_string(o.parts) + ": expected 1 or more");
 }
 
@@ -95,7 +97,7 @@ RenderCost render_image(Film& film, const Scene& scene, const CameraView& view, 
                         const IntegratorOptions& options, const Progress& progress)
 {
     check(options);
-    if (options.kind == Integrator::Path) return render_paths(film, scene, view, sampling, options.passes, progress);
+    if (options.kind == Integrator::Path) return render_paths(film, scene, view, sampling, options, progress);
     const PreparedScene prepared(scene, options);
     const GroundLight ground(scene);
     const LayerPlaces places(film, scene);
@@ -116,7 +118,7 @@ RenderCost render_image(Film& film, const Scene& scene, const CameraView& view, 
         };
     };
     expose(film, sampling, factory, progress);
-    return {rays, cells, lit, unconverged, {}};
+    return {rays, cells, lit, 0, 0, unconverged, {}};
 }
 
 }  // namespace vdbcloud

@@ -66,7 +66,10 @@ struct IntegratorOptions {
     int parts = 1;             ///< Cells: steps of fourth order a cell is cut into, >= 1
     bool plain_path = true;    ///< Cells: use the faster rule of plain_cells.h where it applies
     bool shadow_rays = false;  ///< find the light at each point by a ray of its own: slow, and free of light grids
-    PassOptions passes;        ///< Path: which samples, and how many
+    /// Path: paths have at most so many vertices, >= 2, and their last ray sees the picture of Integrator::Cells, which
+    /// needs transmittance grids and collided light: less noise, and a bias. 0: whole paths.
+    int vertices = 0;
+    PassOptions passes;  ///< Path: which samples, and how many
 };
 
 /// The layers render_image fills, for a scene, in the order of the film:
@@ -97,6 +100,8 @@ struct RenderCost {
     uint64_t rays = 0;
     uint64_t cells = 0;        ///< cells (or steps, or evaluations) visited; Path: collisions
     uint64_t lit = 0;          ///< Cells: of these, parts that are not hidden by an opaque medium before them
+    uint64_t ends = 0;         ///< Path with `vertices`: last rays of paths
+    uint64_t end_cells = 0;    ///< cells that last rays cross; `lit` is of these
     uint64_t unconverged = 0;  ///< Romberg: rays that reached the finest level before the tolerance
     PassReport passes;         ///< Path: samples of each pixel, and the noise that they leave
 };
@@ -104,9 +109,9 @@ struct RenderCost {
 /// Fills the film, whose layers are those of render_layers(). The film's window and size are the view's.
 /// A ray in a periodic medium ends where its optical depth exceeds 45, or after 100000 periods: an error of the picture
 /// below 1e-19 of its brightest source, and below 1e-5 of light from thin media along rays as near to the horizon.
-/// Deterministic for any number of threads. Path reads density, colour, emission, lights and sky only: no light grids,
-/// no collided light, no scaling. Throws InputError on grids that do not fit together, ConvergenceError on a
-/// value that is not finite, Cancelled.
+/// Deterministic for any number of threads. Path without `vertices` reads density, colour, emission, lights and sky
+/// only: no light grids, no collided light, no scaling. Throws InputError on grids that do not fit together,
+/// ConvergenceError on a value that is not finite, Cancelled.
 RenderCost render_image(Film&, const Scene&, const CameraView&, const SamplingOptions&, const IntegratorOptions&,
                         const Progress& = {});
 

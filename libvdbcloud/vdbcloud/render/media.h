@@ -130,6 +130,7 @@ struct RayResult {
     Vec3d true_tau{0, 0, 0};      ///< optical depth of the whole ray, unscaled
     double half_way = 1e30;       ///< t at which the mean transmittance falls to 0.5
     uint64_t cells = 0, lit = 0;  ///< as RenderCost
+    uint64_t ends = 0, end_cells = 0;  ///< as RenderCost
     bool converged = true;
 
     void clear(size_t lights);

@@ -46,7 +46,11 @@ int chosen_channel(const Vec3d& weight, double u)
 
 }  // namespace
 
-PathTracer::PathTracer(const PathScene& scene) : scene_(scene), media_(scene), aside_(scene), emission_(scene) {}
+PathTracer::PathTracer(const PathScene& scene, const PathEndScene* end, int vertices)
+    : scene_(scene), media_(scene), aside_(scene), emission_(scene), vertices_(vertices)
+{
+    if (end) end_.emplace(*end);
+}
 
 void PathTracer::operator()(const WorldRay& ray, PathRandom random, RayResult& result)
 {
@@ -77,7 +81,7 @@ void PathTracer::operator()(const WorldRay& ray, PathRandom random, RayResult& r
         leg.share = Vec3d(1 / path.start);
         for (size_t l = 0; l < scene_.lights.size(); ++l)
             if (scene_.is_lamp[l]) result.direct[l] = lamp_on(l, ray, leg, 1, random);
-        if (scene_.emission.compact()) {
+        if (scene_.emission.compact() && !nears_end(path)) {
             leg.near_emission = 1;
             result.multiple += emission_on(ray, leg, 1, random);
         }
@@ -121,6 +125,7 @@ void PathTracer::follow(Path path, Vec3d x, Vec3d incoming, size_t v, double see
                         RayResult& result)
 {
     while (survives(path, random)) {
+        if (end_ && path.collisions + 1 == vertices_) return gather(path, x, incoming, v, random, light, result);
         const PreparedVolume& volume = scene_.media.volumes[v];
         const auto phase = [&](const Vec3d& outgoing) {
             return volume.phase(std::clamp(incoming.dot(outgoing), -1.0, 1.0));
@@ -133,7 +138,7 @@ void PathTracer::follow(Path path, Vec3d x, Vec3d incoming, size_t v, double see
         const double u1 = random.next(), u2 = random.next();
         const Vec3d outgoing = volume.phase.sample(incoming, u1, u2);
         Leg leg{scene_.has_lamp || towards_emission ? phase(outgoing) : 1, path.share, false, towards_emission, seen};
-        leg.near_emission = towards_emission ? density_near_emission(x, outgoing) : 0;
+        leg.near_emission = towards_emission && !nears_end(path) ? density_near_emission(x, outgoing) : 0;
         media_.set({x, outgoing});
         Collision hit;
         // A path may come to the ground any number of times.
@@ -192,7 +197,7 @@ bool PathTracer::meet_ground(const Vec3d& x, Path& path, Leg& leg, PathRandom& r
     const Vec3d outgoing =
         (std::sqrt(1 - u) * ground.up + std::sqrt(u) * (std::cos(angle) * a + std::sin(angle) * b)).unit();
     leg = {lambert(outgoing), path.share, false, towards_emission};
-    leg.near_emission = towards_emission ? density_near_emission(x, outgoing) : 0;
+    leg.near_emission = towards_emission && !nears_end(path) ? density_near_emission(x, outgoing) : 0;
     media_.set({x, outgoing});
     return true;
 }
@@ -222,6 +227,7 @@ double PathTracer::collide(const Collision& hit, const Leg& leg, Path& path, Pat
         }
     }
     path.weight *= media_.albedo(hit.volume, hit.t);
+    ++path.collisions;
     const Vec3d& incoming = media_.ray().direction;
     const auto phase = [&](const Vec3d& to_light) {
         return volume.phase(std::clamp(to_light.dot(incoming), -1.0, 1.0));
@@ -335,7 +341,7 @@ Vec3d PathTracer::emission_beyond(const Vec3d& x, const Scatter& scatter, const 
     const double phase = scatter(ray.direction), density = scene_.emission.density(ray);
     aside_.set(ray);
     Vec3d all = (seen * phase / (phase + density)) * emission_.sampled(aside_, dim_on_purpose, random);
-    if (scene_.emission.compact()) {
+    if (scene_.emission.compact() && !nears_end(path)) {
         const double v = random.next(), w = random.next();
         const Vec3d aside = direction_near_lamp((scene_.emission.centre() - x).unit(), v, w);
         const double scattered = scatter(aside);

@@ -1,6 +1,7 @@
 #pragma once
 // Unbiased light transport by paths from the camera: the reference for the other integrators. Private to render/.
 #include "vdbcloud/render/emission_march.h"
+#include "vdbcloud/render/path_end.h"
 #include "vdbcloud/render/path_media.h"
 
 namespace vdbcloud {
@@ -33,10 +34,16 @@ namespace vdbcloud {
 /// Ground. The part of the camera ray that passes the media goes on from the ground as a path of its own, with the
 /// transmittance as weight. A path that reaches the ground samples each light there and goes on by the cosine.
 ///
+/// Gathering. With `end`, a path has at most `vertices` - 1 collisions with media. At the last one it takes what the
+/// picture without noise shows along the ray that the phase function draws (path_end.h): the last vertex as an
+/// integral. The path itself is that of the true medium. Bias: the error of that picture, averaged over the directions
+/// into which vertices - 1 collisions scatter.
+///
 /// Holds scratch memory: one object per thread.
 class PathTracer {
 public:
-    explicit PathTracer(const PathScene&);
+    /// `vertices` >= 2 counts with `end` alone.
+    explicit PathTracer(const PathScene&, const PathEndScene* end = nullptr, int vertices = 0);
 
     /// One sample. Sets direct (scattered once, by light), multiple (the sky's light and all light scattered more than
     /// once), emission (not scattered), ground (that left the ground towards the camera and was not scattered after),
@@ -55,6 +62,7 @@ private:
         Vec3d weight{1, 1, 1};  // sum of the opacities times the albedos, over roulette's probabilities
         Vec3d share{1, 1, 1};   // of each channel's path density in the sum
         double start = 1;       // the sum of the opacities
+        int collisions = 0;     // with media
 
         Vec3d worth() const { return weight * share; }
     };
@@ -75,6 +83,9 @@ private:
         }
     };
 
+    /// Whether the path's next collision is its last. Points that compact emission lights are then not sampled: the
+    /// last ray shows their light.
+    bool nears_end(const Path& path) const { return end_ && path.collisions + 2 == vertices_; }
     void see_ground(const WorldRay&, PathRandom&, RayResult&);
     void follow(Path, Vec3d x, Vec3d incoming, size_t v, double seen, PathRandom&, Vec3d& light, RayResult&);
     bool travel_on(Path&, const Leg&, Collision&, PathRandom&, Vec3d& light);
@@ -93,10 +104,14 @@ private:
     Vec3d emission_on(const WorldRay&, const Leg&, double direction_density, PathRandom&);
     Vec3d emission_at(const Vec3d& x, const Vec3d& incoming, const PreparedVolume&, PathRandom&);
     void attenuate(Path&, const Vec3d& factor) const;
+    const RayResult& end_along(const WorldRay&, RayResult&);
+    void gather(const Path&, const Vec3d& x, const Vec3d& incoming, size_t v, PathRandom&, Vec3d& light, RayResult&);
 
     const PathScene& scene_;
     PathMedia media_, aside_;  // the path's ray; a ray towards a light or emission, or past a lamp
     EmissionMarch emission_;
+    std::optional<PathEnd> end_;
+    int vertices_ = 0;
     std::vector<double> depths_;
     std::vector<Vec3d> scattered_;  // of each volume
 };

@@ -11,15 +11,16 @@
 namespace vdbcloud {
 
 RenderCost render_paths(Film& film, const Scene& scene, const CameraView& view, const SamplingOptions& sampling,
-                        const PassOptions& options, const Progress& progress)
+                        const IntegratorOptions& options, const Progress& progress)
 {
     const PathScene prepared(scene);
+    const std::unique_ptr<PathEndScene> end = options.vertices > 0 ? std::make_unique<PathEndScene>(scene) : nullptr;
     const LayerPlaces places(film, scene);
     const PixelFilter filter(sampling);
-    std::atomic<uint64_t> rays{0}, collisions{0};
+    std::atomic<uint64_t> rays{0}, collisions{0}, ends{0}, end_cells{0}, lit{0};
 
     const IndexedSampleFactory factory = [&]() -> IndexedSample {
-        auto trace = std::make_shared<PathTracer>(prepared);
+        auto trace = std::make_shared<PathTracer>(prepared, end.get(), options.vertices);
         // Depth is that of the integrator that knows the medium without its light.
         std::shared_ptr<RayIntegrator> march;
         if (places.depth >= 0) march = make_cells_integrator(prepared.media, IntegratorOptions());
@@ -37,10 +38,14 @@ RenderCost render_paths(Film& film, const Scene& scene, const CameraView& view, 
             places.put(*result, view, scene.background, x, y, ray.direction, out);
             rays.fetch_add(1, std::memory_order_relaxed);
             collisions.fetch_add(result->cells, std::memory_order_relaxed);
+            if (!end) return;
+            ends.fetch_add(result->ends, std::memory_order_relaxed);
+            end_cells.fetch_add(result->end_cells, std::memory_order_relaxed);
+            lit.fetch_add(result->lit, std::memory_order_relaxed);
         };
     };
-    const PassReport report = expose_in_passes(film, sampling, options, factory, progress);
-    return {rays, collisions, 0, 0, report};
+    const PassReport report = expose_in_passes(film, sampling, options.passes, factory, progress);
+    return {rays, collisions, lit, ends, end_cells, 0, report};
 }
 
 }  // namespace vdbcloud

@@ -216,7 +216,7 @@ void RayResult::clear(size_t lights)
     direct.assign(lights, Vec3d(0));
     multiple = emission = ground = tau = true_tau = Vec3d(0);
     half_way = to_ground = 1e30;
-    cells = lit = 0;
+    cells = lit = ends = end_cells = 0;
     converged = true;
 }
 

@@ -43,10 +43,11 @@ double edge_of(const Scene& scene)
 /// Values of all maps that rays read: each brick has 9^3 corners. Light has a map of the density's blocks.
 double map_values(const Scene& scene, const IntegratorOptions& o)
 {
-    const bool path = o.kind == Integrator::Path;
+    const bool path = o.kind == Integrator::Path && o.vertices == 0;
     double values = 0;
     for (const Volume& volume : scene.volumes) {
         const double leaves = 1.14 * leaves_of(*volume.density);
+        if (o.vertices > 0) values += 729 * leaves;  // density once for paths and once for their ends
         const double lights = path || o.shadow_rays ? 0 : double(scene.lights.size()) * (volume.medium.grey() ? 1 : 3);
         values += 729 * leaves * (1 + lights);
         for (const GridBasePtr& grid : {GridBasePtr(volume.colour), GridBasePtr(volume.emission)})
@@ -90,23 +91,10 @@ ImageSize pilot_size(const ImageSize& size)
     return pilot;
 }
 
-}  // namespace
-
-Workload render_work(const Film& film, const Scene& scene, const IntegratorOptions& o, const RenderCost& cost)
+/// Events of rays that march through the media with their light.
+void add_march(Workload& work, const Scene& scene, const IntegratorOptions& o, const RenderCost& cost)
 {
-    Workload work;
     const auto cells = double(cost.cells), lit = double(cost.lit), lights = double(scene.lights.size());
-    work.add("film_value", pixels_of(film) * film.channels());
-    work.add("brick_value", map_values(scene, o));
-    if (o.kind == Integrator::Path) {
-        work.add("path_ray", double(cost.rays));
-        work.add("path_collision", cells);
-        const auto lamps = double(std::count_if(scene.lights.begin(), scene.lights.end(),
-                                                [](const Light& light) { return !light->common_direction(); }));
-        work.add("path_lamp_cell", cells * lamps * edge_of(scene));
-        work.add("path_cell", cells * (lights + (scene.sky.dark() ? 0 : 1)) * edge_of(scene));
-        return work;
-    }
     work.add("ray", double(cost.rays));
     double values = 0, scaled = 0;
     for (const Volume& volume : scene.volumes) {
@@ -118,7 +106,7 @@ Workload render_work(const Film& film, const Scene& scene, const IntegratorOptio
         work.add("plain_light", lit * lights);
         work.add("plain_value", lit * values);
         work.add("plain_peak", lit * lights * (scaled > 0 ? 1 : 0));
-        return work;
+        return;
     }
     if (o.kind == Integrator::Cells) {
         work.add("cell", cells);
@@ -130,6 +118,33 @@ Workload render_work(const Film& film, const Scene& scene, const IntegratorOptio
     }
     if (o.shadow_rays)
         work.add("shadow_cell", (o.kind == Integrator::Cells ? 2 * lit : cells) * lights * edge_of(scene));
+}
+
+}  // namespace
+
+Workload render_work(const Film& film, const Scene& scene, const IntegratorOptions& o, const RenderCost& cost)
+{
+    Workload work;
+    work.add("film_value", pixels_of(film) * film.channels());
+    work.add("brick_value", map_values(scene, o));
+    if (o.kind == Integrator::Path) {
+        const auto cells = double(cost.cells), lights = double(scene.lights.size());
+        work.add("path_ray", double(cost.rays));
+        work.add("path_collision", cells);
+        const auto lamps = double(std::count_if(scene.lights.begin(), scene.lights.end(),
+                                                [](const Light& light) { return !light->common_direction(); }));
+        work.add("path_lamp_cell", cells * lamps * edge_of(scene));
+        work.add("path_cell", cells * (lights + (scene.sky.dark() ? 0 : 1)) * edge_of(scene));
+        if (o.vertices > 0) {
+            RenderCost ends;
+            ends.rays = cost.ends;
+            ends.cells = cost.end_cells;
+            ends.lit = cost.lit;
+            add_march(work, scene, IntegratorOptions(), ends);
+        }
+        return work;
+    }
+    add_march(work, scene, o, cost);
     return work;
 }
 
@@ -146,6 +161,9 @@ RenderCost expected_cost(const Film& film, const Scene& scene, const CameraView&
     IntegratorOptions options = o;
     options.shadow_rays = false;
     options.passes.noise = options.passes.time_limit = 0;
+    // A series of which a run makes the light: whole paths are the most that such paths cost.
+    for (const Volume& volume : seen.volumes)
+        if (!volume.collided.phi) options.vertices = 0;
     const RenderCost found = render_image(pilot, seen, CameraView(view.camera(), size), few, options);
     auto samples = double(sampling.samples);
     if (path && o.passes.noise > 0) {
@@ -157,6 +175,8 @@ RenderCost expected_cost(const Film& film, const Scene& scene, const CameraView&
     cost.rays = uint64_t(rays);
     cost.cells = uint64_t(more * double(found.cells));
     cost.lit = uint64_t(more * double(found.lit));
+    cost.ends = uint64_t(more * double(found.ends));
+    cost.end_cells = uint64_t(more * double(found.end_cells));
     return cost;
 }
 

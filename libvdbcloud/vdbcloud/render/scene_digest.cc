@@ -50,6 +50,30 @@ void add(Digest& digest, const Volume& volume)
     add(digest, volume.emission);
 }
 
+void add_grid(Digest& digest, const GridBasePtr& grid)
+{
+    if (const auto one = openvdb::gridPtrCast<FloatGrid>(grid))
+        digest.add_text(grid_digest(*one));
+    else
+        add(digest, openvdb::gridPtrCast<Vec3SGrid>(grid));
+}
+
+/// The grids of light that the picture without noise shows.
+void add_light(Digest& digest, const Volume& volume)
+{
+    for (const GridBasePtr& grid : volume.transmittance) add_grid(digest, grid);
+    const CollidedLight& light = volume.collided;
+    add_grid(digest, light.phi);
+    for (size_t c = 0; c < 3; ++c) {
+        add(digest, light.flux[c]);
+        for (const FloatGridPtr& moment : light.moments[c]) add_grid(digest, moment);
+    }
+    add(digest, light.channel_scale);
+    digest.add_value(light.flux_limit);
+    digest.add_value(light.scaling.delta_f);
+    for (const double moment : light.scaling.moments) digest.add_value(moment);
+}
+
 void add(Digest& digest, const Light& light)
 {
     digest.add_text(light.name);
@@ -75,7 +99,7 @@ void add(Digest& digest, const CameraView& view)
 }  // namespace
 
 std::string scene_digest(const Scene& scene, const CameraView& view, const SamplingOptions& sampling,
-                         bool over_background)
+                         const IntegratorOptions& options)
 {
     Digest digest;
     for (const Volume& volume : scene.volumes) add(digest, volume);
@@ -92,7 +116,12 @@ std::string scene_digest(const Scene& scene, const CameraView& view, const Sampl
     add(digest, view);
     digest.add_text(name(sampling.filter));
     digest.add_value(sampling.filter_width);
-    digest.add_value(over_background);
+    digest.add_value(options.passes.over_background);
+    if (options.vertices > 0) {
+        digest.add_value(options.vertices);
+        for (const Volume& volume : scene.volumes) add_light(digest, volume);
+        add(digest, scene.ground_radiance);
+    }
     return digest.hex();
 }
 
