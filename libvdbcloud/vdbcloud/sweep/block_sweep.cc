@@ -51,11 +51,14 @@ Traversal::Traversal(const Vec3d& along) : step(along)
 
 Rows::Rows(const BlockMask& mask)
 {
-    for (int x = 0; x < 8; ++x)
-        for (int y = 0; y < 8; ++y) {
-            row[count] = uint8_t(x * 8 + y);
-            count += (mask[size_t(x)] >> (8 * y) & 255) != 0;
-        }
+    for (int i = 0; i < 64; ++i) {
+        row[count] = uint8_t(i);
+        count += (mask[size_t(i / 8)] >> (8 * (i % 8)) & 255) != 0;
+    }
+    for (int i = 0; i < 32; ++i) {
+        line[lines] = uint8_t(i);
+        lines += (mask[size_t(i / 4)] >> (16 * (i % 4)) & 0xffff) != 0;
+    }
 }
 
 VDBCLOUD_CLONES void take_sigma(const Layout& layout, const float* values, Scratch& s)
@@ -88,9 +91,7 @@ VDBCLOUD_CLONES void take_region(const Traversal& traversal, int region, const f
 void fetch(const Rows& rows, int terms, float* const* moments)
 {
     for (int k = 0; k < terms; ++k)
-        for (int n = 0; n < rows.count; ++n)
-            if (n == 0 || rows.row[n] / 2 != rows.row[n - 1] / 2)  // two rows a line of the cache
-                __builtin_prefetch(moments[k] + rows.row[n] * 8, 1);
+        for (int n = 0; n < rows.lines; ++n) __builtin_prefetch(moments[k] + rows.line[n] * 16, 1);
 }
 
 VDBCLOUD_CLONES void expand(const Rows& rows, int n, int terms, const float* const* source, const float* basis,
@@ -123,6 +124,7 @@ VDBCLOUD_CLONES void prepare(const Traversal& traversal, int d, Scratch& s)
 
 void find_lit(const Traversal& traversal, const BlockMask& mask, Scratch& s)
 {
+    if (std::all_of(mask.begin(), mask.end(), [](uint64_t word) { return !~word; })) return s.lit.fill(255);
     // Bit r + 1 of active[p + 1]: row r of plane p, with the apron's value at its upstream end.
     uint32_t active[10] = {};
     for (int n = 0; n < 512; n += 8) {

@@ -68,8 +68,9 @@ struct Apron {
 /// Rows of eight slots with an active voxel.
 struct Rows {
     explicit Rows(const BlockMask&);
-    int count = 0;
+    int count = 0, lines = 0;
     uint8_t row[64];
+    uint8_t line[32];  ///< pairs of rows: 64 bytes, a line of the cache
 };
 
 struct alignas(64) Scratch {
