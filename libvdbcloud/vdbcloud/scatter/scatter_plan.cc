@@ -122,7 +122,8 @@ double bytes_a_voxel(const Counts& n, const ScatterOptions& o, double g)
     // Matrix and hierarchy with their vectors; for each source 8 bytes, and 12 of the flux where it has a part.
     const double matrix = 45 + 4 + 12, source = n.anisotropic ? 20 : 8;
     const double kept = 4 + (n.anisotropic ? 12 : 0);  // of a channel that is solved
-    double peak = matrix + source * n.at_once + kept * (n.solves - 1) + 28;
+    // The hierarchy is freed before the flux of the last channel.
+    double peak = matrix + source * n.at_once + kept * (n.solves - 1) + (n.at_once > 1 ? 28 : 8);
     if (n.sweeps) {
         const double depth = g == 0 ? 8 : 5, states = std::min(double(o.closure.iterations), depth);
         const double history = double(mixing_bytes(1, g)) * (2 * states + 3) / (2 * depth + 3);
