@@ -34,8 +34,14 @@ VDBCLOUD_INLINE void divergence(const DivergenceTerms<T>& d, T* out, int n)
     if (d.vs)
         for (int i = 0; i < n; ++i) out[i] += (d.vn[i] - d.vs[i]) * d.cv;
 }
-VDBCLOUD_CLONES void divergence_clones(const DivergenceTerms<float>& d, float* out, int n) { divergence(d, out, n); }
-VDBCLOUD_CLONES void divergence_clones(const DivergenceTerms<double>& d, double* out, int n) { divergence(d, out, n); }
+VDBCLOUD_WIDE_CLONES void divergence_clones(const DivergenceTerms<float>& d, float* out, int n)
+{
+    divergence(d, out, n);
+}
+VDBCLOUD_WIDE_CLONES void divergence_clones(const DivergenceTerms<double>& d, double* out, int n)
+{
+    divergence(d, out, n);
+}
 
 /// One level of the elimination upwards, for a row of modes. With s >= 0 the part of the pivot that is not the coupling
 /// `a` to the level above: y <- y - d, m = a / (s + a), and both s and y are multiplied by m for the next level.
@@ -51,11 +57,11 @@ VDBCLOUD_INLINE void eliminate(T* s, T* carry, T* m, T* f, T a, T inv_a, int n)
         s[i] *= ratio;
     }
 }
-VDBCLOUD_CLONES void eliminate_clones(float* s, float* c, float* m, float* f, float a, float inv_a, int n)
+VDBCLOUD_WIDE_CLONES void eliminate_clones(float* s, float* c, float* m, float* f, float a, float inv_a, int n)
 {
     eliminate(s, c, m, f, a, inv_a, n);
 }
-VDBCLOUD_CLONES void eliminate_clones(double* s, double* c, double* m, double* f, double a, double inv_a, int n)
+VDBCLOUD_WIDE_CLONES void eliminate_clones(double* s, double* c, double* m, double* f, double a, double inv_a, int n)
 {
     eliminate(s, c, m, f, a, inv_a, n);
 }
@@ -65,11 +71,11 @@ VDBCLOUD_INLINE void substitute(const T* m, const T* above, T* f, int n)
 {
     for (int i = 0; i < n; ++i) f[i] = m[i] * (f[i] + above[i]);
 }
-VDBCLOUD_CLONES void substitute_clones(const float* m, const float* above, float* f, int n)
+VDBCLOUD_WIDE_CLONES void substitute_clones(const float* m, const float* above, float* f, int n)
 {
     substitute(m, above, f, n);
 }
-VDBCLOUD_CLONES void substitute_clones(const double* m, const double* above, double* f, int n)
+VDBCLOUD_WIDE_CLONES void substitute_clones(const double* m, const double* above, double* f, int n)
 {
     substitute(m, above, f, n);
 }
@@ -80,11 +86,11 @@ VDBCLOUD_INLINE void subtract_difference(T* v, const T* p, const T* q, T c, int 
 {
     for (int i = 0; i < n; ++i) v[i] -= (p[i] - q[i]) * c;
 }
-VDBCLOUD_CLONES void subtract_clones(float* v, const float* p, const float* q, float c, int n)
+VDBCLOUD_WIDE_CLONES void subtract_clones(float* v, const float* p, const float* q, float c, int n)
 {
     subtract_difference(v, p, q, c, n);
 }
-VDBCLOUD_CLONES void subtract_clones(double* v, const double* p, const double* q, double c, int n)
+VDBCLOUD_WIDE_CLONES void subtract_clones(double* v, const double* p, const double* q, double c, int n)
 {
     subtract_difference(v, p, q, c, n);
 }

@@ -111,33 +111,36 @@ VDBCLOUD_INLINE void momentum_stage_row(const StageRows<T>& r, const MomentumSta
 template<typename T>
 VDBCLOUD_INLINE void courant_row(const CourantRows<T>& c, T* __restrict drain, double& rate, int n)
 {
-    constexpr int lanes = 16;
-    T top[lanes] = {}, poison[lanes] = {};
-    T out[lanes], fast[lanes];
-    for (int i0 = 0; i0 < n; i0 += lanes) {
-        const int m = n - i0 < lanes ? n - i0 : lanes;
-        for (int l = 0; l < lanes; ++l) out[l] = fast[l] = T(0);
-        const auto add = [&](const T* lower, const T* upper, T c0, T c1) __attribute__((always_inline))
-        {
-            for (int l = 0; l < m; ++l) {
-                const T a = magnitude(lower[i0 + l]) * c0, b = magnitude(upper[i0 + l]) * c1;
-                out[l] += T(0.5) * (a + b);
-                fast[l] += most(a, b);
-            }
-        };
-        if (c.u) add(c.u, c.u + 1, c.cx, c.cx);
-        if (c.v0) add(c.v0, c.v1, c.cy, c.cy);
-        if (c.w0) add(c.w0, c.w1, c.cz0, c.cz1);
-        for (int l = 0; l < lanes; ++l) {
-            top[l] = most(fast[l], top[l]);
-            poison[l] += T(0) * out[l];
+    constexpr int lanes = 16, longest = 4096;
+    T fast[longest];
+    for (int i = 0; i < n; ++i) drain[i] = fast[i] = T(0);
+    const auto add = [&](const T* lower, const T* upper, T c0, T c1) __attribute__((always_inline))
+    {
+        for (int i = 0; i < n; ++i) {
+            const T a = magnitude(lower[i]) * c0, b = magnitude(upper[i]) * c1;
+            drain[i] += T(0.5) * (a + b);
+            fast[i] += most(a, b);
         }
-        for (int l = 0; l < m; ++l) drain[i0 + l] = T(1) / most(out[l], T(1e-30));
+    };
+    if (c.u) add(c.u, c.u + 1, c.cx, c.cx);
+    if (c.v0) add(c.v0, c.v1, c.cy, c.cy);
+    if (c.w0) add(c.w0, c.w1, c.cz0, c.cz1);
+    T top[lanes] = {}, poison[lanes] = {};
+    int i0 = 0;
+    for (; i0 + lanes <= n; i0 += lanes)
+        for (int l = 0; l < lanes; ++l) {
+            top[l] = most(fast[i0 + l], top[l]);
+            poison[l] += T(0) * drain[i0 + l];
+        }
+    for (int l = 0; i0 + l < n; ++l) {
+        top[l] = most(fast[i0 + l], top[l]);
+        poison[l] += T(0) * drain[i0 + l];
     }
-    for (int l = 0; l < lanes; ++l) {
-        if (double(top[l]) > rate) rate = double(top[l]);
-        if (!(poison[l] == T(0))) rate = double(poison[l]);
-    }
+    for (int half = lanes / 2; half > 0; half /= 2)
+        for (int l = 0; l < half; ++l) top[l] = most(top[l], top[l + half]), poison[l] += poison[l + half];
+    for (int i = 0; i < n; ++i) drain[i] = T(1) / most(drain[i], T(1e-30));
+    if (double(top[0]) > rate) rate = double(top[0]);
+    if (!(poison[0] == T(0))) rate = double(poison[0]);
 }
 
 template<typename T>
@@ -184,30 +187,30 @@ VDBCLOUD_INLINE void scalar_flux_any(ScalarScheme scheme, const ScalarFlux<T>& f
 }  // namespace
 
 #define VDBCLOUD_ROWS(T)                                                                                               \
-    VDBCLOUD_CLONES void momentum_flux(MomentumScheme m, const MomentumFlux<T>& f, T* out, int n)                      \
+    VDBCLOUD_WIDE_CLONES void momentum_flux(MomentumScheme m, const MomentumFlux<T>& f, T* out, int n)                 \
     {                                                                                                                  \
         momentum_flux_any(m, f, out, n);                                                                               \
     }                                                                                                                  \
-    VDBCLOUD_CLONES void scalar_flux(ScalarScheme m, const ScalarFlux<T>& f, T* out, int n)                            \
+    VDBCLOUD_WIDE_CLONES void scalar_flux(ScalarScheme m, const ScalarFlux<T>& f, T* out, int n)                       \
     {                                                                                                                  \
         scalar_flux_any(m, f, out, n);                                                                                 \
     }                                                                                                                  \
-    VDBCLOUD_CLONES void flux_tendency(const FluxRows<T>& f, T* out, int n) { flux_tendency_row(f, out, n); }          \
-    VDBCLOUD_CLONES void scalar_stage(const StageRows<T>& r, const ScalarStage& s, int n)                              \
+    VDBCLOUD_WIDE_CLONES void flux_tendency(const FluxRows<T>& f, T* out, int n) { flux_tendency_row(f, out, n); }     \
+    VDBCLOUD_WIDE_CLONES void scalar_stage(const StageRows<T>& r, const ScalarStage& s, int n)                         \
     {                                                                                                                  \
         scalar_stage_row(r, s, n);                                                                                     \
     }                                                                                                                  \
-    VDBCLOUD_CLONES void momentum_stage(const StageRows<T>& r, const MomentumStage& s, int n)                          \
+    VDBCLOUD_WIDE_CLONES void momentum_stage(const StageRows<T>& r, const MomentumStage& s, int n)                     \
     {                                                                                                                  \
         momentum_stage_row(r, s, n);                                                                                   \
     }                                                                                                                  \
-    VDBCLOUD_CLONES void courant(const CourantRows<T>& c, T* drain, double& rate, int n)                               \
+    VDBCLOUD_WIDE_CLONES void courant(const CourantRows<T>& c, T* drain, double& rate, int n)                          \
     {                                                                                                                  \
         courant_row(c, drain, rate, n);                                                                                \
     }                                                                                                                  \
-    VDBCLOUD_CLONES void add_sum(T* out, const T* a, const T* b, T c, int n) { add_sum_row(out, a, b, c, n); }         \
-    VDBCLOUD_CLONES void add_laplacian(const LaplaceRow<T>& r, T* out, int n) { add_laplacian_row(r, out, n); }        \
-    VDBCLOUD_CLONES void add_relaxation(T* out, const T* q, T target, T rate, int n)                                   \
+    VDBCLOUD_WIDE_CLONES void add_sum(T* out, const T* a, const T* b, T c, int n) { add_sum_row(out, a, b, c, n); }    \
+    VDBCLOUD_WIDE_CLONES void add_laplacian(const LaplaceRow<T>& r, T* out, int n) { add_laplacian_row(r, out, n); }   \
+    VDBCLOUD_WIDE_CLONES void add_relaxation(T* out, const T* q, T target, T rate, int n)                              \
     {                                                                                                                  \
         add_relaxation_row(out, q, target, rate, n);                                                                   \
     }

@@ -165,11 +165,11 @@ VDBCLOUD_INLINE void buoyancy_of_row(const RowLevel<T>& c, const T* theta_l, con
 }
 
 #define VDBCLOUD_THERMO(T)                                                                                             \
-    VDBCLOUD_CLONES void cloud_clones(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* q_l, int n)             \
+    VDBCLOUD_WIDE_CLONES void cloud_clones(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* q_l, int n)        \
     {                                                                                                                  \
         cloud_of_row(c, theta_l, q_t, q_l, n);                                                                         \
     }                                                                                                                  \
-    VDBCLOUD_CLONES void buoyancy_clones(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* out, int n)          \
+    VDBCLOUD_WIDE_CLONES void buoyancy_clones(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* out, int n)     \
     {                                                                                                                  \
         buoyancy_of_row(c, theta_l, q_t, out, n);                                                                      \
     }

@@ -97,25 +97,25 @@ VDBCLOUD_INLINE void add_diffusion_row(const T* q, const T* nu, ptrdiff_t s, T c
 }
 
 #define VDBCLOUD_EDDY_ROWS(T)                                                                                          \
-    VDBCLOUD_CLONES void squared_shear(const ShearRow<T>& s, T* out, int n) { squared_shear_row(s, out, n); }          \
-    VDBCLOUD_CLONES void add_squared_strain(const T* u, ptrdiff_t along, T per, T* out, int n)                         \
+    VDBCLOUD_WIDE_CLONES void squared_shear(const ShearRow<T>& s, T* out, int n) { squared_shear_row(s, out, n); }     \
+    VDBCLOUD_WIDE_CLONES void add_squared_strain(const T* u, ptrdiff_t along, T per, T* out, int n)                    \
     {                                                                                                                  \
         add_squared_strain_row(u, along, per, out, n);                                                                 \
     }                                                                                                                  \
-    VDBCLOUD_CLONES void add_mean(const T* a, const T* b, const T* c, const T* d, T* out, int n)                       \
+    VDBCLOUD_WIDE_CLONES void add_mean(const T* a, const T* b, const T* c, const T* d, T* out, int n)                  \
     {                                                                                                                  \
         add_mean_row(a, b, c, d, out, n);                                                                              \
     }                                                                                                                  \
-    VDBCLOUD_CLONES void eddy(const EddyRow<T>& e, T* nu, int n) { eddy_row(e, nu, n); }                               \
-    VDBCLOUD_CLONES void add_normal_stress(const T* u, const T* nu, ptrdiff_t along, T per, T* out, int n)             \
+    VDBCLOUD_WIDE_CLONES void eddy(const EddyRow<T>& e, T* nu, int n) { eddy_row(e, nu, n); }                          \
+    VDBCLOUD_WIDE_CLONES void add_normal_stress(const T* u, const T* nu, ptrdiff_t along, T per, T* out, int n)        \
     {                                                                                                                  \
         add_normal_stress_row(u, nu, along, per, out, n);                                                              \
     }                                                                                                                  \
-    VDBCLOUD_CLONES void add_shear_stress(const ShearRow<T>& s, const T* nu, T* out, int n)                            \
+    VDBCLOUD_WIDE_CLONES void add_shear_stress(const ShearRow<T>& s, const T* nu, T* out, int n)                       \
     {                                                                                                                  \
         add_shear_stress_row(s, nu, out, n);                                                                           \
     }                                                                                                                  \
-    VDBCLOUD_CLONES void add_diffusion(const T* q, const T* nu, ptrdiff_t s, T c, T* out, int n)                       \
+    VDBCLOUD_WIDE_CLONES void add_diffusion(const T* q, const T* nu, ptrdiff_t s, T c, T* out, int n)                  \
     {                                                                                                                  \
         add_diffusion_row(q, nu, s, c, out, n);                                                                        \
     }
