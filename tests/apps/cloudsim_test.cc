@@ -214,10 +214,10 @@ TEST(Cloudsim, DryRunCountsTheStepsThatLimitsNeed)
         {{"--sponge", "900", "--sides", "open", "--side-relaxation", "0.001s", "--wind-relaxation", "0.001s"}, 4, 40},
         {{"--dt", "0.5"}, 240, 240},
         {{"--huge-dt", "--flux-until", "95s"}, 5, 5},
-        // 3 k (2 / 512^2 + 1 / 480^2) a second, and what the wind adds.
-        {{"--viscosity", "40000"}, 120 * 3 * 4e4 * (2 / (512. * 512) + 1 / (480. * 480)), 1e9},
-        // 600 m/s along both axes with a Courant number of 0.5 in cells of 512 m.
-        {{"--wind", "300,300"}, 120 / (0.5 * 512 / 600), 1e9},
+        // 9/4 0.55 k (2 / 512^2 + 1 / 480^2) a second, and what the wind adds.
+        {{"--viscosity", "80000"}, 120 * 9.0 / 4 * 0.55 * 8e4 * (2 / (512. * 512) + 1 / (480. * 480)), 1e9},
+        // 600 m/s along both axes with a Courant number of 2/3 / 0.55 in cells of 512 m.
+        {{"--wind", "300,300"}, 120 / (2.0 / 3 / 0.55 * 512 / 600), 1e9},
     };
     for (const auto& c : cases) {
         Words words{

@@ -215,7 +215,7 @@ TEST(Hard, StepOfManyCellsOfWindIsSplitAndConservesDye)
     double was = 0, is = 0;
     for (size_t c = 0; c < after.size(); ++c) was += before[c], is += after[c];
     EXPECT_NEAR(is / was, 1, 1e-11);
-    EXPECT_LE(sim->budget().courant, 0.5 + 1e-9);
+    EXPECT_LE(sim->budget().courant * longest_stage(p.time_scheme), p.cfl + 1e-9);
     EXPECT_GE(*std::min_element(after.begin(), after.end()), 0);
     EXPECT_LE(largest(after), largest(before) * (1 + 1e-12));
 }

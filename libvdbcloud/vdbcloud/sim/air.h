@@ -25,7 +25,7 @@ struct Variable {
 
     Quantity quantity = Quantity::U;
     Place place = Place::Centre;
-    std::array<Field<T>, 3> a;
+    std::array<Field<T>, 4> a;
     /// Sources of a row: whatever is not the divergence of a flux through faces.
     std::vector<Term> terms;
     /// Terms that mix and so limit an explicit step: see Effect::fastest_rate.

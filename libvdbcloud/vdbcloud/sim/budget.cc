@@ -112,13 +112,14 @@ std::string Model<T>::fault_in(const Budget& b) const
     const bool single = sizeof(T) == 4;
     const double thousands = std::max(1.0, double(steps_) / 1000);
     const double drift = single ? std::max(2e-5, 2e-6 * thousands) : 1e-12 * std::max(1.0, thousands);
-    // The pressure scales with the longest side, its differences with a spacing: their ratio is lost, in ulps.
+    // The pressure scales with the longest side, its differences with a spacing: their ratio is lost, in ulps: two of
+    // them.
     double longest = 0, shortest = never;
     for (const size_t d : {0, 1, 2}) {
         longest = std::max(longest, air_.lattice.n[d] * air_.lattice.h[d]);
         if (!air_.lattice.flat(int(d))) shortest = std::min(shortest, air_.lattice.h[d]);
     }
-    const double still = std::max(single ? 1e-5 : 1e-12, (single ? 1.2e-7 : 2.3e-16) * longest / shortest);
+    const double still = std::max(single ? 1e-5 : 1e-12, (single ? 2.4e-7 : 4.5e-16) * longest / shortest);
     std::ostringstream fault;
     if (std::abs(b.water_drift) > drift)
         fault << "drift of total water " << b.water_drift << ", tolerance " << drift;

@@ -104,8 +104,10 @@ const std::vector<Setting>& noise_settings()
 const std::vector<Setting>& numeric_settings()
 {
     static const std::vector<Setting> list{
-        {"cfl", "Courant number that sets the step: dt (|u|/dx + |v|/dy + |w|/dz) stays below it", "", above_zero(0.75),
-         [](Parameters& p) -> double& { return p.cfl; }},
+        {"cfl",
+         "Courant number that sets the step: t (|u|/dx + |v|/dy + |w|/dz) stays below it, where t is 0.55 dt with rk3 "
+         "and dt with other schemes",
+         "", above_zero(0.75), [](Parameters& p) -> double& { return p.cfl; }},
         {"dt", "time step, split where it is above a limit; 0 takes the longest that the limits allow", "s",
          from_zero(1e6), [](Parameters& p) -> double& { return p.dt; }},
         {"dt-max", "longest time step", "s", above_zero(1e12), [](Parameters& p) -> double& { return p.dt_max; }},

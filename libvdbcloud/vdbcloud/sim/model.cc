@@ -6,19 +6,6 @@
 
 namespace vdbcloud::sim {
 
-const std::vector<Stage>& stages(TimeScheme scheme)
-{
-    static const std::vector<Stage> euler{{0, 0, 1, 0, 0, 1, 0, 1, 1, 1}};
-    static const std::vector<Stage> rk2{{0, 0, 1, 0, 0, 1, 0, 1, 1, 0.5}, {1, 1, 0, 1, 1, 1, 0, 0.5, 1, 0.5}};
-    // eSSPRK+(3,3) of Isherwood, Grant and Gottlieb 2018: abscissae 0, 2/3, 2/3, so that the factor exp(-t/t_f) of
-    // friction is only ever applied forwards, and convex sums of Euler steps of 4/3 dt, so that limited scalars stay
-    // bounded.
-    static const std::vector<Stage> rk3{{0, 0, 1, 0, 0, 2.0 / 3, 0, 1, 2.0 / 3, 0.25},
-                                        {1, 1, 2, 2.0 / 3, 2.0 / 3, 2.0 / 3, 0, 1.0 / 3, 4.0 / 3, 3.0 / 16},
-                                        {2, 1, 0, 2.0 / 3, 2.0 / 3, 1, 30.0 / 128, 54.0 / 128, 4.0 / 3, 9.0 / 16}};
-    return scheme == TimeScheme::Rk3 ? rk3 : scheme == TimeScheme::Rk2 ? rk2 : euler;
-}
-
 Simulation::Simulation(const Parameters& p, const Sounding& s)
     : parameters_((check(p, s), p)), column_(make_column(p, s)),
       thermo_(p.constants, p.moist, p.moisture, column_.reference)
@@ -184,6 +171,10 @@ void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double 
             variable.row_source[size_t(k) * size_t(ny) + size_t(j)] = sum * air_.rho.centre[size_t(k)];
         }
         scalar_stage(row, s, nx);
+        // What leads back to 0 rounds as the fluxes that it outweighs do.
+        if (!factors.none() && tiny > 0)
+            for (int i = 0; i < nx; ++i)
+                if (factors.column[size_t(j) * size_t(nx) + size_t(i)] > 0) row.out[i] = std::max(row.out[i], T(least));
         beyond.row(row.out);
     };
     for_flux_rows<T>({nx, ny, 0, nz, !air_.lattice.flat(0), !air_.lattice.flat(1), !air_.lattice.flat(2)}, coefficients,
@@ -198,7 +189,7 @@ void Model<T>::advance_velocity(int axis, const Stage& stage, double dt)
     const size_t in = size_t(stage.in);
     const Field<T>& q = variable.a[in];
     const Relaxation& relaxation = variable.relaxation;
-    const TimedStage timed{stage, int(stages(parameters_.time_scheme).size()), dt, air_.friction_time};
+    const TimedStage timed{stage, stages(parameters_.time_scheme), dt, air_.friction_time};
     const ColumnWeights columns(relaxation, timed);
     std::vector<MomentumStage> levels;  // with the integrating factor of friction, and the return to the environment
     for (int k = 0; k < air_.lattice.n[2]; ++k) {

@@ -2,20 +2,11 @@
 // The simulation in one precision: how a step is made of stages. Private to sim/.
 #include "vdbcloud/sim/air.h"
 #include "vdbcloud/sim/flux_rows.h"
+#include "vdbcloud/sim/stages.h"
 
 #include <optional>
 
 namespace vdbcloud::sim {
-
-/// One stage of a step of length 1: reads a[in], writes a[out] = scalar or momentum formula of rows.h with x0 = a[0],
-/// x1 = a[x1], x = a[in].
-struct Stage {
-    int in, x1, out;
-    double time_in, time_x1, time_out;  // where these are, as fractions of the step
-    double alpha, beta, tau;            // ScalarStage of a step of length 1
-    double weight;                      // of this stage's tendency in the whole step
-};
-const std::vector<Stage>& stages(TimeScheme);
 
 template<typename T>
 class Model final : public Simulation {

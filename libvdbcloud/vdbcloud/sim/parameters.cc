@@ -59,7 +59,16 @@ void check_sounding(const Sounding& s)
 
 }  // namespace
 
-int state_arrays(const Parameters& p) { return p.time_scheme == TimeScheme::Rk3 || p.maccormack ? 3 : 2; }
+int state_arrays(const Parameters& p) { return p.time_scheme == TimeScheme::Rk3 ? 4 : p.maccormack ? 3 : 2; }
+
+double mixing_rate(const Parameters& p, double diffusivity)
+{
+    double inverse = 0;
+    for (const size_t axis : {0, 1, 2})
+        if (!p.lattice.flat(int(axis))) inverse += 1 / (p.lattice.h[axis] * p.lattice.h[axis]);
+    // An Euler step of 1 / (2 k sum 1/h^2) takes all that a cell has; an eighth more of rate keeps away from that.
+    return 9.0 / 4 * longest_stage(p.time_scheme) * diffusivity * inverse;
+}
 
 Sounding Sounding::uniform(double theta) { return {"uniform", {0}, {theta}, {0}, {0}, {0}, 0}; }
 
@@ -99,7 +108,7 @@ double fastest_rate(const Parameters& p)
 double step_limit(const Parameters& p, double courant_rate, double frequency)
 {
     // Advection and mixing share one step: their rates add, for stability and so that sums of a stage stay convex.
-    const double shared = courant_rate / p.cfl + fastest_rate(p);
+    const double shared = longest_stage(p.time_scheme) * courant_rate / p.cfl + fastest_rate(p);
     double limit = p.dt_max;
     if (shared > 0) limit = std::min(limit, (p.subgrid ? 0.7 : 1) / shared);
     if (frequency > 0) limit = std::min(limit, 0.5 / frequency);

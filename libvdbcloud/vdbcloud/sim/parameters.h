@@ -18,7 +18,8 @@ enum class Precision { Float, Double };
 enum class TimeScheme {
     Euler,  ///< forward differencing, first order
     Rk2,    ///< Heun, strong stability preserving, second order
-    Rk3,    ///< third order, strong stability preserving, of stages that never go back in time (Isherwood et al. 2018)
+    Rk3,    ///< third order, strong stability preserving, of four stages that never go back in time (Isherwood et al.
+            ///< 2018)
     HugeStep,  ///< semi-Lagrangian, stable at any step, first order, conserves nothing (Stam 1999)
 };
 
@@ -94,10 +95,11 @@ struct Parameters {
     TimeScheme time_scheme = TimeScheme::Rk3;
     ScalarScheme scalar_scheme = ScalarScheme::Limited5;
     MomentumScheme momentum_scheme = MomentumScheme::Upwind5;
-    /// Bound of dt (|u|/dx + |v|/dy + |w|/dz), which sets the step. Steps are stable and bounded up to 0.75. Limited
-    /// scalars diffuse more in long steps where the air is fastest: a stage of 4/3 dt keeps min(1, 1 / (4/3 cfl) - 1)
-    /// of the slope behind the donor, all of it at 0.375, half at 0.5, a fourteenth at 0.7.
-    double cfl = 0.5;
+    /// Bound of tau dt (|u|/dx + |v|/dy + |w|/dz), which sets the step; tau dt is the length of the Euler steps that
+    /// stages are sums of (longest_stage()): 1.2 cells a step of Rk3 at the default. Steps are stable and bounded up to
+    /// 0.75. Limited scalars diffuse more in long steps where the air is fastest: a stage keeps min(1, 1 / cfl - 1) of
+    /// the slope behind the donor, all of it at 0.5, half at 2/3, a third at 0.75.
+    double cfl = 2.0 / 3;
     bool maccormack = false;  ///< huge steps: second order in space, for twice the time
     bool fix_budget = false;  ///< huge steps: all cells share the heat, water and dye that transport lost
     double dt = 0;            ///< wanted step [s]; split where it exceeds a limit; 0: the longest that the limits allow
@@ -132,6 +134,8 @@ Column make_column(const Parameters&, const Sounding&);
 
 /// When the fluxes through the floor end [s]: --flux-until, less what rounding may leave of the time of a step.
 double flux_end(const Parameters&);
+/// The rate [1/s] of explicit mixing by a diffusivity [m^2/s].
+double mixing_rate(const Parameters&, double diffusivity);
 /// The largest rate of explicit mixing [1/s]: a step times this rate must stay below 1.
 double fastest_rate(const Parameters&);
 /// The longest step of the conservative schemes [s], in air whose largest sum of |velocity| / spacing is
@@ -141,7 +145,9 @@ double step_limit(const Parameters&, double courant_rate, double frequency);
 double frequency_of(const Parameters&, const Column&);
 double courant_rate_of(const Parameters&, const Column&);
 
-/// Arrays that a prognostic field needs: its own, and one or two for stages.
+/// The length of the Euler steps that stages are convex sums of, in steps.
+double longest_stage(TimeScheme);
+/// Arrays that a prognostic field needs: its own, and one to three for stages.
 int state_arrays(const Parameters&);
 /// Bytes of all fields of a run.
 size_t memory_needed(const Parameters&);

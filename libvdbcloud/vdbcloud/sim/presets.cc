@@ -140,7 +140,7 @@ Preset preset(const std::string& name)
 void apply(Accuracy accuracy, Parameters& p)
 {
     switch (accuracy) {
-    case Accuracy::Fast: p.time_scheme = TimeScheme::Rk2, p.scalar_scheme = ScalarScheme::Koren; break;
+    case Accuracy::Fast: p.time_scheme = TimeScheme::Rk2, p.scalar_scheme = ScalarScheme::Koren, p.cfl = 0.5; break;
     case Accuracy::Accurate: p.precision = Precision::Double, p.cfl = 0.3; break;
     default: break;
     }

@@ -1,6 +1,7 @@
 #include "vdbcloud/sim/relaxation.h"
 
-#include "vdbcloud/sim/model.h"
+#include "vdbcloud/sim/parallel.h"
+#include "vdbcloud/sim/stages.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,20 +15,34 @@ struct Split {
     double stiff, mild;
 };
 
-/// The stages of order n multiply by sum_m (-z)^m / m!, m = 0..n, where z = mild dt. z makes this exp(-x), x = rate dt
-/// up to 0.5.
-Split split_of(double rate, double dt, int stages)
+/// A number and its derivative.
+struct Dual {
+    double value, slope;
+};
+
+/// What the stages of a step make of 1 under dq/dt = -z q, where z is in units of 1 / dt, and its derivative by z.
+Dual decayed(const std::vector<Stage>& stages, double z)
+{
+    std::array<Dual, 4> q;
+    q.fill({1, 0});
+    const Dual first = q[0];
+    for (const Stage& s : stages) {
+        const Dual x1 = q[size_t(s.x1)], x = q[size_t(s.in)];
+        const double kept = 1 - s.alpha - s.beta, damped = s.beta * (1 - s.tau * z);
+        q[size_t(s.out)] = {kept * first.value + s.alpha * x1.value + damped * x.value,
+                            kept * first.slope + s.alpha * x1.slope + damped * x.slope - s.beta * s.tau * x.value};
+    }
+    return q[size_t(stages.back().out)];
+}
+
+/// z = mild dt makes the factor of the stages exp(-x), x = rate dt up to 0.5.
+Split split_of(double rate, double dt, const std::vector<Stage>& stages)
 {
     const double x = std::min(0.5, rate * dt), wanted = std::exp(-x);
     double z = x;
     for (int newton = 0; newton < 6; ++newton) {
-        double term = 1, sum = 1, slope = 0;
-        for (int m = 1; m <= stages; ++m) {
-            slope -= term;
-            term *= -z / m;
-            sum += term;
-        }
-        z -= (sum - wanted) / slope;
+        const Dual factor = decayed(stages, z);
+        z -= (factor.value - wanted) / factor.slope;
     }
     return {std::max(0.0, rate - x / dt), z / dt};
 }
@@ -42,7 +57,7 @@ double rest_of(double rate, double environment, double friction_time)
 StageWeights weights_of(const TimedStage& timed, double rate)
 {
     const Stage& s = timed.stage;
-    const Split split = rate > 0 ? split_of(rate, timed.dt, timed.stages) : Split{0, 0};
+    const Split split = rate > 0 ? split_of(rate, timed.dt, timed.all) : Split{0, 0};
     const auto exponent = [&](double from) {
         const double time = (s.time_out - from) * timed.dt;
         return -time / timed.friction_time - time * split.stiff;

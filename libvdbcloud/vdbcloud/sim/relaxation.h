@@ -31,10 +31,10 @@ struct Relaxation {
     void set_columns(const std::vector<double>&);
 };
 
-/// A stage of a step of length dt [s] by a scheme of `stages` stages, with a drag -V/friction_time.
+/// A stage of a step of length dt [s] by a scheme of the stages `all`, with a drag -V/friction_time.
 struct TimedStage {
     const Stage& stage;
-    int stages;
+    const std::vector<Stage>& all;
     double dt;
     double friction_time;
 };

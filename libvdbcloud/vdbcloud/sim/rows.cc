@@ -2,6 +2,8 @@
 
 #include "vdbcloud/sim/extremes.h"
 
+#include <limits>
+
 namespace vdbcloud::sim {
 
 namespace {
@@ -90,12 +92,12 @@ VDBCLOUD_INLINE void flux_tendency_row(const FluxRows<T>& f, T* __restrict out, 
 template<typename T>
 VDBCLOUD_INLINE void scalar_stage_row(const StageRows<T>& r, const ScalarStage& s, int n)
 {
-    const T alpha = T(s.alpha), beta = T(s.beta), tau = T(s.tau), least = T(s.least), tiny = T(s.tiny),
-            low = least - tiny;
+    const T alpha = T(s.alpha), beta = T(s.beta), tau = T(s.tau), least = T(s.least), tiny = T(s.tiny);
+    constexpr T ulps = T(4) * std::numeric_limits<T>::epsilon();
     for (int i = 0; i < n; ++i) {
         const T x0 = r.x0[i];
         const T next = x0 + (alpha * (r.x1[i] - x0) + beta * ((r.x[i] - x0) + tau * r.tendency[i]));
-        const T raised = most(next, least);
+        const T raised = most(next, least), low = least - most(tiny, ulps * (x0 - least));
         r.out[i] = next > low ? (tiny > T(0) ? raised : next) : next;
     }
 }

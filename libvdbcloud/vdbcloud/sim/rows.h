@@ -62,7 +62,8 @@ struct StageRows {
     T* out;
     const T *x0, *x1, *x, *tendency;
 };
-/// Results in (least - tiny, least) become `least`; of no effect where tiny is 0.
+/// Results in (least - r, least) become `least`, where r is tiny or 4 ulps of x0 - least, if that is more; of no effect
+/// where tiny is 0.
 struct ScalarStage {
     double alpha, beta, tau, least, tiny;
 };

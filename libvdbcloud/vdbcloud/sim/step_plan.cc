@@ -141,7 +141,7 @@ Workload simulation_work(const Parameters& p, double steps, double frames)
         work.add("sim_huge_cell", steps * cells * (p.maccormack ? 2.5 : 1));
         return work;
     }
-    const double stages = p.time_scheme == TimeScheme::Rk3 ? 3 : p.time_scheme == TimeScheme::Rk2 ? 2 : 1;
+    const double stages = p.time_scheme == TimeScheme::Rk3 ? 4 : p.time_scheme == TimeScheme::Rk2 ? 2 : 1;
     work.add("sim_step", stages * steps);
     work.add("sim_cell", stages * steps * cells);
     if (p.precision == Precision::Double) work.add("sim_double_cell", stages * steps * cells);

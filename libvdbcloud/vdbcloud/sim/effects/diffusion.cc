@@ -22,16 +22,6 @@ void add_mixing(Air<T>& air, Variable<T>& v, double k)
     });
 }
 
-double fastest_rate(const Lattice& lattice, double k)
-{
-    double inverse = 0;
-    for (const size_t axis : {0, 1, 2})
-        inverse += lattice.flat(int(axis)) ? 0 : 1 / (lattice.h[axis] * lattice.h[axis]);
-    // Twice the sum of k / h^2 leaves a cell at rest with what it has at 1 / rate; half of that more for stages of 4/3
-    // dt.
-    return k * inverse * 3;
-}
-
 template<typename T>
 void add_viscosity(Air<T>& air)
 {
@@ -59,7 +49,7 @@ Effect viscosity()
                   nullptr,
                   nullptr,
                   {add_viscosity<float>, add_viscosity<double>}};
-    effect.fastest_rate = [](const Parameters& p) { return fastest_rate(p.lattice, p.viscosity); };
+    effect.fastest_rate = [](const Parameters& p) { return mixing_rate(p, p.viscosity); };
     return changeable(effect);
 }
 
@@ -73,7 +63,7 @@ Effect diffusion()
                   nullptr,
                   nullptr,
                   {add_diffusion<float>, add_diffusion<double>}};
-    effect.fastest_rate = [](const Parameters& p) { return fastest_rate(p.lattice, p.diffusivity); };
+    effect.fastest_rate = [](const Parameters& p) { return mixing_rate(p, p.diffusivity); };
     return changeable(effect);
 }
 

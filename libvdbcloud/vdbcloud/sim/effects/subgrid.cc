@@ -186,16 +186,13 @@ void find_eddy_viscosity(const Air<T>& air, int at, Field<T>& field)
 {
     const auto [nx, ny, nz] = air.lattice.n;
     const size_t now = air.wind_at(at);
-    double volume = 1, inverse = 0;
+    double volume = 1;
     int axes = 0;
-    for (const size_t d : {0, 1, 2}) {
-        if (air.lattice.flat(int(d))) continue;
-        volume *= air.lattice.h[d], ++axes;
-        inverse += 1 / (air.lattice.h[d] * air.lattice.h[d]);
-    }
+    for (const size_t d : {0, 1, 2})
+        if (!air.lattice.flat(int(d))) volume *= air.lattice.h[d], ++axes;
     const double mixing = std::pow(air.parameters.smagorinsky * std::pow(volume, 1.0 / axes), 2);
     // Explicit mixing is stable up to this; more would only mean that the grid is coarser than the eddies.
-    const double cap = 0.1 / (inverse * 3 * std::max(air.dt, 1e-30));
+    const double cap = 0.1 / (mixing_rate(air.parameters, 1) * std::max(air.dt, 1e-30));
     const bool stratified = air.theta && air.parameters.buoyancy;
     const Continuation<T> beyond(air.lattice, Place::Centre, 1);  // stresses read one cell beside their row
     for_chunks(nz, plane_grain(nz), [&, nx = nx, ny = ny, nz = nz](int k0, int k1) {
