@@ -77,7 +77,8 @@ std::string text(const Words& words)
 
 class OptionEffects : public testing::TestWithParam<ToolEffects> {
 protected:
-    /// in.vdb: a cloud and a mountain. lattice.vdb, exact.vdb, solved.vdb: their light. seed, moved, albedo: other clouds.
+    /// in.vdb: a cloud and a mountain. lattice.vdb, exact.vdb, solved.vdb: their light. seed, moved, albedo: other
+    /// clouds.
     static void SetUpTestSuite()
     {
         inputs_ = new Scratch();
