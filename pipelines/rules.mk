@@ -8,6 +8,8 @@
 # Parameters are in .toml files beside the Makefile: a change of one makes again what depends on it and nothing else. A
 # pipeline that has a scatter.toml computes multiple scattering.
 #
+#   RUNG=n          accuracy of the whole chain, from 0 to 6 (docs/rungs.md); what a .toml says beats it. Pipelines that
+#                   compare methods have settings of their own, and no rung
 #   PICTURE=small   a small grid and a small picture       THREADS=n   threads of each program (0: all)
 #   SPP=n PARTS=n   samples a pixel of each job, and jobs, of NAME.path.exr
 #   OUT=folder      where files go (default: out)          STRICT=1    a program that was rebuilt makes its files again
@@ -49,6 +51,16 @@ ifneq ($(call odd,OUT),)
 $(error OUT = '$(call given,OUT)', as seen from $(notdir $(CURDIR)): expected a way of letters, digits and _./+,=@~- only: give an absolute path)
 endif
 endif
+# What the rung says of p1solve: "none" where the picture needs no multiple scattering by p1solve.
+ifneq ($(call given,RUNG),)
+rung_file := $(dir $(lastword $(filter %rules.mk,$(MAKEFILE_LIST))))../data/rungs.txt
+rungs := $(shell sed -n 's/^rung \([0-9]*\):.*/\1/p' $(rung_file))
+ifneq ($(words $(call given,RUNG)) $(filter $(rungs),$(call given,RUNG)),1 $(strip $(call given,RUNG)))
+$(error RUNG = '$(call given,RUNG)': expected one of $(rungs))
+endif
+rung_flags := --rung $(strip $(call given,RUNG))
+rung_of_p1solve := $(shell awk -v n=$(RUNG) '$$1 == "p1solve" && $$2 == "--iterations" { print $$(n + 3) }' $(rung_file))
+endif
 # $(call told,FILE,TEXT): writes TEXT to OUT/FILE.told unless it is there. While make reads its files, so that why works.
 told = $(if $(filter clean,$(MAKECMDGOALS)),,$(shell mkdir -p $(OUT); f=$(OUT)/$(1).told; \
     [ -e $$f ] && [ "$$(< $$f)" = $(call q,$(2)) ] || printf '%s\n' $(call q,$(2)) > $$f))
@@ -73,25 +85,28 @@ override BIN := $(OUT)/programs
 endif
 programs := $(shell realpath -- $(BIN) 2> /dev/null || echo $(BIN))
 $(call told,fractalgen,$(programs) $(density_flags))
-$(call told,illuminate,$(programs) $(light_flags))
-$(call told,render,$(programs) $(render_flags) $(SPP) $(PARTS))
-$(foreach p,p1solve vdbimport exrmerge,$(call told,$(p),$(programs)))
+$(call told,illuminate,$(programs) $(rung_flags) $(light_flags))
+$(call told,p1solve,$(programs) $(rung_flags))
+$(call told,render,$(programs) $(rung_flags) $(render_flags) $(SPP) $(PARTS))
+$(foreach p,vdbimport exrmerge,$(call told,$(p),$(programs)))
 
 # $(call say,FILE): prints its absolute path.
 say = realpath -s -- $(1)
 
-lit := $(if $(wildcard scatter.toml),scatter,light)
+# A rung decides whether there is multiple scattering, else the pipeline's scatter.toml does.
+scatter_toml := $(wildcard scatter.toml)
+lit := $(if $(if $(rung_flags),$(filter-out none,$(rung_of_p1solve)),$(scatter_toml)),scatter,light)
 
 $(OUT)/%.light.vdb: $(OUT)/%.density.vdb light.toml $(call tool,illuminate)
-	@$(call stage,illuminate $< --config light.toml $(light_flags) -o $@)
+	@$(call stage,illuminate $< --config light.toml $(rung_flags) $(light_flags) -o $@)
 
-$(OUT)/%.scatter.vdb: $(OUT)/%.light.vdb scatter.toml $(call tool,p1solve)
-	@$(call stage,p1solve $< --config scatter.toml -o $@)
+$(OUT)/%.scatter.vdb: $(OUT)/%.light.vdb $(scatter_toml) $(call tool,p1solve)
+	@$(call stage,p1solve $< $(scatter_toml:%=--config %) $(rung_flags) -o $@)
 
 $(OUT)/%.exr $(OUT)/%.png &: $(OUT)/%.$(lit).vdb camera.toml $(call tool,render)
-	@$(call stage,render $< --config camera.toml $(render_flags) -o $(OUT)/$*.exr --png $(OUT)/$*.png)
+	@$(call stage,render $< --config camera.toml $(rung_flags) $(render_flags) -o $(OUT)/$*.exr --png $(OUT)/$*.png)
 	@$(call say,$(OUT)/$*.png)
-	@for s in $(OUT)/$*.density.vdb $(OUT)/$*.light.vdb $(OUT)/$*.scatter.vdb $(OUT)/$*.exr $(OUT)/$*.png; do \
+	@for s in $(OUT)/$*.density.vdb $(OUT)/$*.light.vdb $(if $(filter scatter,$(lit)),$(OUT)/$*.scatter.vdb) $(OUT)/$*.exr $(OUT)/$*.png; do \
 	    if [ -e $$s.seconds ]; then printf '  %-24s %s s\n' $$(basename $$s) $$(cat $$s.seconds); fi; done
 
 # Each part has samples of its own, so that any machine may make it. LAUNCH may hand it to a batch system.

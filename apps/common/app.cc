@@ -3,6 +3,7 @@
 #include "config.h"
 #include "frames.h"
 #include "help.h"
+#include "rungs.h"
 #include "scarcity.h"
 #include "shared.h"
 #include "signals.h"
@@ -89,6 +90,7 @@ void App::writes_grids() { shared_->writes = shared_->may_clobber = true; }
 void App::examples(const std::vector<std::pair<std::string, std::string>>& examples)
 {
     std::string text = "Examples:\n";
+    if (shared_->rung_option.declared()) text = "Rungs:\n" + shown(rungs()) + "\n" + text;
     for (const auto& [purpose, command] : examples) text += "  # " + purpose + "\n  " + broken(command) + "\n";
     footer(text);
 }
@@ -258,7 +260,7 @@ void App::begin()
     Shared& s = *shared_;
     check_frames();
     check_files();
-    for (const auto& rule : s.rules) rule();
+    for (const Rule& rule : s.rules) rule.check();
     const bool tty = ::isatty(STDERR_FILENO);
     Meter::Mode mode = s.quiet || !tty ? Meter::Off : Meter::Bar;
     if (s.progress_choice == 1) mode = tty ? Meter::Bar : Meter::Lines;
@@ -301,6 +303,7 @@ bool App::parse_line(int argc, char** argv)
         if (remaining_size() > 0) throw CLI::ExtrasError(remaining());
         if (!s.print_config && s.completion.empty()) throw;
     }
+    apply_rung();
     if (!s.completion.empty()) return to_standard_output(completion_script(*this, s.completion)), false;
     if (s.print_config) return to_standard_output(config_to_str(true, true)), false;
     return true;
@@ -314,7 +317,7 @@ App::Outcome App::attempt(const std::function<void()>& work)
     } catch (const Cancelled&) {
         return {128 + SIGINT, "interrupted"};
     } catch (const UsageError& error) {
-        return {usage, error.what()};
+        return {usage, error.what() + set_by_rung(error.what())};
     } catch (const ConvergenceError& error) {
         return {unconverged, error.what()};
     } catch (const CLI::FileError& error) {

@@ -54,6 +54,10 @@ public:
     /// Calls `work` once; with --frames for each frame, in turn. The report then has a list "frames".
     void each_frame(const std::function<void(const PlaceFrame&)>& work);
 
+    /// Declares --rung for a program of data/rungs.txt, and shows the table in the help. Call while declaring, before
+    /// examples().
+    void takes_rungs();
+
     /// What --help ends with: commands that run as printed, one after the other, in an empty folder. The first is what
     /// a newcomer needs. Each is a line, {"what it is for", "command"}.
     void examples(const std::vector<std::pair<std::string, std::string>>&);
@@ -188,11 +192,14 @@ private:
     void declare_shared();
     void declare_common();
     void declare_frames();
-    bool parse_line(int argc, char** argv);  // false: all that was asked for is printed
-    void begin();                            // looks at what was asked, before the work
-    void check_places() const;               // of outputs
-    void check_files();                      // names of outputs, and each a file of its own
-    void check_frames();                     // names and numbers of --frames
+    void apply_rung();  // sets what the user left to the rung
+    bool given_beside_rung(const Option&) const;
+    std::string set_by_rung(const std::string& message) const;  // what to add where the rung set what it names
+    bool parse_line(int argc, char** argv);                     // false: all that was asked for is printed
+    void begin();                                               // looks at what was asked, before the work
+    void check_places() const;                                  // of outputs
+    void check_files();                                         // names of outputs, and each a file of its own
+    void check_frames();                                        // names and numbers of --frames
     void refuse_unasked_frames() const;
     std::string at_frame(const std::string& path) const;  // with the number of the frame that is worked on
     void join_report(nlohmann::json& whole, int number) const;

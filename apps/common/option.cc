@@ -4,6 +4,7 @@
 
 #include "vdbcloud/core/error.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -54,12 +55,12 @@ bool Option::given() const
 
 void Option::refuse(const std::string& why) const { throw UsageError(app_->place(option_) + name() + why); }
 
-void Option::rule(std::function<bool()> holds, const std::string& why) const
+void Option::rule(const std::function<bool()>& holds, const std::string& why) const
 {
-    cli();
-    app_->shared_->rules.push_back([option = *this, holds = std::move(holds), why] {
+    const auto refused = [option = *this, holds, why] {
         if (option.given() && !holds()) option.refuse(why);
-    });
+    };
+    app_->shared_->rules.push_back({cli(), holds, refused});
 }
 
 namespace {
@@ -76,15 +77,27 @@ Option Option::needs(const Option& other) const
     return only_with([other] { return other.given(); }, other.name());
 }
 
-Option Option::only_with(std::function<bool()> met, const std::string& wanted) const
+Option Option::only_with(const std::function<bool()>& met, const std::string& wanted) const
 {
-    return rule(std::move(met), without(wanted, name())), *this;
+    return rule(met, without(wanted, name())), *this;
 }
 
 Option Option::not_with(std::function<bool()> met, const std::string& unwanted) const
 {
     const auto unmet = [met = std::move(met)] { return !met(); };
     return rule(unmet, " has no effect with " + unwanted + ": leave out one of them"), *this;
+}
+
+Option Option::no_rung_with(std::function<bool()> met) const
+{
+    app_->shared_->rung_rules.push_back({cli(), [met = std::move(met)] { return !met(); }, {}});
+    return *this;
+}
+
+bool Option::by_rung() const
+{
+    const std::vector<Option>& set = app_->shared_->rung_set;
+    return std::any_of(set.begin(), set.end(), [&](const Option& other) { return other.cli() == cli(); });
 }
 
 void Option::check_effect(bool met, const std::string& wanted) const

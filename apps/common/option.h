@@ -47,11 +47,16 @@ public:
     /// No effect unless `other` was given.
     Option needs(const Option& other) const;
     /// No effect unless `met` once all options are read; `wanted` is what to add to the command: "--integrator steps".
-    Option only_with(std::function<bool()> met, const std::string& wanted) const;
+    Option only_with(const std::function<bool()>& met, const std::string& wanted) const;
     /// No effect if `met` once all options are read; `unwanted` is what to leave out: "--shadow-rays".
     Option not_with(std::function<bool()> met, const std::string& unwanted) const;
     /// The same as only_with(), now. Throws UsageError if the option was given and `met` is false.
     void check_effect(bool met, const std::string& wanted) const;
+
+    /// A rung leaves the option as it is if `met` once all options are read, and those before it in the table are set.
+    Option no_rung_with(std::function<bool()> met) const;
+    /// True if --rung has set the value that is in force.
+    bool by_rung() const;
 
     /// True if the user gave the option on the command line, or in the --config file with another value than its
     /// default: a file that --print-config wrote gives nothing that was not given. An option whose default has a
@@ -63,11 +68,12 @@ public:
     std::string text() const;
 
     CLI::Option* cli() const;
+    bool declared() const { return option_; }
     const Option* operator->() const { return this; }
 
 private:
     [[noreturn]] void refuse(const std::string& why) const;
-    void rule(std::function<bool()> holds, const std::string& why) const;
+    void rule(const std::function<bool()>& holds, const std::string& why) const;
 
     const App* app_ = nullptr;
     CLI::Option* option_ = nullptr;

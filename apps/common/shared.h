@@ -31,18 +31,28 @@ struct NamedFile {
     bool own_number = false;         // a number in the name is not that of --frames
 };
 
+/// Whether an option has an effect beside the values of the others.
+struct Rule {
+    const CLI::Option* option;
+    std::function<bool()> holds;
+    std::function<void()> check;  // throws if the option was given and has none
+};
+
 struct App::Shared {
     // What the tool does.
     bool reads = false, writes = false, may_clobber = false, sequences = false, several_inputs = false;
     std::vector<NamedFile> files;
-    std::vector<Option> inputs;                // of a tool that can run without one, else empty
-    std::vector<std::function<void()>> rules;  // each throws if an option has no effect
+    std::vector<Option> inputs;  // of a tool that can run without one, else empty
+    std::vector<Rule> rules;
+    Option rung_option;            // of a program that takes rungs
+    std::vector<Rule> rung_rules;  // of options that a rung sets at times
 
     // Options.
     int threads = 0, verbosity = 0;
     bool quiet = false, dry_run = false, werror = false, force = false, print_config = false;
     bool one_medium = false, half = false, no_clobber = false, trust_input = false;
     double max_input = 16;  // [GiB]
+    int rung = 0;
     std::string frames, json, keep = "all", completion;
     int progress_choice = 0;  // auto, always, never, machine
     Compression compression = Compression::Blosc;
@@ -57,6 +67,7 @@ struct App::Shared {
     Meter meter;
     std::unique_ptr<tbb::global_control> limit;
     double wall_start = wall_seconds();
+    std::vector<Option> rung_set;           // options whose value is the rung's
     std::vector<int> numbers;               // of --frames
     std::optional<int> frame;               // the one that is worked on
     std::set<std::string> used;             // grids --keep never drops

@@ -194,6 +194,7 @@ void declare(app::App& app, P1solveOptions& o)
     declare_closure(app, o);
     declare_power(app, o);
     declare_accuracy(app, o);
+    app.takes_rungs();
     app.examples(
         {{"multiple scattering in a cloud of droplets, and its picture",
           "fractalgen --size 64 -o cloud.vdb && illuminate cloud.vdb --sun 0.7,0.5,0.3 -o light.vdb && "

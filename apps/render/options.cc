@@ -143,6 +143,7 @@ void declare_sampling(app::App& app, RenderOptions& o)
                "samples of a pixel; 1 is taken at the pixel's centre, 16 smooth the edges. Without it 1; 16 for "
                "--integrator path, whose samples all lie at random")
             ->check(app::within(1, most_samples))
+            ->no_rung_with([&o] { return ends_by_target(o); })
             ->default_str("")
             ->group(group);
     const auto of_several = [&](const app::Option& option) {
@@ -273,6 +274,7 @@ void declare(app::App& app, RenderOptions& o)
     declare_camera(app, o);
     declare_sampling(app, o);
     declare_picture(app, o);
+    app.takes_rungs();
     app.examples({{"a cloud framed, lit and exposed automatically",
                    "fractalgen --size 96 -o cloud.vdb && render cloud.vdb --resolution 256x192 -o cloud.png"},
                   {"sun from the right, all orders of scattering until the noise is 20 %, as .exr and as .png",
@@ -286,11 +288,15 @@ bool traces_paths(const RenderOptions& o) { return o.integrator.kind == Integrat
 
 bool shows_light_grids(const RenderOptions& o) { return !traces_paths(o) || o.integrator.vertices > 0; }
 
+bool ends_by_target(const RenderOptions& o)
+{
+    return traces_paths(o) && (o.integrator.passes.time_limit > 0 || o.integrator.passes.noise > 0);
+}
+
 void choose_samples(RenderOptions& o)
 {
-    if (!traces_paths(o) || o.option.samples.given()) return;
-    const bool open = o.integrator.passes.time_limit > 0 || o.integrator.passes.noise > 0;
-    o.sampling.samples = open ? most_samples : 16;
+    if (!traces_paths(o) || o.option.samples.given() || o.option.samples.by_rung()) return;
+    o.sampling.samples = ends_by_target(o) ? most_samples : 16;
 }
 
 Sky chosen_sky(const RenderOptions& o, const Vec3d& sun_irradiance, UpAxis up, const std::optional<Sky>& lit_by)

@@ -56,6 +56,8 @@ void declare(app::App&, RenderOptions&);
 bool traces_paths(const RenderOptions&);
 /// Whether the picture shows grids of light: all but whole light paths do.
 bool shows_light_grids(const RenderOptions&);
+/// Light paths are traced until a target is met, not up to a number.
+bool ends_by_target(const RenderOptions&);
 /// The number of samples where the user gives none: of a path tracer 16, and without bound where a target ends the run.
 void choose_samples(RenderOptions&);
 

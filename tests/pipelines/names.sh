@@ -81,6 +81,28 @@ done
 ran=$(find "$folder" "$top/pipelines" -name ran)
 [ -z "$ran" ] || fail "a name ran a command: $ran"
 
+# RUNG: a change makes again what depends on it, and no more; a word that is no rung is refused, and runs nothing.
+cp -r "$top/data" "$copy"
+at_rung() { picture DENSITY=A/smoke.vdb OUT=rung "$@"; }
+stages() { for f in light.vdb scatter.vdb exr; do [ -e rung/smoke.$f ] && stat -c '%n %y' rung/smoke.$f; done; true; }
+at_rung RUNG=0 > /dev/null
+[ ! -e rung/smoke.scatter.vdb ] || fail "RUNG=0 solves"
+zero=$(stages)
+at_rung RUNG=0 > /dev/null
+[ "$(stages)" = "$zero" ] || fail "RUNG=0 again makes something"
+at_rung RUNG=1 > /dev/null
+[ -e rung/smoke.scatter.vdb ] || fail "RUNG=1 does not solve"
+one=$(stages)
+at_rung RUNG=2 > /dev/null
+[ -z "$(comm -12 <(sort <<< "$one") <(stages | sort))" ] || fail "RUNG=2 after RUNG=1 keeps a file: $(stages)"
+vdb_print -m rung/smoke.scatter.vdb | grep 'p1solve .*iterations=3 ' > /dev/null || fail "RUNG=2: expected three sweeps"
+for wrong in 7 x '1 2' '$(shell touch ran)' "'; touch ran; '" '`touch ran`' -1 03; do
+    at_rung RUNG="$wrong" > said 2>&1 && fail "RUNG='$wrong': expected a refusal"
+    grep -qF "expected one of 0 1 2 3 4 5 6" said || fail "RUNG='$wrong': $(cat said)"
+done
+ran=$(find "$folder" "$top/pipelines" -name ran)
+[ -z "$ran" ] || fail "a rung ran a command: $ran"
+
 # The real cloud's folder is relative, too; what is not there is said.
 mkdir 'real clouds'
 cp B/smoke.vdb 'real clouds/wdas_cloud_sixteenth.vdb'
