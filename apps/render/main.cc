@@ -8,6 +8,7 @@
 // thinned on its way to the eye. With --integrator path: all orders of scattering, by unbiased light paths.
 #include "camera.h"
 #include "output.h"
+#include "progressive.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/render/render_plan.h"
@@ -17,19 +18,20 @@ using namespace vdbcloud;
 namespace {
 
 void write_pictures(app::App& app, const RenderOptions& o, const LoadedScene& loaded, const Film& film,
-                    const CameraView& view, bool background_in_exr, const PassReport& passes)
+                    const CameraView& view, bool background_in_exr, const RenderCost& cost)
 {
     const auto phase = app.phase("write");
     ImageOptions image;
-    image.no_clobber = app.no_clobber();
     image.draw_background = background_in_exr;
     image.background_layer = wants_background_layer(o);
     image.png_bits = o.png_bits;
     image.view = o.view;
     ImageMetadata metadata = image_metadata(app, o, loaded, o.view.exposure);
-    if (traces_paths(o)) stamp_samples(metadata, loaded.scene, view, o, passes.samples);
+    if (traces_paths(o)) stamp_samples(metadata, loaded.scene, view, o, cost.passes.samples);
+    if (cost.coarse.coarseness > 1) metadata.numbers.push_back({"vdbcloud:coarseness", double(cost.coarse.coarseness)});
     for (const std::string& path : {o.output, o.png}) {
         if (path.empty()) continue;
+        image.no_clobber = app.no_clobber() && !(o.shown && path == shown_png(o));
         write_image(path, film, view, metadata, image, app.warnings());
         app.report()["outputs"].push_back({{"path", path}});
     }
@@ -62,6 +64,7 @@ void render(app::App& app, RenderOptions& o)
     for (const std::string& path : {o.output, o.png})
         if (!path.empty()) require_image_writer(path);
     app::require_memory(least_plan(o, loaded, film));
+    o.integrator.passes.show = shower(app, o, loaded, view);
     RenderCost cost;
     {
         const auto phase = app.phase("render");
@@ -72,7 +75,8 @@ void render(app::App& app, RenderOptions& o)
     report_cost(app, cost, render_work(film, loaded.scene, o.integrator, cost), o.view.exposure);
     app.add_work(writing_work(o));
     if (traces_paths(o)) report_passes(app, cost.passes);
-    write_pictures(app, o, loaded, film, view, background.in_exr, cost.passes);
+    report_coarseness(app, o, cost.coarse, film);
+    write_pictures(app, o, loaded, film, view, background.in_exr, cost);
 }
 
 }  // namespace

@@ -120,11 +120,14 @@ void declare_passes(app::App& app, RenderOptions& o, const char* group)
         app.add_option("--spp-offset", o.integrator.passes.offset,
                        "index of the first sample. Jobs with disjoint indices are parts of one run; exrmerge merges "
                        "their pictures"));
-    of_paths(
-        app.add_option("--time-limit", o.integrator.passes.time_limit,
-                       "end after the pass over the picture that exceeds this time [s]; --samples is then the most"))
+    app.add_option("--time-limit", o.integrator.passes.time_limit,
+                   "end after this time [s]. Light paths: after the pass over the picture that exceeds it; --samples "
+                   "is then the "
+                   "most. Others: pixels that are not computed by then repeat their neighbours, in blocks of 8x8 "
+                   "pixels at most")
         ->check(app::positive)
-        ->default_str("");
+        ->default_str("")
+        ->group(group);
     of_paths(
         app.add_option("--noise", o.integrator.passes.noise,
                        "end after the pass that brings the picture's noise to this: root mean square of the pixels' "
@@ -206,6 +209,12 @@ void declare_picture(app::App& app, RenderOptions& o)
                                      {name(ViewKind::None), ViewKind::None}},
                                     "how the .png shows radiance; filmic: highlights rolled off, srgb: clipped, none: "
                                     "linear"));
+    of_png(
+        app.add_flag(
+            "--progressive", o.progressive,
+            "replace the .png while the picture is computed: one pixel of every 8x8, then of 4x4, 2x2 and all; light "
+            "paths pass by pass. The picture at the end is the same. With --time-limit for a look in seconds"))
+        ->configurable(false);
     of_png(app.add_choice<int>("--png-bits", o.png_bits, {{"8", 8}, {"16", 16}}, "bits a channel of the .png"));
 }
 
@@ -304,6 +313,8 @@ Sky chosen_sky(const RenderOptions& o, const Vec3d& sun_irradiance, UpAxis up, c
     if (!lit_by && o.background != "sky" && !app::sky_asked(o.sky)) return {};
     return app::with_asked(o.sky, lit_by ? *lit_by : Sky::clear_day(sun_irradiance, vector_of(up)));
 }
+
+const std::string& shown_png(const RenderOptions& o) { return o.png.empty() ? o.output : o.png; }
 
 ImageSize image_size(const RenderOptions& o)
 {

@@ -44,6 +44,7 @@ struct RenderOptions {
 
     ViewOptions view;
     int png_bits = 8;
+    bool progressive = false, shown = false;  ///< shows the .png while it is computed; has shown it
 
     struct {
         app::Option camera, look_at, direction, ortho_width, integrator, fidelity, exposure, samples, ground;
@@ -60,6 +61,9 @@ bool shows_light_grids(const RenderOptions&);
 bool ends_by_target(const RenderOptions&);
 /// The number of samples where the user gives none: of a path tracer 16, and without bound where a target ends the run.
 void choose_samples(RenderOptions&);
+
+/// The .png that --progressive shows: of --png, else of --output.
+const std::string& shown_png(const RenderOptions&);
 
 /// "640x480", or "512" for a square; and "x0,y0,x1,y1" of the crop. Throws UsageError.
 ImageSize image_size(const RenderOptions&);

@@ -127,6 +127,8 @@ app::Plan least_plan(const RenderOptions& o, const LoadedScene& loaded, const Fi
     app::Plan plan;
     plan.way_out = "a coarser density, or fewer pixels";
     plan.bytes = render_bytes(film, loaded.scene, o.integrator);
+    if (o.progressive)
+        plan.bytes += double(film.channels()) * film.window().width() * film.window().height() * sizeof(float);
     // The allocator keeps what the maps for rays took.
     if (!o.png.empty() || image_format(o.output) != ImageFormat::Exr) plan.bytes += writer_of_pictures;
     return plan;

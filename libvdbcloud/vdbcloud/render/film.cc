@@ -2,6 +2,7 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/shortest.h"
+#include "vdbcloud/render/exposure.h"
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
@@ -29,50 +30,6 @@ struct Spread {
     }
     double variance_of_mean() const { return count > 1 ? squares / (double(count - 1) * count) : 0; }
 };
-
-/// How each channel of a film is gathered, worked out once.
-struct Gathering {
-    explicit Gathering(const Film& film) : nearest(size_t(film.channels()), false)
-    {
-        for (size_t l = 0; l < film.layers().size(); ++l) {
-            const LayerSpec& layer = film.layers()[l];
-            const int first = film.offset(int(l));
-            if (layer.name.empty() && layer.channels.size() >= 3) beauty = first;
-            if (layer.name == "variance" && layer.channels.size() == 1) variance = first;
-            for (size_t c = 0; c < layer.channels.size(); ++c)
-                nearest[size_t(first) + c] = layer.combine == Combine::Nearest;
-        }
-    }
-    std::vector<char> nearest;
-    int beauty = -1, variance = -1;
-};
-
-void expose_pixel(Film& film, const Gathering& how, const PixelFilter& filter, const SampleFunction& sample, int i,
-                  int j)
-{
-    const auto n = size_t(film.channels());
-    std::vector<double> sum(n, 0.0), value(n);
-    Spread spread;
-    for (int k = 0; k < filter.samples(); ++k) {
-        const SampleOffset at = filter(i, j, k);
-        std::fill(value.begin(), value.end(), 0.0);
-        sample(i + 0.5 + at.x, j + 0.5 + at.y, value.data());
-        for (size_t c = 0; c < n; ++c) {
-            if (!std::isfinite(float(value[c]))) refuse_value(film, int(c), i, j, value[c]);
-            if (how.nearest[c])
-                sum[c] = k == 0 ? value[c] : std::min(sum[c], value[c]);
-            else
-                sum[c] += value[c];
-        }
-        if (how.beauty >= 0 && how.variance >= 0) {
-            const double* rgb = &value[size_t(how.beauty)];
-            spread.add(luminance(rgb[0], rgb[1], rgb[2]));
-        }
-    }
-    float* out = film.pixel(i, j);
-    for (size_t c = 0; c < n; ++c) out[c] = float(how.nearest[c] ? sum[c] : sum[c] / filter.samples());
-    if (how.variance >= 0) out[how.variance] = float(spread.variance_of_mean());
-}
 
 }  // namespace
 
@@ -114,10 +71,48 @@ void refuse_value(const Film& film, int channel, int i, int j, double value)
                            ": expected a value that a float holds, as weaker lights give");
 }
 
+Exposure::Exposure(Film& film, const SamplingOptions& sampling)
+    : film_(film), filter_(sampling), nearest_(size_t(film.channels()), false)
+{
+    for (size_t l = 0; l < film.layers().size(); ++l) {
+        const LayerSpec& layer = film.layers()[l];
+        const int first = film.offset(int(l));
+        if (layer.name.empty() && layer.channels.size() >= 3) beauty_ = first;
+        if (layer.name == "variance" && layer.channels.size() == 1) variance_ = first;
+        for (size_t c = 0; c < layer.channels.size(); ++c)
+            nearest_[size_t(first) + c] = layer.combine == Combine::Nearest;
+    }
+}
+
+void Exposure::operator()(const SampleFunction& sample, int i, int j) const
+{
+    const auto n = size_t(film_.channels());
+    std::vector<double> sum(n, 0.0), value(n);
+    Spread spread;
+    for (int k = 0; k < filter_.samples(); ++k) {
+        const SampleOffset at = filter_(i, j, k);
+        std::fill(value.begin(), value.end(), 0.0);
+        sample(i + 0.5 + at.x, j + 0.5 + at.y, value.data());
+        for (size_t c = 0; c < n; ++c) {
+            if (!std::isfinite(float(value[c]))) refuse_value(film_, int(c), i, j, value[c]);
+            if (nearest_[c])
+                sum[c] = k == 0 ? value[c] : std::min(sum[c], value[c]);
+            else
+                sum[c] += value[c];
+        }
+        if (beauty_ >= 0 && variance_ >= 0) {
+            const double* rgb = &value[size_t(beauty_)];
+            spread.add(luminance(rgb[0], rgb[1], rgb[2]));
+        }
+    }
+    float* out = film_.pixel(i, j);
+    for (size_t c = 0; c < n; ++c) out[c] = float(nearest_[c] ? sum[c] : sum[c] / filter_.samples());
+    if (variance_ >= 0) out[variance_] = float(spread.variance_of_mean());
+}
+
 void expose(Film& film, const SamplingOptions& sampling, const SamplerFactory& factory, const Progress& progress)
 {
-    const PixelFilter filter(sampling);
-    const Gathering how(film);
+    const Exposure expose_pixel(film, sampling);
     const PixelWindow w = film.window();
     const int across = (w.width() + tile - 1) / tile, down = (w.height() + tile - 1) / tile;
 
@@ -127,7 +122,7 @@ void expose(Film& film, const SamplingOptions& sampling, const SamplerFactory& f
         const SampleFunction& sample = samplers.local();
         const int x0 = w.x0 + t % across * tile, y0 = w.y0 + t / across * tile;
         for (int j = y0; j < std::min(y0 + tile, w.y1); ++j)
-            for (int i = x0; i < std::min(x0 + tile, w.x1); ++i) expose_pixel(film, how, filter, sample, i, j);
+            for (int i = x0; i < std::min(x0 + tile, w.x1); ++i) expose_pixel(sample, i, j);
         report(progress, double(++done) / (across * down));
     });
 }

@@ -3,6 +3,7 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/core/words.h"
+#include "vdbcloud/render/coarse_first.h"
 #include "vdbcloud/render/ground_light.h"
 #include "vdbcloud/render/layer_places.h"
 #include "vdbcloud/render/media.h"
@@ -117,8 +118,12 @@ RenderCost render_image(Film& film, const Scene& scene, const CameraView& view, 
             if (!result->converged) unconverged.fetch_add(1, std::memory_order_relaxed);
         };
     };
-    expose(film, sampling, factory, progress);
-    return {rays, cells, lit, 0, 0, unconverged, {}};
+    CoarseReport coarse;
+    if (options.passes.time_limit > 0 || options.passes.show)
+        coarse = expose_coarse_first(film, sampling, options.passes, factory, progress);
+    else
+        expose(film, sampling, factory, progress);
+    return {rays, cells, lit, 0, 0, unconverged, {}, coarse};
 }
 
 }  // namespace vdbcloud

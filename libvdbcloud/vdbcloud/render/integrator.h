@@ -69,7 +69,7 @@ struct IntegratorOptions {
     /// Path: paths have at most so many vertices, >= 2, and their last ray sees the picture of Integrator::Cells, which
     /// needs transmittance grids and collided light: less noise, and a bias. 0: whole paths.
     int vertices = 0;
-    PassOptions passes;  ///< Path: which samples, and how many
+    PassOptions passes;  ///< Path: which samples, and how many; all: the time limit, and how the picture is shown
 };
 
 /// The layers render_image fills, for a scene, in the order of the film:
@@ -104,6 +104,7 @@ struct RenderCost {
     uint64_t end_cells = 0;    ///< cells that last rays cross; `lit` is of these
     uint64_t unconverged = 0;  ///< Romberg: rays that reached the finest level before the tolerance
     PassReport passes;         ///< Path: samples of each pixel, and the noise that they leave
+    CoarseReport coarse;       ///< others, with a time limit or a picture that is shown: how far they came
 };
 
 /// Fills the film, whose layers are those of render_layers(). The film's window and size are the view's.

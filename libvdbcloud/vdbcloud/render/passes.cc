@@ -1,6 +1,7 @@
 #include "vdbcloud/render/passes.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/render/coarse_first.h"
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
@@ -9,7 +10,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <functional>
 
@@ -163,13 +163,13 @@ PassReport expose_in_passes(Film& film, const SamplingOptions& sampling, const P
                             const IndexedSampleFactory& factory, const Progress& progress)
 {
     check(options);
-    using Clock = std::chrono::steady_clock;
-    const auto start = Clock::now();
-    const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+    const double start = clock_seconds();
+    const auto elapsed = [&] { return clock_seconds() - start; };
+    Showing showing(options);
     tbb::enumerable_thread_specific<IndexedSample> samplers(factory);
     Passes passes(film, options.over_background);
     const uint64_t most = uint64_t(sampling.samples);
-    const bool open = options.time_limit > 0 || options.noise > 0;
+    const bool open = options.time_limit > 0 || options.noise > 0 || options.show;
     PassReport out;
     while (out.samples < most) {
         const uint64_t count =
@@ -186,6 +186,9 @@ PassReport expose_in_passes(Film& film, const SamplingOptions& sampling, const P
         out.noise = passes.noise(out.samples);
         if (options.noise > 0 && out.samples >= first_look && out.noise <= options.noise) break;
         if (options.time_limit > 0 && elapsed() > options.time_limit) break;
+        if (out.samples == most || !showing.due()) continue;
+        passes.fill_film(out.samples);
+        showing.show(film, {1, out.samples});
     }
     passes.fill_film(out.samples);
     return out;

@@ -7,12 +7,30 @@
 
 namespace vdbcloud {
 
+/// What a picture that is shown before its end holds.
+struct ShownPicture {
+    int coarseness = 1;    ///< edge of the blocks of pixels of which at least the first is computed; 1: all pixels are
+    uint64_t samples = 0;  ///< of each pixel that is computed
+};
+/// Called with the picture so far, by the thread that renders, while no other thread computes.
+using ShowPicture = std::function<void(const Film&, const ShownPicture&)>;
+
+/// How far a picture came that begins with coarse pixels.
+struct CoarseReport {
+    int coarseness = 0;   ///< as in ShownPicture; 1: complete
+    uint64_t pixels = 0;  ///< that are computed; the others have values of their neighbours
+};
+
 struct PassOptions {
-    uint64_t offset = 0;    ///< index of the first sample; runs with disjoint indices are parts of one run
-    double time_limit = 0;  ///< ends after the pass that exceeds it [s of the clock]; 0: no limit
-    double noise = 0;       ///< ends after the pass that brings noise() to this or below; 0: no target
+    uint64_t offset = 0;  ///< index of the first sample; runs with disjoint indices are parts of one run
+    /// Path: ends after the pass that exceeds it [s of the clock]; others: ends with the pixels that are computed by
+    /// then, at least one of every 8 x 8. 0: no limit.
+    double time_limit = 0;
+    double noise = 0;  ///< ends after the pass that brings noise() to this or below; 0: no target
     /// The picture's standard error and noise are those of the beauty layer with the background behind it.
     bool over_background = false;
+    ShowPicture show;             ///< shows the picture while it is computed; none: it is not shown
+    double show_interval = 0.25;  ///< least time between two shown pictures [s of the clock]
 };
 
 struct PassReport {
@@ -36,10 +54,10 @@ using IndexedSampleFactory = std::function<IndexedSample()>;
 ///     "seconds"         Y      CPU time of the pixel's samples: differs from run to run
 ///
 /// The noise of the picture is the relative standard error of its luminance: the root mean square over pixels of the
-/// standard error, over the mean over pixels. With a time limit or a noise target, samples are taken in passes over the
-/// whole picture, each an eighth of those before, at least one. A noise target is not looked at before 16 samples. A
-/// run that ends by a target is slightly biased, as low estimates of the noise end it early: for references, ask for a
-/// number of samples.
+/// standard error, over the mean over pixels. With a time limit, a noise target or a picture that is shown, samples are
+/// taken in passes over the whole picture, each an eighth of those before, at least one. A noise target is not looked
+/// at before 16 samples. A run that ends by a target is slightly biased, as low estimates of the noise end it early:
+/// for references, ask for a number of samples.
 ///
 /// The picture is a function of offset and number of samples: not of passes and threads. Throws as expose().
 PassReport expose_in_passes(Film&, const SamplingOptions&, const PassOptions&, const IndexedSampleFactory&,

@@ -45,7 +45,7 @@ RenderCost render_paths(Film& film, const Scene& scene, const CameraView& view, 
         };
     };
     const PassReport report = expose_in_passes(film, sampling, options.passes, factory, progress);
-    return {rays, collisions, lit, ends, end_cells, 0, report};
+    return {rays, collisions, lit, ends, end_cells, 0, report, {}};
 }
 
 }  // namespace vdbcloud
