@@ -32,7 +32,7 @@ measured render "$folder/lamp.scatter.vdb" --resolution 64 -o "$folder/lamp.exr"
 # Methods of P1 beside the usual one, and what they hold.
 measured illuminate "$folder/lamp.density.vdb" --sun 0.3,1,0.2 --extinction 40 --albedo 0.99 --g 0.6 -o "$folder/sun.vdb"
 k=0
-for method in "--series 4" "--series 4 --galerkin --series-raw" "--solver relaxation --max-iterations 9999" "--limiter levermore-pomraning" \
+for method in "--iterations 2 --g 0 --albedo 0.999,0.99,0.95" "--series 4" "--series 4 --galerkin --series-raw" "--solver relaxation --max-iterations 9999" "--limiter levermore-pomraning" \
               "--ground-albedo 0.4" "--flux-map $folder/map.exr" "--heating"; do
     measured p1solve "$folder/sun.vdb" $method -o "$folder/method$((k++)).vdb"
 done
@@ -65,7 +65,7 @@ awk '
     END {
         split("noise_point shape_block mask_point lattice_product light_point beam_voxel p1_setup_voxel p1_iteration_voxel p1_channel_voxel " \
               "p1_relaxation_voxel series_voxel series_node_voxel romberg_point ground_ray ground_face " \
-              "sweep_voxel sweep_moment_voxel closure_voxel outflow_ray ray plain_cell plain_light plain_value plain_peak cell " \
+              "sweep_voxel sweep_channel_voxel sweep_moment_voxel closure_voxel outflow_ray ray plain_cell plain_light plain_value plain_peak cell " \
               "cell_light cell_value path_ray path_collision sim_cell table_cell merged_value read_byte write_byte", wanted)
         for (k in wanted) if (!rows[wanted[k]]) { print "estimates.sh: no run counted " wanted[k]; bad = 1 }
         exit bad

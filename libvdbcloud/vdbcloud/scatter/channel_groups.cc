@@ -34,6 +34,22 @@ std::optional<double> beams_as(const ChannelBeams& of, const ChannelBeams& as)
     return multiple(of.strength, as.strength);
 }
 
+std::vector<std::vector<const ChannelGroup*>> swept_together(const std::vector<ChannelGroup>& groups,
+                                                             const std::array<double, 3>& extinction, bool scales)
+{
+    std::vector<std::vector<const ChannelGroup*>> together;
+    const auto of = [&](const ChannelGroup& group) { return extinction[size_t(group.solves[0].channel)]; };
+    for (const ChannelGroup& group : groups) {
+        const auto same = std::find_if(together.begin(), together.end(),
+                                       [&](const auto& others) { return !scales && of(*others[0]) == of(group); });
+        if (same == together.end())
+            together.push_back({&group});
+        else
+            same->push_back(&group);
+    }
+    return together;
+}
+
 std::vector<ChannelGroup> group_channels(const std::array<ChannelInput, 3>& input)
 {
     std::vector<ChannelGroup> groups;

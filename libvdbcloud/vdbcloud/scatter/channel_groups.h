@@ -36,6 +36,11 @@ struct ChannelBeams {
 /// collides and is scattered has the ratio of the albedos as a factor besides.
 std::optional<double> beams_as(const ChannelBeams& of, const ChannelBeams& as);
 
+/// Groups whose channels have one extinction in the scaling of sweeps, so that one sweep serves all; each other group
+/// alone. `extinction` at density 1 by channel; `scales`: the scaling makes extinction depend on the albedo.
+std::vector<std::vector<const ChannelGroup*>> swept_together(const std::vector<ChannelGroup>&,
+                                                             const std::array<double, 3>& extinction, bool scales);
+
 /// Channels share a solution if matrix and emission are equal and their lights differ only by a factor x >= 0.
 std::vector<ChannelGroup> group_channels(const std::array<ChannelInput, 3>&);
 

@@ -47,4 +47,9 @@ private:
     std::vector<Arrays> df_, dg_;  // newest first
 };
 
+/// What sweeps of scattering of mean cosine `g` mix: the depth, and the number of arrays. phi alone for isotropic
+/// scattering, else phi and the moments of degree 1. Higher moments follow within one or two sweeps.
+inline int mixing_depth(double g) { return g == 0 ? 8 : 5; }
+inline size_t mixed_arrays(double g) { return g == 0 ? 1 : 4; }
+
 }  // namespace vdbcloud

@@ -62,7 +62,13 @@ CollidedLight Scattering::run(const Progress& progress)
     beam_uses_ = uses_of_beams(all);
     int done = 0, count = 0;
     for (const ChannelGroup& group : all) count += int(group.solves.size());
-    for (const ChannelGroup& group : all) solve_group(group, done, count, progress);
+    if (o_.closure.iterations > 0)
+        for (const auto& groups : swept_together(
+                 all, {medium_.sigma_t_per_density[0], medium_.sigma_t_per_density[1], medium_.sigma_t_per_density[2]},
+                 scaling().delta_f > 0))
+            solve_closed(groups, done, count, progress);
+    else
+        for (const ChannelGroup& group : all) solve_group(group, done, count, progress);
 
     if (o_.heating) put_heating();
     if (ground_ || endless_) put_ground();
@@ -120,22 +126,23 @@ std::vector<P1Source> Scattering::p1_sources(const P1Operator& p1, const Channel
     return sources;
 }
 
+P1Medium Scattering::medium_of(int channel) const
+{
+    P1Medium medium{medium_.sigma_t_per_density[channel], medium_.albedo[channel], tint(channel), medium_.phase,
+                    o_.delta};
+    medium.ground_albedo = o_.ground_albedo.value_or(0);
+    return medium;
+}
+
 void Scattering::solve_group(const ChannelGroup& group, int& done, int count, const Progress& progress)
 {
-    const bool closes = o_.closure.iterations > 0;
-    const int first = group.solves[0].channel;
-    P1Medium medium{medium_.sigma_t_per_density[first], medium_.albedo[first], tint(first), medium_.phase, o_.delta};
-    medium.ground_albedo = o_.ground_albedo.value_or(0);
-    const Closing* closing_medium = closes ? &closing(medium) : nullptr;
-    if (closes) medium.limiter = &closing_medium->limiter;
-    const P1Operator p1(index_, density_, closes ? closing_medium->exposed : exposed_, medium);
+    const P1Operator p1(index_, density_, exposed_, medium_of(group.solves[0].channel));
     note_work("p1_setup_voxel", 1);
     const auto part = [&](double f) { return !progress || progress((done + f) / count); };
     follow_emission(p1, group);
-    std::vector<P1Source> sources;
-    if (!closes) sources = p1_sources(p1, group, [&](double f) { return part(0.3 * f); });
+    std::vector<P1Source> sources = p1_sources(p1, group, [&](double f) { return part(0.3 * f); });
     std::optional<Multigrid> multigrid;
-    if (closes || o_.solver == P1Solver::Multigrid) {
+    if (o_.solver == P1Solver::Multigrid) {
         multigrid.emplace(p1.stencil());
         report_.levels = std::max(report_.levels, multigrid->levels());
     }
@@ -149,9 +156,7 @@ void Scattering::solve_group(const ChannelGroup& group, int& done, int count, co
         const auto solve_for = [&](P1Source& source) {
             report.solve = solve(p1, multigrid ? &*multigrid : nullptr, source, phi, options);
         };
-        if (closes) {
-            close(p1, *multigrid, c, options, phi, report);
-        } else if (given) {
+        if (given) {
             phi = (*given)(index_, c);
             report.solve = judge_p1(p1, *multigrid, sources[k], phi);
         } else if (endless_) {
@@ -161,19 +166,25 @@ void Scattering::solve_group(const ChannelGroup& group, int& done, int count, co
             solve_for(sources[k]);
         }
         if (k + 1 == group.solves.size()) multigrid.reset();  // what follows needs its memory
-        if (o_.limiter && !closes)
+        if (o_.limiter)
             limit(p1, sources[k], c, phi, report);
-        else if (!closes)
+        else
             keep_p1(p1, sources[k], c, phi, report);
-        solution_[c].phi.assign(phi.begin(), phi.end());
-        if (const EmittedLight* light = emitted(c))
-            for (size_t slot = 0; slot < phi.size(); ++slot) solution_[c].phi[slot] += light->fluence[slot];
-        emitted_[c].reset();
-        share_[c] = {c, 1};
-        for (const auto& [channel, scale] : group.solves[k].shared) share(c, channel, scale);
-        ++report_.solves;
-        note_work("p1_channel_voxel", 1);
+        keep(group.solves[k], phi);
     }
+}
+
+void Scattering::keep(const ChannelGroup::Solve& solve, const std::vector<double>& phi)
+{
+    const int c = solve.channel;
+    solution_[c].phi.assign(phi.begin(), phi.end());
+    if (const EmittedLight* light = emitted(c))
+        for (size_t slot = 0; slot < phi.size(); ++slot) solution_[c].phi[slot] += light->fluence[slot];
+    emitted_[c].reset();
+    share_[c] = {c, 1};
+    for (const auto& [channel, scale] : solve.shared) share(c, channel, scale);
+    ++report_.solves;
+    note_work("p1_channel_voxel", 1);
 }
 
 void Scattering::share(int from, int to, double scale)

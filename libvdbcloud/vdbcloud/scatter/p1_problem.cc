@@ -3,7 +3,6 @@
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/scatter/active_slots.h"
-#include "vdbcloud/solve/relaxation.h"
 
 #include <tbb/parallel_for.h>
 
@@ -143,128 +142,6 @@ void add_emission(const P1Operator& p1, const std::vector<float>& emission, doub
     each_active(p1.blocks(), [&](size_t slot) { source.rhs[slot] += scale * emission[slot]; });
     source.emitted +=
         scale * p1.hbar() * p1.hbar() * total(p1.blocks(), [&](size_t slot) { return double(emission[slot]); });
-}
-
-namespace {
-
-/// Adds to phi the constant that closes the total power balance exactly.
-void close_balance(const P1Operator& p1, const std::vector<double>& residual, std::vector<double>& phi)
-{
-    const Blocks& blocks = p1.blocks();
-    const double left = total(blocks, [&](size_t slot) { return residual[slot]; });
-    const double loss = total(blocks, [&](size_t slot) { return double(p1.stencil().extra[slot]); });
-    if (loss > 0) each_active(blocks, [&](size_t slot) { phi[slot] += left / loss; });
-}
-
-/// Of the tolerance's norm over that of the sources without additive flux: clouds of thick voxels take no iteration
-/// more.
-constexpr double norm_slack = 10;
-
-/// The norm of the right-hand side without its additive flux, times norm_slack; 0: no such flux.
-double norm_without_additive(const P1Operator& p1, const P1Source& source)
-{
-    const Blocks& blocks = p1.blocks();
-    if (source.through[0].empty() && source.through[1].empty() && source.through[2].empty()) return 0;
-    std::vector<double> rhs = source.rhs;
-    for (int a = 0; a < 3; ++a) {
-        const std::vector<double>& through = source.through[a];
-        if (through.empty()) continue;
-        each_active(blocks, [&](size_t slot) {
-            const size_t above = blocks.neighbour(slot, 2 * a + 1);
-            rhs[slot] -= (through[slot] - (blocks.active(above) ? through[above] : 0.0)) * p1.face_area(a);
-        });
-    }
-    for (size_t k = 0; k < p1.exposed().size(); ++k)
-        for (const double outflow : source.outflow[k]) rhs[p1.exposed()[k].slot] += outflow;
-    return norm_slack * std::sqrt(total(blocks, [&](size_t slot) { return rhs[slot] * rhs[slot]; }));
-}
-
-/// sigma_a hbar and the conductances of the exposed faces: A applied to a fluence of 1 everywhere, in double.
-std::vector<double> losses(const P1Operator& p1)
-{
-    std::vector<double> loss(p1.blocks().slots(), 0.0);
-    each_active(p1.blocks(), [&](size_t slot) { loss[slot] = p1.sigma_a(slot) * p1.hbar(); });
-    for (const ExposedVoxel& voxel : p1.exposed())
-        for (int face = 0; face < 6; ++face)
-            if (voxel.faces >> face & 1) loss[voxel.slot] += p1.conductance(voxel, face);
-    return loss;
-}
-
-/// The mean of P1Source::sky_inflow over the exposed faces, by conductance.
-double mean_inflow(const P1Operator& p1, const P1Source& source)
-{
-    const auto& all = source.sky_inflow;
-    if (std::all_of(all.begin(), all.end(), [&](double j) { return j == all[0]; })) return all[0];  // without rounding
-    double sum = 0, weights = 0;
-    for (const ExposedVoxel& voxel : p1.exposed())
-        for (int face = 0; face < 6; ++face) {
-            if (!(voxel.faces >> face & 1)) continue;
-            const double g = p1.conductance(voxel, face);
-            sum += g * source.sky_inflow[face];
-            weights += g;
-        }
-    return weights > 0 ? sum / weights : 0;
-}
-
-/// The fluence less the constant of a sky, as the unknown: fluxes are differences of fluences, and what the solver
-/// leaves of the constant would be large against them. Changes rhs and phi; returns the constant to add to the
-/// solution, 0 where the right-hand side would not be smaller without it.
-double take_constant(const P1Operator& p1, P1Source& source, std::vector<double>& phi)
-{
-    constexpr double rounding = 2e-15;  // of a sum of six conductances
-    const Blocks& blocks = p1.blocks();
-    const double constant = mean_inflow(p1, source);
-    if (constant == 0) return 0;
-    std::vector<double> rhs = losses(p1);
-    each_active(blocks, [&](size_t slot) {
-        const double less = source.rhs[slot] - constant * rhs[slot];
-        rhs[slot] = std::abs(less) > rounding * std::abs(source.rhs[slot]) ? less : 0.0;
-    });
-    const auto square = [&](const std::vector<double>& v) {
-        return total(blocks, [&](size_t slot) { return v[slot] * v[slot]; });
-    };
-    if (!(square(rhs) < square(source.rhs))) return 0;
-    source.rhs.swap(rhs);
-    if (!phi.empty()) each_active(blocks, [&](size_t slot) { phi[slot] -= constant; });
-    return constant;
-}
-
-void add_constant(const P1Operator& p1, double constant, std::vector<double>& phi)
-{
-    if (constant != 0) each_active(p1.blocks(), [&](size_t slot) { phi[slot] += constant; });
-}
-
-}  // namespace
-
-SolveResult solve_p1(const P1Operator& p1, Multigrid& multigrid, P1Source& source, std::vector<double>& phi,
-                     const SolveOptions& options)
-{
-    SolveOptions scaled = options;
-    const double constant = take_constant(p1, source, phi);
-    scaled.norm = norm_without_additive(p1, source);
-    const SolveResult result = conjugate_gradient(p1.stencil(), multigrid, source.rhs, phi, scaled);
-    close_balance(p1, source.rhs, phi);
-    add_constant(p1, constant, phi);
-    return result;
-}
-
-SolveResult relax_p1(const P1Operator& p1, double factor, P1Source& source, std::vector<double>& phi,
-                     const SolveOptions& options)
-{
-    const double constant = take_constant(p1, source, phi);
-    const SolveResult result = relax(p1.stencil(), factor, source.rhs, phi, options);
-    if (result.converged) close_balance(p1, source.rhs, phi);
-    add_constant(p1, constant, phi);
-    return result;
-}
-
-SolveResult judge_p1(const P1Operator& p1, Multigrid& multigrid, P1Source source, std::vector<double> phi)
-{
-    SolveOptions none;
-    take_constant(p1, source, phi);
-    none.norm = norm_without_additive(p1, source);
-    none.max_iterations = 0;
-    return conjugate_gradient(p1.stencil(), multigrid, source.rhs, phi, none);
 }
 
 P1Budget budget(const P1Operator& p1, const P1Source& source, const std::vector<double>& phi)

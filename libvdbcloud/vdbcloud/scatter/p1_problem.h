@@ -189,7 +189,13 @@ struct P1Budget {
 /// medium diffusion cancels them, and what the solver leaves of them must be small against the flux. The constant
 /// fluence of a sky is subtracted first, where the sources that are left are smaller: a uniform sky without absorption
 /// leaves 0.
-SolveResult solve_p1(const P1Operator&, Multigrid&, P1Source& source, std::vector<double>& phi, const SolveOptions&);
+///
+/// `alike`: fields that look like the solution less phi, such as those of another channel; 0 at inactive slots. phi
+/// starts with the combination of these that leaves the least error in the energy norm, for the cost of one product
+/// with the matrix each. The solution depends on them within the tolerance.
+using Fields = std::vector<const std::vector<float>*>;
+SolveResult solve_p1(const P1Operator&, Multigrid&, P1Source& source, std::vector<double>& phi, const SolveOptions&,
+                     const Fields& alike = {});
 /// As solve_p1(), by successive over-relaxation (solve/relaxation.h) with relaxation factor `factor`.
 SolveResult relax_p1(const P1Operator&, double factor, P1Source& source, std::vector<double>& phi, const SolveOptions&);
 

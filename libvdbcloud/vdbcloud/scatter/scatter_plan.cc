@@ -106,7 +106,9 @@ double closed_beams(const std::vector<ChannelGroup>& groups, const Medium& mediu
 struct Counts {
     double solves = 0, groups = 0, at_once = 0, blocks = 0, beams = 0;
     double ground_cells = 0, directions = 0;
-    double terms = 1, moments = 1;  // harmonics of the source, and of a sweep's result
+    double terms = 1, moments = 1;      // harmonics of the source, and of a sweep's result
+    double together = 0, matrices = 0;  // solves that are swept at once, and their matrices: at most
+    double followers = 0;               // solves that are swept with one before
     bool sweeps = false, anisotropic = false;
 };
 
@@ -128,9 +130,11 @@ double bytes_a_voxel(const Counts& n, const ScatterOptions& o, double g)
         const double depth = g == 0 ? 8 : 5, states = std::min(double(o.closure.iterations), depth);
         const double history = double(mixing_bytes(1, g)) * (2 * states + 3) / (2 * depth + 3);
         const double closure = 4 * (2 * n.terms + n.beams + n.moments + 2) + history;
-        // A source with its fluxes, and a copy of its right side; beams that channels share; fluence, solver, aprons.
-        peak = matrix + 40 + (n.solves > 1 ? 52 : 0) + closure + 4 * n.moments * (n.solves - 1) + 16 +
-               by_direction * n.directions;
+        // Of each channel that is swept: a source with its fluxes, and a copy of its right side; fluence, excess,
+        // aprons.
+        const double channel = 40 + closure + 16 + by_direction * n.directions;
+        peak = 16 + 45 * n.matrices + n.together * channel + 4 * n.moments * (n.solves - n.together) +
+               (n.solves > n.together ? 52 : 0);
     } else if (o.flux_map || n.ground_cells > 0) {
         peak += 126 + by_direction * n.directions;  // a sweep of degree 1
     } else if (o.limiter) {
@@ -197,10 +201,18 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
     }
     const std::vector<Light> beams = points_of(lights, o.disc_samples);
     n.beams = double(beams.size());
+    const Vec3d& extinction = medium.sigma_t_per_density;
     n.sweeps = o.closure.iterations > 0;
     const int degree = n.sweeps ? o.closure.degree : 1;
     const DeltaScaling scaling = o.delta ? delta_scaling(medium.phase, degree) : no_scaling(medium.phase, degree);
     n.anisotropic = medium.phase.mean_cosine() != 0;
+    for (const auto& of : swept_together(groups, {extinction[0], extinction[1], extinction[2]}, scaling.delta_f > 0)) {
+        double solves = 0;
+        for (const ChannelGroup* group : of) solves += double(group->solves.size());
+        n.together = std::max(n.together, solves);
+        n.matrices = std::max(n.matrices, double(of.size()));
+        if (o.periodic == std::array<bool, 3>{} && o.closure.iterations > 0) n.followers += solves - 1;
+    }
     n.terms = harmonic_count(scaling.last_degree());
     n.moments = harmonic_count(std::max(degree, 2));
     const bool endless = o.ground_albedo && o.periodic == std::array<bool, 3>{};
@@ -250,6 +262,8 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
         const double tolerance = tolerance_between(o.closure, o.solve, std::pow(0.25, k));
         later += expected_iterations(extent, std::min(0.1, 6 * tolerance)) + 0.5;
     }
+    // Solves of channels that follow start from those before, and take some 0.6 of the iterations.
+    const double solves = n.sweeps && n.together > 1 ? n.solves - 0.4 * (n.together - 1) : n.solves;
     const double first = n.sweeps ? expected_iterations(extent, tolerance_before(o.closure, o.solve)) : iterations;
     const auto voxels = [&](const char* event, double times) { plan.work.add(event, plan.voxels * times); };
     // P1's beams of a group serve its channels; with sweeps each channel adds its own, or that of another. Depths are
@@ -270,7 +284,7 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
     }
     voxels("p1_setup_voxel", n.groups + n.solves * limited);
     voxels(relaxes ? "p1_relaxation_voxel" : "p1_iteration_voxel",
-           n.solves * ((1 + 0.5 * (rounds - 1)) * first + later + limited * 0.6 * iterations));
+           solves * ((1 + 0.5 * (rounds - 1)) * first + later + limited * 0.6 * iterations));
     voxels("p1_channel_voxel", n.solves);
     const double swept = n.solves * (sweeps + rounds * planes) * double(plan.directions);
     if (ground) plan.work.add("ground_ray", n.solves * (1 + patched) * ground->rays());
@@ -279,7 +293,9 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
         plan.work.add("ground_face", n.solves * rounds * exposed_count(density, all) * double(plan.directions));
     }
     const double streamed = sweeps > 0 ? closing_mediums(groups, medium, tint != nullptr) * streaming_directions : 0;
-    voxels("sweep_voxel", swept + streamed);
+    const double followed = n.followers * sweeps * double(plan.directions);
+    voxels("sweep_voxel", swept - followed + streamed);
+    voxels("sweep_channel_voxel", followed);
     voxels("sweep_moment_voxel", swept * n.moments + streamed);
     voxels("closure_voxel", n.solves * sweeps);
     plan.work.add("outflow_ray", n.solves * o.reentry_rays);

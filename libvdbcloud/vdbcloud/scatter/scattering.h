@@ -1,7 +1,7 @@
 #pragma once
 // Private to scatter/. One run of scatter_p1(): what the steps of a channel share. Sources are in
-// scattering_sources.cc, the solve of a channel in scattering_channel.cc, where its power goes in scattering_powers.cc,
-// the rest in multiple_scattering.cc.
+// scattering_sources.cc, the solve of a channel in scattering_channel.cc and scattering_closed.cc, where its power goes
+// in scattering_powers.cc, the rest in multiple_scattering.cc.
 #include "vdbcloud/grid/sources.h"
 #include "vdbcloud/scatter/beam_medium.h"
 #include "vdbcloud/scatter/channel_groups.h"
@@ -81,13 +81,16 @@ private:
     /// Emission as the sweeps take it.
     void add_emission_to(SecondMoment& closure, int c) const;
     void note_bytes(const P1Operator& p1, size_t sources, size_t besides);
-    void count_sweeps(const SecondMoment& closure, double sweeps);
+    void count_sweeps(const SecondMoment& closure, double sweeps, bool follows = false);
     /// Adds `times` events for each voxel of the blocks.
     void note_work(const char* event, double times)
     {
         report_.work.add(event, times * 512 * double(index_.blocks().count()));
     }
     void solve_group(const ChannelGroup& group, int& done, int count, const Progress& progress);
+    /// What all solves of a channel end with.
+    void keep(const ChannelGroup::Solve& solve, const std::vector<double>& phi);
+    P1Medium medium_of(int channel) const;
     void add_sky_and_glow(const P1Operator& p1, int c, P1Source& source) const;
     void keep_p1(const P1Operator& p1, const P1Source& source, int c, const std::vector<double>& phi,
                  ChannelReport& report);
@@ -157,7 +160,7 @@ private:
         std::vector<ExposedVoxel> exposed;
         std::vector<float> limiter;
     };
-    const Closing& closing(const P1Medium& medium);
+    std::shared_ptr<const Closing> closing(const P1Medium& medium);
 
     /// The beams of a channel as a source, with the light that has not collided and that which lines lose.
     struct BeamSource {
@@ -169,12 +172,37 @@ private:
     /// Adds the beams to what sweeps close. Where a channel's beams are those of another channel times a number, they
     /// are computed once.
     void add_closed_beams(const P1Operator& fine, int c, SecondMoment& closure, P1Source& base, const BeamNote& note);
-    /// Solves the transport equation of one channel, from P1's solution by the same matrix: that of closing(), in the
-    /// scaling of P1.
-    void close(const P1Operator& p1, Multigrid& multigrid, int c, SolveOptions solve, std::vector<double>& phi,
-               ChannelReport& report);
+    /// The matrix of a group of channels that sweeps close, that of closing() in the scaling of P1.
+    struct ClosedMatrix {
+        std::shared_ptr<const Closing> closing;
+        P1Operator p1;
+        Multigrid multigrid;
+    };
+    /// A channel whose light sweeps close.
+    struct ClosedChannel {
+        ClosedChannel(std::shared_ptr<const Closing> closed_by, const P1Operator& p1, int degree)
+            : closing(std::move(closed_by)), fine(p1, degree)
+        {
+        }
+        std::shared_ptr<const Closing> closing;
+        P1Operator fine;
+        std::optional<SecondMoment> closure;
+        std::optional<P1Source> base;
+        std::vector<double> phi;
+        std::optional<SweepGround> ground;
+        PlaneLight planes;
+    };
+    /// Solves the transport equation of all channels of some groups.
+    void solve_closed(const std::vector<const ChannelGroup*>&, int& done, int count, const Progress& progress);
+    ClosedMatrix closed_matrix(const ChannelGroup&);
+    /// P1's solution of a channel, and all that sweeps start from. `others`: channels that may have the same extinction
+    /// and light that looks alike.
+    std::unique_ptr<ClosedChannel> open(ClosedMatrix&, int c, SolveOptions,
+                                        const std::vector<std::unique_ptr<ClosedChannel>>& others);
+    /// `follows`: swept with a channel before.
+    void conclude(ClosedChannel&, int c, bool follows, ClosureReport&&);
     SolveResult solve(const P1Operator& p1, Multigrid* multigrid, P1Source& source, std::vector<double>& phi,
-                      const SolveOptions& options);
+                      const SolveOptions& options, const Fields& alike = {});
 
     int degree() const { return o_.closure.iterations > 0 ? o_.closure.degree : 1; }
     DeltaScaling scaling() const
@@ -204,7 +232,7 @@ private:
     std::vector<float> tint_[3], emission_[3];
     std::array<Solution, 3> solution_;
     std::array<Share, 3> share_;
-    std::optional<Closing> closing_;
+    std::shared_ptr<const Closing> closing_;  // the last
     std::unique_ptr<TransportSweep> transport_;
     std::optional<BeamSource> beam_source_;
     std::vector<std::optional<KeptBeam>> kept_;           // by beam, until the last use

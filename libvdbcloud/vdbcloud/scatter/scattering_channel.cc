@@ -1,9 +1,6 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/scatter/scattering.h"
-#include "vdbcloud/scatter/streaming.h"
 #include "vdbcloud/scatter/world_axes.h"
-
-#include <algorithm>
 
 namespace vdbcloud {
 
@@ -66,10 +63,10 @@ void Scattering::limit(const P1Operator& p1, const P1Source& p1_source, int c, s
     }
 }
 
-void Scattering::count_sweeps(const SecondMoment& closure, double sweeps)
+void Scattering::count_sweeps(const SecondMoment& closure, double sweeps, bool follows)
 {
     const auto directions = double(closure.set().count());
-    note_work("sweep_voxel", sweeps * directions);
+    note_work(follows ? "sweep_channel_voxel" : "sweep_voxel", sweeps * directions);
     note_work("sweep_moment_voxel", sweeps * directions * double(closure.moments().size()));
 }
 
@@ -135,100 +132,13 @@ void Scattering::add_patch(const P1Operator& p1, const P1Source& unlit, int c,
     }
 }
 
-const Scattering::Closing& Scattering::closing(const P1Medium& medium)
-{
-    const double g = medium.phase.mean_cosine();
-    const std::array<double, 2> of{medium.sigma_t_per_density, medium.albedo * g};
-    const std::vector<float>* tint = g == 0 ? nullptr : medium.tint;
-    if (closing_ && closing_->of == of && closing_->tint == tint) return *closing_;
-    const P1Cells p1(index_, density_, medium);
-    closing_.emplace(
-        Closing{of, tint, closure_exposed(p1, exposed_), streaming_limit(p1, frame_of(index_, o_.periodic, o_.up))});
-    note_work("sweep_voxel", streaming_directions);
-    note_work("sweep_moment_voxel", streaming_directions);
-    return *closing_;
-}
-
 SolveResult Scattering::solve(const P1Operator& p1, Multigrid* multigrid, P1Source& source, std::vector<double>& phi,
-                              const SolveOptions& options)
+                              const SolveOptions& options, const Fields& alike)
 {
-    const SolveResult result =
-        multigrid ? solve_p1(p1, *multigrid, source, phi, options) : relax_p1(p1, o_.relaxation, source, phi, options);
+    const SolveResult result = multigrid ? solve_p1(p1, *multigrid, source, phi, options, alike)
+                                         : relax_p1(p1, o_.relaxation, source, phi, options);
     note_work(multigrid ? "p1_iteration_voxel" : "p1_relaxation_voxel", result.iterations);
     return result;
-}
-
-void Scattering::close(const P1Operator& p1, Multigrid& multigrid, int c, SolveOptions options,
-                       std::vector<double>& phi, ChannelReport& report)
-{
-    const P1Operator fine(p1, o_.closure.degree);
-    SecondMoment closure(fine, o_.closure, frame_of(index_, o_.periodic, o_.up), &transport());
-    set_inflow(closure, c);
-    // Light that is uncollided in P1's scaling but collided in this scaling starts along the beam.
-    const bool along = o_.closure.degree > 1 && o_.delta && p1.uniform_albedo() && p1.mean_cosine() != 0;
-    P1Source base = source_of(fine);
-    std::optional<P1Source> first;  // of P1 in its own scaling
-    std::vector<double> ahead;
-    if (along) {
-        first.emplace(p1);
-        ahead.assign(index_.blocks().slots(), 0.0);
-    }
-    add_closed_beams(fine, c, closure, base,
-                     [&](const BeamDepths& depths, const std::vector<float>& centre, double extinction,
-                         const std::optional<Vec3d>& disc) {
-                         const Light& light = depths.light;
-                         const double strength = light.strength()[c];
-                         add_beam_profile(fine, depths, extinction, {{&base, strength}});
-                         const auto late = beam_fluence(fine, depths, centre, extinction);
-                         closure.add_uncollided(light, late, strength, disc);
-                         if (!along) return;
-                         add_beam(p1, depths, beam_extinction(p1), {{&*first, strength}});
-                         auto early = beam_fluence(p1, depths, centre, beam_extinction(p1));
-                         for (size_t slot = 0; slot < early.size(); ++slot) {
-                             early[slot] -= late[slot];
-                             ahead[slot] += strength * early[slot];
-                         }
-                         closure.start_with(light, early, strength);
-                     });
-    add_sky_and_glow(fine, c, base);
-    add_emission_to(closure, c);
-    if (along)
-        add_sky_and_glow(p1, c, *first);
-    else
-        first = base;
-    if (ground_) ground_->add_direct(p1, ground_->direct(beam_medium(p1), beams_, c), *first);
-    // Besides: the source with its fluxes and a copy of its right side, fluence, the solver's vectors, fluxes of
-    // close().
-    note_bytes(fine, 0, multigrid.bytes() + closure.bytes() + (40 + 16 + 12 + 8) * index_.blocks().slots());
-    options.tolerance = tolerance_before(o_.closure, o_.solve);
-    report.solve = solve(p1, o_.solver == P1Solver::Multigrid ? &multigrid : nullptr, *first, phi, options);
-    // At g = 0.85 P1's flux is far too long where light enters. From half of it one sweep leaves half the error
-    // that the whole leaves, without a limit that two lights would not share. The fixed point does not depend on
-    // it.
-    if (closure.takes_flux()) closure.start_with_flux(cell_flux(p1, *first, phi), 0.5);
-    first.reset();
-    for (size_t slot = 0; slot < ahead.size(); ++slot) phi[slot] += ahead[slot];
-    ahead = {};
-    auto ground = swept_ground(fine, c);
-    if (ground) closure.set_ground(&*ground);
-    PlaneLight planes = requested_planes();
-    report.closure = closure.run(multigrid, o_.solve, base, phi, &planes);
-    note_patch(ground);
-    if (report.solve.converged) report.solve = report.closure.solves.back();
-    for (const SolveResult& solve : report.closure.solves) {
-        if (!solve.converged) report.solve = solve;
-        note_work("p1_iteration_voxel", solve.iterations);
-    }
-    count_sweeps(closure, report.closure.iterations);
-    note_work("closure_voxel", report.closure.iterations);
-    finish(fine, base, c, phi, nullptr, &planes, report);
-    const int kept = std::min(o_.closure.degree, std::max(o_.keep_moments, 1));
-    auto moments = closure.moments();
-    if (const EmittedLight* light = emitted(c))
-        for (size_t k = 0; k < std::min(moments.size(), light->moments.size()); ++k)
-            for (size_t slot = 0; slot < moments[k].size(); ++slot) moments[k][slot] += light->moments[k][slot];
-    solution_[c].moments = moments_in_world(index_, moments, kept);
-    solution_[c].flux = flux_of(solution_[c].moments);
 }
 
 }  // namespace vdbcloud

@@ -7,30 +7,12 @@
 #include "vdbcloud/scatter/mixing.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
 
 namespace vdbcloud {
 
 namespace {
-
-/// Estimates contraction and remaining error. Contraction is a mean over the last steps, as it varies under mixing.
-void estimate_error(ClosureReport& report)
-{
-    const size_t n = report.change.size(), steps = std::min<size_t>(3, n - std::min<size_t>(n, 1));
-    report.error = -1;
-    if (steps == 0 || !(report.change[n - 1 - steps] > 0)) return;
-    report.contraction = std::pow(report.change[n - 1] / report.change[n - 1 - steps], 1.0 / double(steps));
-    if (report.contraction < 1) report.error = report.change[n - 1] * report.contraction / (1 - report.contraction);
-}
-
-/// Depth of mixing, and number of arrays mixed: phi alone for isotropic scattering, else phi and the moments of degree
-/// 1. Higher moments follow within one or two sweeps.
-int mixing_depth(double g) { return g == 0 ? 8 : 5; }
-size_t mixed_arrays(double g) { return g == 0 ? 1 : 4; }
-
-constexpr double loosest = 0.1;  // tolerance of a solve between sweeps
 
 Vec3d index_components(const VoxelIndex& index, const Vec3d& world)
 {
@@ -80,7 +62,7 @@ std::vector<SweepFace> faces_of(const std::vector<ExposedVoxel>& exposed)
 }
 
 SecondMoment::SecondMoment(const P1Operator& p1, const ClosureOptions& options, const OrdinateFrame& frame,
-                           TransportSweep* transport)
+                           TransportSweep* transport, const SecondMoment* like)
     : p1_(p1), o_(options),
       own_(transport ? nullptr : std::make_unique<TransportSweep>(p1.index(), faces_of(p1.exposed()))),
       transport_(transport ? *transport : *own_)
@@ -105,14 +87,22 @@ SecondMoment::SecondMoment(const P1Operator& p1, const ClosureOptions& options, 
     }
     const Blocks& blocks = p1.blocks();
     for (const ExposedVoxel& voxel : p1.exposed()) faces_ += size_t(__builtin_popcount(voxel.faces));
-    sigma_.assign(blocks.slots(), 0.0f);
-    each_active(blocks, [&](size_t slot) { sigma_[slot] = float(p1.scaling(slot).extinction * p1.sigma_t(slot)); });
-    thickest_ = sigma_;
-    each_active(blocks, [&](size_t slot) {
-        for (int face = 0; face < 6; ++face)
-            if (const size_t beside = blocks.neighbour(slot, face); blocks.active(beside))
-                thickest_[slot] = std::max(thickest_[slot], sigma_[beside] / 8);
-    });
+    SweptMedium medium;
+    medium.sigma.assign(blocks.slots(), 0.0f);
+    each_active(blocks,
+                [&](size_t slot) { medium.sigma[slot] = float(p1.scaling(slot).extinction * p1.sigma_t(slot)); });
+    owns_medium_ = !like || like->medium_->sigma != medium.sigma;
+    if (owns_medium_) {
+        medium.thickest = medium.sigma;
+        each_active(blocks, [&](size_t slot) {
+            for (int face = 0; face < 6; ++face)
+                if (const size_t to = beside(blocks, slot, face); blocks.active(to))
+                    medium.thickest[slot] = std::max(medium.thickest[slot], medium.sigma[to] / 8);
+        });
+        medium_ = std::make_shared<SweptMedium>(std::move(medium));
+    } else {
+        medium_ = like->medium_;
+    }
     source_.assign(size_t(terms_), std::vector<float>(blocks.slots(), 0.0f));
     uncollided_ = source_;
     swept_.moments.assign(size_t(set_.moment_terms), std::vector<float>(blocks.slots(), 0.0f));
@@ -191,7 +181,7 @@ void SecondMoment::add_emission(const std::vector<float>& emission, double facto
 {
     emission_.resize(1, std::vector<float>(p1_.blocks().slots(), 0.0f));
     each_active(p1_.blocks(), [&](size_t slot) {
-        emission_[0][slot] += float(factor * emission[slot] * std::sqrt(4 * pi) / sigma_[slot]);
+        emission_[0][slot] += float(factor * emission[slot] * std::sqrt(4 * pi) / medium_->sigma[slot]);
     });
 }
 
@@ -199,7 +189,7 @@ void SecondMoment::scatter_less(const std::vector<float>& light)
 {
     if (less_.empty()) less_.assign(p1_.blocks().slots(), 0.0f);
     each_active(p1_.blocks(),
-                [&](size_t slot) { less_[slot] += float(light[slot] * std::sqrt(4 * pi) / sigma_[slot]); });
+                [&](size_t slot) { less_[slot] += float(light[slot] * std::sqrt(4 * pi) / medium_->sigma[slot]); });
 }
 
 void SecondMoment::take_phi(const std::vector<double>& phi)
@@ -230,124 +220,12 @@ void SecondMoment::build_source()
     });
 }
 
-void SecondMoment::sweep_emission(const PlaneLight* planes)
-{
-    if (emission_.empty()) return;
-    SweepSet set = set_;
-    set.source_terms = 1;
-    set.source_basis.assign(set.count(), float(std::sqrt(1 / (4 * pi))));
-    set.inflow.clear();
-    SweepGround ground;
-    if (ground_) {
-        ground = *ground_;
-        ground.direct.assign(ground_->direct.size(), 0.0f);
-    }
-    glow_.planes.by_cell = planes && planes->by_cell;
-    transport_.run(set, {&sigma_, &emission_, true}, glow_.light, planes ? &glow_.planes : nullptr,
-                   ground_ ? &ground : nullptr);
-    glow_.on_ground = std::move(ground.irradiance);
-}
-
-/// Light by the source of collided light and of the sky, and the light of emission.
-void SecondMoment::sweep(SweepResult& to, PlaneLight* planes) const
-{
-    transport_.run(set_, {&sigma_, &source_}, to, planes, ground_);
-    if (emission_.empty()) return;
-    const auto add = [](const std::vector<float>& from, std::vector<float>& sum) {
-        for (size_t n = 0; n < sum.size(); ++n) sum[n] += from[n];
-    };
-    for (size_t k = 0; k < to.moments.size(); ++k) add(glow_.light.moments[k], to.moments[k]);
-    for (size_t n = 0; n < to.tally.size(); ++n) {
-        to.tally[n].current += glow_.light.tally[n].current;
-        to.tally[n].fluence += glow_.light.tally[n].fluence;
-        to.tally[n].second += glow_.light.tally[n].second;
-    }
-    if (ground_) add(glow_.on_ground, ground_->irradiance);
-    if (planes) planes->add(glow_.planes);
-}
-
-void SecondMoment::sweep_planes(const std::vector<double>& phi, PlaneLight* planes)
-{
-    take_phi(phi);
-    build_source();
-    sweep_emission(planes);
-    SweepResult unused;
-    sweep(unused, planes);
-}
-
-ClosureReport SecondMoment::run(Multigrid& multigrid, const SolveOptions& options, P1Source& source,
-                                std::vector<double>& phi, PlaneLight* planes)
-{
-    const std::vector<double> rhs = source.rhs;  // before the parts of a sweep
-    const auto outflow = source.outflow;
-    ClosureReport report;
-    report.directions = ordinates_.count();
-    const VoxelIndex& index = p1_.index();
-    sweep_emission(planes);
-    bool has_planes = false;
-    take_phi(phi);
-    const auto norm = [&](const std::vector<double>& v) { return std::sqrt(dot(index.blocks(), v.data(), v.data())); };
-    const double of_phi = norm(rhs);
-    std::vector<double> excess;
-    Mixing mixing(index.blocks().slots(), mixed_arrays(p1_.mean_cosine()), mixing_depth(p1_.mean_cosine()));
-    for (int k = 0; k < o_.iterations && !report.converged; ++k) {
-        const auto start = std::chrono::steady_clock::now();
-        vdbcloud::report(options.progress, double(k) / o_.iterations);
-        mixing.before(swept_.moments);
-        build_source();
-        // Planes cost a few per cent of a sweep, so only a sweep that may be the last sums them.
-        has_planes = planes && (k + 1 == o_.iterations || (k > 0 && report.change.back() < 8 * o_.change));
-        sweep(swept_, has_planes ? planes : nullptr);
-        source.rhs = rhs;
-        source.outflow = outflow;
-        close(source);
-        SolveOptions solve = options;
-        solve.progress = {};
-        // The solver's tolerance is relative to the right side for phi - phi_L, which shrinks as sweeps converge.
-        const double size = norm(source.rhs);
-        const auto tolerance_at = [&](double change) {
-            const double tolerance = tolerance_between(o_, options, change);
-            if (tolerance == options.tolerance || size >= of_phi) return tolerance;
-            return std::min(tolerance * of_phi / size, loosest);
-        };
-        solve.tolerance = tolerance_at(report.change.empty() ? 1.0 : report.change.back());
-        const std::vector<float> swept = swept_.moments[0];
-        report.solves.push_back(solve_p1(p1_, multigrid, source, excess, solve));
-        take_excess(excess, phi);
-        // Where the change falls steeply its own share is less than that of the change before, and no sweep follows.
-        const double change = mixing.change(swept_.moments);
-        if ((k + 1 == o_.iterations || change < o_.change) && tolerance_at(change) < solve.tolerance / 2) {
-            solve.tolerance = tolerance_at(change);
-            swept_.moments[0] = swept;
-            source.rhs = rhs;
-            source.outflow = outflow;
-            close(source);
-            SolveResult again = solve_p1(p1_, multigrid, source, excess, solve);
-            again.iterations += report.solves.back().iterations;
-            report.solves.back() = std::move(again);
-            take_excess(excess, phi);
-        }
-        report.change.push_back(mixing.after(swept_.moments));
-        ++report.iterations;
-        report.converged = report.change.back() < o_.change;
-        if (!report.converged && report.iterations < o_.iterations) mixing.next(swept_.moments);
-        report.seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-    }
-    if (planes && !has_planes) {
-        build_source();
-        SweepResult unused;
-        sweep(unused, planes);
-    }
-    estimate_error(report);
-    return report;
-}
-
 size_t SecondMoment::bytes() const
 {
     const size_t slots = p1_.blocks().slots();
     return 4 * slots *
-               (size_t(2 * terms_) + suns_.size() + size_t(set_.moment_terms) + 2 + (less_.empty() ? 0 : 1) +
-                (emission_.empty() ? 0 : 1 + size_t(set_.moment_terms))) +
+               (size_t(2 * terms_) + suns_.size() + size_t(set_.moment_terms) + (owns_medium_ ? 2 : 0) +
+                (less_.empty() ? 0 : 1) + (emission_.empty() ? 0 : 1 + size_t(set_.moment_terms))) +
            mixing_bytes(slots, p1_.mean_cosine()) + faces_ * (sizeof(SweepFace) + sizeof(FaceTally));
 }
 

@@ -101,8 +101,10 @@ public:
     /// Keeps references. Requires `p1.medium().degree` == `options.degree` and exposed voxels from closure_exposed().
     /// Throws InputError if the degree is outside 1..7 or no set of directions is large enough.
     /// `transport`, if given, is of faces_of(p1); sweeps of equal directions then find what they need of geometry once.
+    /// `like`, if given, is another channel of the same options and voxels: where their extinction is equal, the two
+    /// share its arrays.
     SecondMoment(const P1Operator& p1, const ClosureOptions& options, const OrdinateFrame& frame = {},
-                 TransportSweep* transport = nullptr);
+                 TransportSweep* transport = nullptr, const SecondMoment* like = nullptr);
 
     /// Adds a light's uncollided fluence (beam_fluence()) times `strength`, along the light's beam. `disc` is the unit
     /// vector towards the middle of the sun that `light` is a part of, if it is: all parts scatter for the first time
@@ -137,6 +139,17 @@ public:
     /// the box about the voxels, as PlaneLight::by_cell requests.
     ClosureReport run(Multigrid&, const SolveOptions&, P1Source& source, std::vector<double>& phi,
                       PlaneLight* planes = nullptr);
+    /// run() for several channels, iteration by iteration: those that share extinction are swept together, and solves
+    /// start from what those of the channels before have changed. Each has the result of a run of its own, within the
+    /// tolerance of the solves.
+    struct Channel {
+        SecondMoment* closure;
+        Multigrid* multigrid;
+        P1Source* source;
+        std::vector<double>* phi;
+        PlaneLight* planes;
+    };
+    static std::vector<ClosureReport> run(const std::vector<Channel>&, const SolveOptions&);
     /// One sweep of the light that phi and the starts above give, on the planes and the ground alone. Null: no planes.
     void sweep_planes(const std::vector<double>& phi, PlaneLight* planes);
 
@@ -144,17 +157,24 @@ public:
     /// sqrt(4 pi), higher degrees are the last sweep's. harmonic_count(max(degree, 2)) arrays.
     const std::vector<std::vector<float>>& moments() const { return swept_.moments; }
     const Ordinates& set() const { return ordinates_; }
+    /// Whether this and another channel share the arrays of their extinction.
+    bool shares_extinction(const SecondMoment& other) const { return medium_ == other.medium_; }
+    /// Arrays of a shared extinction are those of the channel that was given as `like`.
     size_t bytes() const;
 
 private:
     class Swept;
+    class Run;
     void take_phi(const std::vector<double>& phi);
     void take_excess(const std::vector<double>& excess, std::vector<double>& phi);
     double fluence(size_t slot) const;
     double weight_between(int axis, size_t below, size_t slot) const;
     void build_source();
-    void sweep_emission(const PlaneLight* planes);
-    void sweep(SweepResult& to, PlaneLight* planes) const;
+    struct Sweep;
+    static void run_together(const std::vector<Sweep>&, bool emission);
+    static void sweep_emission(const std::vector<Channel>&);
+    static void sweep(const std::vector<Sweep>&);
+    void add_glow(const Sweep&) const;
     void close(P1Source& source) const;
     void close_face(const Swept&, P1Source& source, size_t exposed, int face, const FaceTally& tally) const;
     std::vector<float>& first_scattered(const Vec3d& along);
@@ -168,8 +188,12 @@ private:
     std::unique_ptr<TransportSweep> own_;
     TransportSweep& transport_;
     SweepSet set_;
-    int terms_;                            // harmonics of the source: up to the last nonzero scaled moment
-    std::vector<float> sigma_, thickest_;  // sigma_t', and the largest of a voxel's and an eighth of its neighbours'
+    int terms_;  // harmonics of the source: up to the last nonzero scaled moment
+    struct SweptMedium {
+        std::vector<float> sigma, thickest;  // sigma_t', and the largest of a voxel's and an eighth of its neighbours'
+    };
+    std::shared_ptr<const SweptMedium> medium_;
+    bool owns_medium_ = true;
     std::vector<std::vector<float>> uncollided_, source_;
     std::vector<Vec3d> suns_;  // the ways of suns' light, along the index axes: a term of the source for each
     std::vector<float> less_;  // of the source; empty: nothing

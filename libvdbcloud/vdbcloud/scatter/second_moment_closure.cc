@@ -199,7 +199,7 @@ private:
 /// slowly.)
 double SecondMoment::weight_between(int axis, size_t below, size_t slot) const
 {
-    return diffusive((double(thickest_[below]) + thickest_[slot]) / 2 * p1_.index().spacing()[axis]);
+    return diffusive((double(medium_->thickest[below]) + medium_->thickest[slot]) / 2 * p1_.index().spacing()[axis]);
 }
 
 void SecondMoment::close_face(const Swept& swept, P1Source& source, size_t exposed, int face,
@@ -240,7 +240,7 @@ void SecondMoment::close(P1Source& source) const
                           h / (area * closure.divergence * closure.gradient),
                           h / 2,
                           p1_.stencil().face[size_t(a)].data(),
-                          thickest_.data(),
+                          medium_->thickest.data(),
                           beam.empty() ? nullptr : beam.data()};
         each_block(blocks, [&](const BlockRows& rows) { cross_gradients(a, moments, rows, inverse, cross.data()); });
         each_block(blocks,

@@ -41,10 +41,17 @@ void Aprons::clear_cache(size_t directions, int width)
 {
     ray_ends_.assign(directions * blocks_.count(), 0);
     width_ = size_t(width);
-    downstream_.resize(blocks_.count() * width_);
 }
 
-void Aprons::start(const std::array<int, 3>& sign, const PatchLight* below)
+void Aprons::set_channels(int channels)
+{
+    channels_ = size_t(channels);
+    const size_t size = blocks_.count() * width_ * channels_;
+    if (downstream_.size() != size) downstream_ = {};  // without a copy
+    downstream_.resize(size);
+}
+
+void Aprons::start(const std::array<int, 3>& sign, const std::vector<const PatchLight*>& below)
 {
     below_ = below;
     outer_of_.resize(blocks_.count());
@@ -52,7 +59,7 @@ void Aprons::start(const std::array<int, 3>& sign, const PatchLight* below)
     for (size_t b = 0; b < blocks_.count(); ++b)
         for (int a = 0; a < 3; ++a)
             outer_of_[b][a] = size_t(blocks_.neighbours(b)[2 * a + (sign[a] > 0)]) < blocks_.count() ? -1 : count++;
-    outer_.resize(size_t(count) * 64 * width_);
+    outer_.resize(size_t(count) * 64 * width_ * channels_);
 }
 
 Aprons::Upstream Aprons::upstream(const std::array<int, 3>& sign, size_t block) const
@@ -77,12 +84,12 @@ void Aprons::load_sigma(const Traversal& traversal, const float* sigma, const Up
     }
 }
 
-const float* Aprons::face(size_t block, int face, int axis, int d) const
+const float* Aprons::face(size_t block, int face, int axis, int d, size_t channel) const
 {
     // A ray through an edge may meet a face that touches another block.
     const int32_t outer = outer_of_[block][size_t(axis)];
-    return outer < 0 ? downstream_[block * width_ + size_t(d)].radiance[size_t(face)].data()
-                     : &outer_[(size_t(outer) * width_ + size_t(d)) * 64];
+    return outer < 0 ? downstream_[at(block, d) + channel].radiance[size_t(face)].data()
+                     : &outer_[(at(size_t(outer), d) + channel) * 64];
 }
 
 namespace {
@@ -100,12 +107,14 @@ float value(const VoidBeam::Entry& entry, const float* face)
 struct Aprons::Patch {
     const SweepPath& path;
     int d;
-    float inflow;
-    Vec3d corner;         // its first voxel, in block coordinates
-    int along[2];         // axes; -1: none
-    int stride[2];        // in `radiance` and `hit`
-    int pitch = 1;        // from voxel to voxel
-    uint64_t traced = 0;  // which of the hits have been traced
+    size_t first, channels;  // those that are filled
+    const float* inflow;     // of each
+    float* const* radiance;  // of each
+    Vec3d corner;            // its first voxel, in block coordinates
+    int along[2];            // axes; -1: none
+    int stride[2];           // in `radiance` and `hit`
+    int pitch = 1;           // from voxel to voxel
+    uint64_t traced = 0;     // which of the hits have been traced
     VoidRays::Hit hit[64];
 
     Vec3d start(int i, int j) const
@@ -127,32 +136,38 @@ struct Aprons::Patch {
 };
 
 /// Radiance of a ray that meets no block.
-float Aprons::sky_of(const Patch& patch, int i, int j) const
+void Aprons::put_sky(const Patch& patch, int i, int j) const
 {
-    if (!below_) return patch.inflow;
-    return patch.inflow + float(below_->change(patch.start(i, j), patch.path.traversal.step));
+    const int to = i * patch.stride[0] + j * patch.stride[1];
+    for (size_t n = 0; n < patch.channels; ++n) {
+        patch.radiance[n][to] = patch.inflow[n];
+        if (!below_.empty())
+            patch.radiance[n][to] +=
+                float(below_[patch.first + n]->change(patch.start(i, j), patch.path.traversal.step));
+    }
 }
 
 /// Radiance at the end of a ray: on a block's face, or the sky's.
-float Aprons::light_of(const Patch& patch, const VoidRays::Hit& hit, int i, int j) const
+void Aprons::put_light(const Patch& patch, const VoidRays::Hit& hit, int i, int j) const
 {
-    if (hit.block < 0) return sky_of(patch, i, j);
+    if (hit.block < 0) return put_sky(patch, i, j);
     const Traversal& traversal = patch.path.traversal;
-    float sum = 0;
+    const int to = i * patch.stride[0] + j * patch.stride[1];
+    for (size_t n = 0; n < patch.channels; ++n) patch.radiance[n][to] = 0;
     for (int k = 0; k < 3; ++k) {
         const int axis = traversal.axis[size_t(k)];
         if (!(hit.axes >> axis & 1)) continue;
         const auto entry = face_entry(traversal, k, hit.at, 1.0 / __builtin_popcount(unsigned(hit.axes)));
-        sum += value(entry, face(size_t(hit.block), k, axis, patch.d));
+        for (size_t n = 0; n < patch.channels; ++n)
+            patch.radiance[n][to] += value(entry, face(size_t(hit.block), k, axis, patch.d, patch.first + n));
     }
-    return sum;
 }
 
 /// Fills the voxels lo..hi of a patch; true if all of it is sky.
 ///
 /// Rays are parallel and a block is wider than any patch, so a block that stops one ray also stops a ray at a corner.
 /// Where the corners' rays end on one face, or all in the sky, so do all rays between them.
-bool Aprons::fill_patch(Patch& patch, const int* lo, const int* hi, float* radiance) const
+bool Aprons::fill_patch(Patch& patch, const int* lo, const int* hi) const
 {
     const Vec3d& step = patch.path.traversal.step;
     VoidRays::Hit first;
@@ -170,8 +185,8 @@ bool Aprons::fill_patch(Patch& patch, const int* lo, const int* hi, float* radia
         int upper_lo[2] = {lo[0], lo[1]}, lower_hi[2] = {hi[0], hi[1]};
         lower_hi[k] = middle;
         upper_lo[k] = middle + 1;
-        const bool lower_sky = fill_patch(patch, lo, lower_hi, radiance);
-        return fill_patch(patch, upper_lo, hi, radiance) && lower_sky;
+        const bool lower_sky = fill_patch(patch, lo, lower_hi);
+        return fill_patch(patch, upper_lo, hi) && lower_sky;
     }
     double slope[2][3] = {{0, 0, 0}, {0, 0, 0}};  // how the end moves with the start
     for (int k = 0; k < 2 && first.block >= 0 && !on_edge; ++k) {
@@ -184,41 +199,44 @@ bool Aprons::fill_patch(Patch& patch, const int* lo, const int* hi, float* radia
         for (int j = lo[1]; j <= hi[1]; ++j) {
             VoidRays::Hit hit = first;
             for (int a = 0; a < 3; ++a) hit.at[a] += slope[0][a] * (i - lo[0]) + slope[1][a] * (j - lo[1]);
-            radiance[i * patch.stride[0] + j * patch.stride[1]] = light_of(patch, hit, i, j);
+            put_light(patch, hit, i, j);
         }
     return first.block < 0;
 }
 
-uint64_t Aprons::fill_tile(const SweepPath& path, int d, const Vec3d& corner, const std::array<int, 2>& along,
-                           float* radiance, int pitch) const
+uint64_t Aprons::fill_tile(const SweepPath& path, int d, size_t first, size_t channels, const Vec3d& corner,
+                           const std::array<int, 2>& along, float* const* radiance, int pitch) const
 {
     constexpr float sky = std::numeric_limits<float>::infinity();  // no radiance: a mark
-    Patch patch{path, d, sky, corner, {along[0], along[1]}, {8, 1}, pitch, 0, {}};
+    const float marks[block_sweep::most_channels] = {sky, sky, sky};
+    Patch patch{path, d, first, channels, marks, radiance, corner, {along[0], along[1]}, {8, 1}, pitch, 0, {}};
     const int lo[2] = {0, 0}, hi[2] = {7, 7};
     if (pitch == 1)
-        fill_patch(patch, lo, hi, radiance);
+        fill_patch(patch, lo, hi);
     else
-        for (int k = 0; k < 64; ++k) radiance[k] = light_of(patch, patch.trace(rays_, k / 8, k % 8), k / 8, k % 8);
+        for (int k = 0; k < 64; ++k) put_light(patch, patch.trace(rays_, k / 8, k % 8), k / 8, k % 8);
     uint64_t ends = 0;
-    for (int k = 0; k < 64; ++k) ends |= uint64_t(radiance[k] == sky) << k;
+    for (int k = 0; k < 64; ++k) ends |= uint64_t(radiance[0][k] == sky) << k;
     return ends;
 }
 
-uint64_t Aprons::fill_tile(const SweepPath& path, int d, const Vec3d& corner, const std::array<int, 2>& along,
-                           float* radiance, const int32_t* blocks, size_t count) const
+uint64_t Aprons::fill_tile(const SweepPath& path, int d, size_t first, size_t channels, const Vec3d& corner,
+                           const std::array<int, 2>& along, float* const* radiance, const int32_t* blocks,
+                           size_t count) const
 {
-    Patch patch{path, d, 0.0f, corner, {along[0], along[1]}, {8, 1}, 1, 0, {}};
+    Patch patch{path, d, first, channels, nullptr, radiance, corner, {along[0], along[1]}, {8, 1}, 1, 0, {}};
     uint64_t ends = 0;
     for (int k = 0; k < 64; ++k) {
         const auto hit = rays_.trace(patch.start(k / 8, k % 8), path.traversal.step, blocks, count);
         ends |= uint64_t(hit.block < 0) << k;
-        radiance[k] = hit.block < 0 ? 0.0f : light_of(patch, hit, k / 8, k % 8);
+        for (size_t n = 0; n < channels; ++n) radiance[n][k] = 0;
+        if (hit.block >= 0) put_light(patch, hit, k / 8, k % 8);
     }
     return ends;
 }
 
 /// Adds to `radiance` what reaches a region's rays from blocks near it; returns the rays that meet none, as bits.
-uint64_t Aprons::from_near_blocks(const SweepPath& path, int d, int region, size_t block, float* radiance) const
+uint64_t Aprons::from_near_blocks(const SweepPath& path, int d, int region, size_t block, float* const* radiance) const
 {
     uint64_t unmet = ~uint64_t(0) >> (64 - region_size(region));
     const VoidBeam& beam = path.beams[size_t(region)];
@@ -227,11 +245,13 @@ uint64_t Aprons::from_near_blocks(const SweepPath& path, int d, int region, size
         if (!meet) continue;
         const int32_t found = rays_.find(blocks_.at(block) + crossing.offset);
         if (found < 0) continue;
-        const float* faces[3];
-        for (int k = 0; k < 3; ++k) faces[k] = face(size_t(found), k, path.traversal.axis[size_t(k)], d);
-        const VoidBeam::Entry* entry = &beam.entries[crossing.first_entry];
-        for (uint32_t n = 0; n < crossing.entries; ++n, ++entry)
-            if (unmet >> entry->ray & 1) radiance[entry->ray] += value(*entry, faces[entry->face]);
+        for (size_t c = 0; c < channels_; ++c) {
+            const float* faces[3];
+            for (int k = 0; k < 3; ++k) faces[k] = face(size_t(found), k, path.traversal.axis[size_t(k)], d, c);
+            const VoidBeam::Entry* entry = &beam.entries[crossing.first_entry];
+            for (uint32_t n = 0; n < crossing.entries; ++n, ++entry)
+                if (unmet >> entry->ray & 1) radiance[c][entry->ray] += value(*entry, faces[entry->face]);
+        }
         unmet &= ~meet;
         if (!unmet) break;
     }
@@ -243,7 +263,8 @@ uint64_t Aprons::from_near_blocks(const SweepPath& path, int d, int region, size
 /// Blocks near the region come first (VoidBeam); rays that meet none of them are traced through the void. Cached in
 /// ray_ends_: bit `region`: every ray that meets no near block ends in the sky; bit `region` + 8: no ray meets a near
 /// block.
-void Aprons::through_void(const SweepPath& path, int d, int region, size_t block, float inflow, float* radiance)
+void Aprons::through_void(const SweepPath& path, int d, int region, size_t block, const float* inflow,
+                          float* const* radiance)
 {
     const int count = region_size(region);
     uint16_t& ends = ray_ends_[path.number * blocks_.count() + block];
@@ -251,66 +272,70 @@ void Aprons::through_void(const SweepPath& path, int d, int region, size_t block
     const uint64_t all = ~uint64_t(0) >> (64 - count);
     uint64_t unmet = all;
     if (!(ends & none_near)) {
-        std::fill_n(radiance, count, 0.0f);
+        for (size_t c = 0; c < channels_; ++c) std::fill_n(radiance[c], count, 0.0f);
         unmet = from_near_blocks(path, d, region, block, radiance);
         if (!unmet) return;
         if (unmet == all) ends = uint16_t(ends | none_near);
     }
-    if (ends & sky_beyond && !below_) {
-        for (int n = 0; n < count; ++n)
-            if (unmet >> n & 1) radiance[n] = inflow;
+    if (ends & sky_beyond && below_.empty()) {
+        for (size_t c = 0; c < channels_; ++c)
+            for (int n = 0; n < count; ++n)
+                if (unmet >> n & 1) radiance[c][n] = inflow[c];
         return;
     }
     const std::array<int, 2> runs = region_runs(path.traversal, region);
     const Vec3d corner = region_corner(path.traversal, region, blocks_.at(block));
-    Patch patch{path, d, inflow, corner, {runs[0], runs[1]}, {runs[1] < 0 ? 1 : 8, 1}, 1, 0, {}};
+    Patch patch{path, d, 0, channels_, inflow, radiance, corner, {runs[0], runs[1]}, {runs[1] < 0 ? 1 : 8, 1},
+                1,    0, {}};
     if (ends & sky_beyond) {
         for (int n = 0; n < count; ++n)
-            if (unmet >> n & 1) radiance[n] = sky_of(patch, runs[1] < 0 ? n : n / 8, runs[1] < 0 ? 0 : n % 8);
+            if (unmet >> n & 1) put_sky(patch, runs[1] < 0 ? n : n / 8, runs[1] < 0 ? 0 : n % 8);
         return;
     }
     bool sky = true;
     if (unmet == all) {
         const int lo[2] = {0, 0}, hi[2] = {runs[0] < 0 ? 0 : 7, runs[1] < 0 ? 0 : 7};
-        sky = fill_patch(patch, lo, hi, radiance);
+        sky = fill_patch(patch, lo, hi);
     } else {
         for (int n = 0; n < count; ++n) {
             if (!(unmet >> n & 1)) continue;
             const int i = runs[1] < 0 ? n : n / 8, j = runs[1] < 0 ? 0 : n % 8;
             const VoidRays::Hit& hit = patch.trace(rays_, i, j);
-            radiance[n] = light_of(patch, hit, i, j);
+            put_light(patch, hit, i, j);
             sky = sky && hit.block < 0;
         }
     }
     if (sky) ends = uint16_t(ends | sky_beyond);
 }
 
-void Aprons::load(const SweepPath& path, int d, size_t block, const Upstream& upstream, float inflow, Scratch& s)
+void Aprons::load(const SweepPath& path, int d, size_t block, const Upstream& upstream, const float* inflow, Scratch* s)
 {
     const Traversal& traversal = path.traversal;
     for (size_t region = 0; region < regions; ++region) {
         const int32_t from = upstream[size_t(traversal.region[region])];
         const bool along_w = block_sweep::region_axes[region] == 6;
-        if (along_w) s.radiance_before.pitch = s.source_before.pitch = from < 0 ? 1 : block_sweep::pitch_of_faces;
-        if (from >= 0) {
-            const DownstreamFaces& there = faces(size_t(from), d);
-            s.radiance_before.region[region] = block_sweep::region_of(traversal, int(region), there.radiance);
-            s.source_before.region[region] = block_sweep::region_of(traversal, int(region), there.source);
-            continue;
+        const DownstreamFaces* there = from < 0 ? nullptr : faces(size_t(from), d);
+        float* in_void[block_sweep::most_channels];
+        for (size_t c = 0; c < channels_; ++c) {
+            Scratch& to = s[c];
+            in_void[c] = to.from_void[region];
+            if (along_w) to.radiance_before.pitch = to.source_before.pitch = there ? block_sweep::pitch_of_faces : 1;
+            to.radiance_before.region[region] =
+                there ? block_sweep::region_of(traversal, int(region), there[c].radiance) : in_void[c];
+            to.source_before.region[region] =
+                there ? block_sweep::region_of(traversal, int(region), there[c].source) : zeros;
         }
-        through_void(path, d, int(region), block, inflow, s.from_void[region]);
-        s.radiance_before.region[region] = s.from_void[region];
-        s.source_before.region[region] = zeros;
+        if (!there) through_void(path, d, int(region), block, inflow, in_void);
     }
 }
 
-void Aprons::leave(const SweepPath& path, int d, size_t block, const Scratch& s)
+void Aprons::leave(const SweepPath& path, int d, size_t block, const Scratch* s)
 {
     for (size_t k = 0; k < 3; ++k) {
         const int32_t outer = outer_of_[block][size_t(path.traversal.axis[k])];
-        if (outer >= 0)
-            block_sweep::leave_face(path.traversal, int(k), d, s, faces(block, d).radiance[k],
-                                    &outer_[(size_t(outer) * width_ + size_t(d)) * 64]);
+        for (size_t c = 0; c < channels_ && outer >= 0; ++c)
+            block_sweep::leave_face(path.traversal, int(k), d, s[c], faces(block, d)[c].radiance[k],
+                                    &outer_[(at(size_t(outer), d) + c) * 64]);
     }
 }
 

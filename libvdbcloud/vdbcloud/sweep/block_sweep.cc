@@ -2,7 +2,6 @@
 #include "vdbcloud/core/clones.h"
 
 #include "vdbcloud/sweep/block_walk.h"
-#include "vdbcloud/sweep/characteristic.h"
 #include "vdbcloud/sweep/lanes.h"
 
 #include <algorithm>
@@ -199,116 +198,11 @@ const float* region_of(const Traversal& traversal, int region, const FaceValues&
     }
 }
 
-namespace {
-
-/// A row and the value upstream of it, interpolated along the row.
-template<int sign_v>
-VDBCLOUD_INLINE Lanes along_row(const float* row, const float* upstream, Lanes own, Lanes up)
+void share_medium(const Scratch& of, Scratch& to)
 {
-    const Lanes x = load(row), beside = all(*upstream);
-    const Lanes shifted = sign_v > 0 ? __builtin_shufflevector(x, beside, 8, 0, 1, 2, 3, 4, 5, 6)
-                                     : __builtin_shufflevector(x, beside, 1, 2, 3, 4, 5, 6, 7, 8);
-    return own * x + up * shifted;
-}
-
-/// The rows of the plane before a plane, and the row upstream of them.
-struct PlaneBefore {
-    PlaneBefore(const Apron& apron, const float* inside, int up, int plane, int row_pitch)
-    {
-        if (up < 0 || up > 7)
-            *this = {apron.region[0], 8, apron.region[4], apron.region[3], apron.region[6]};
-        else
-            *this = {inside + up * plane, row_pitch, apron.region[2] + up * 8, apron.region[1] + up * 8,
-                     apron.region[5] + up * apron.pitch};
-    }
-    PlaneBefore(const float* first, int of_rows, const float* values_beside, const float* row, const float* value)
-        : rows(first), pitch(of_rows), beside(values_beside), row_up(row), corner(value)
-    {
-    }
-    const float* rows;
-    int pitch;
-    const float *beside, *row_up, *corner;
-};
-
-template<bool emission, int sign_v, bool all_lit>
-VDBCLOUD_INLINE void sweep_inside(const Traversal& traversal, const float* q, float* radiance, Scratch& s,
-                                  DownstreamFaces& to)
-{
-    constexpr int last_v = sign_v > 0 ? 7 : 0;
-    const int plane = traversal.row_stride[0], row = traversal.row_stride[1];
-    const Lanes u_own = all(1 - traversal.u_up), u_up = all(traversal.u_up), v_own = all(1 - traversal.v_up),
-                v_up = all(traversal.v_up), half = all(traversal.half_step);
-    for (int k = 0; k < 8; ++k) {
-        const int p = traversal.sign[0] > 0 ? k : 7 - k, up = p - traversal.sign[0];
-        const PlaneBefore light(s.radiance_before, radiance, up, plane, row),
-            extinction(s.sigma_before, s.sigma, up, plane, row), emitted(s.source_before, s.source, up, plane, row);
-        const unsigned lit = s.lit[size_t(p)], next_lit = traversal.sign[1] > 0 ? lit >> 1 : lit << 1;
-        Lanes last_light = along_row<sign_v>(light.row_up, light.corner, v_own, v_up);
-        Lanes last_sigma = along_row<sign_v>(extinction.row_up, extinction.corner, v_own, v_up);
-        Lanes last_source = along_row<sign_v>(emitted.row_up, emitted.corner, v_own, v_up);
-        for (int n = 0; n < 8; ++n) {
-            const int r = traversal.sign[1] > 0 ? n : 7 - n, here = p * plane + r * row;
-            const Lanes this_light = along_row<sign_v>(light.rows + r * light.pitch, light.beside + r, v_own, v_up);
-            Lanes value = u_own * this_light + u_up * last_light, source = all(0.0f);
-            last_light = this_light;
-            if (all_lit || ((lit | next_lit) >> r & 1)) {
-                const Lanes this_sigma =
-                    along_row<sign_v>(extinction.rows + r * extinction.pitch, extinction.beside + r, v_own, v_up);
-                const Lanes this_source =
-                    along_row<sign_v>(emitted.rows + r * emitted.pitch, emitted.beside + r, v_own, v_up);
-                if (all_lit || (lit >> r & 1)) {
-                    const Lanes sigma_u = u_own * this_sigma + u_up * last_sigma,
-                                source_u = u_own * this_source + u_up * last_source;
-                    const Lanes own = load(q + here), sigma = load(s.sigma + here);
-                    value = characteristic<emission>(value, sigma_u, source_u, sigma, own, half);
-                    source = sigma * own;
-                }
-                last_sigma = this_sigma;
-                last_source = this_source;
-            }
-            store(radiance + here, value);
-            store(s.source + here, source);
-            to.radiance[2][size_t(p * 8 + r)] = value[last_v];
-            to.source[2][size_t(p * 8 + r)] = source[last_v];
-            if (n == 7) {
-                store(to.radiance[1].data() + p * 8, value);
-                store(to.source[1].data() + p * 8, source);
-            }
-            if (k == 7) {
-                store(to.radiance[0].data() + r * 8, value);
-                store(to.source[0].data() + r * 8, source);
-            }
-        }
-    }
-}
-
-template<bool emission, int sign_v>
-VDBCLOUD_INLINE void sweep_inside(const Traversal& traversal, const float* q, float* radiance, Scratch& s,
-                                  DownstreamFaces& to)
-{
-    uint64_t lit;
-    std::memcpy(&lit, s.lit.data(), sizeof lit);
-    if (!~lit)
-        sweep_inside<emission, sign_v, true>(traversal, q, radiance, s, to);
-    else
-        sweep_inside<emission, sign_v, false>(traversal, q, radiance, s, to);
-}
-
-}  // namespace
-
-VDBCLOUD_CLONES void sweep_planes(const Traversal& traversal, int d, bool emission, Scratch& s, DownstreamFaces& to)
-{
-    const bool is_turned = traversal.layout == &turned;
-    float* radiance = is_turned ? s.turned : s.out[d];
-    if (emission)
-        traversal.sign[2] > 0 ? sweep_inside<true, 1>(traversal, s.q[d], radiance, s, to)
-                              : sweep_inside<true, -1>(traversal, s.q[d], radiance, s, to);
-    else
-        traversal.sign[2] > 0 ? sweep_inside<false, 1>(traversal, s.q[d], radiance, s, to)
-                              : sweep_inside<false, -1>(traversal, s.q[d], radiance, s, to);
-    if (is_turned)
-        for (int x = 0; x < 8; ++x) transpose(radiance + x * 8, 64, s.out[d] + x * 64, 8);
-    s.radiance = radiance;
+    to.sigma = of.sigma;
+    to.sigma_before = of.sigma_before;
+    to.lit = of.lit;
 }
 
 VDBCLOUD_CLONES void pad(const Traversal& traversal, Scratch& s)

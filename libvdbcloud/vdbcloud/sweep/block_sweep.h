@@ -9,8 +9,9 @@
 
 namespace vdbcloud::block_sweep {
 
-inline constexpr int batch = 8;  ///< directions that are taken through a block together, at most
-inline constexpr int group = 4;  ///< they are summed in groups
+inline constexpr int batch = 8;          ///< directions that are taken through a block together, at most
+inline constexpr int group = 4;          ///< they are summed in groups
+inline constexpr int most_channels = 3;  ///< whose light goes through a block together
 
 /// A block with the aprons of its neighbours: (x, y, z), each -1..8, at (x+1) stride[0] + (y+1) stride[1] + (z+1)
 /// stride[2] + first. Rows of eight are contiguous along one axis: z, or y for directions that cross planes of z.
@@ -73,6 +74,7 @@ struct Rows {
     uint8_t line[32];  ///< pairs of rows: 64 bytes, a line of the cache
 };
 
+/// One channel's light in a block, and the medium: `sigma`, `sigma_before` and `lit`, which channels share.
 struct alignas(64) Scratch {
     const float* sigma = nullptr;          ///< 512 values in the current layout's order
     const float* radiance = nullptr;       ///< the same of the last direction that was swept
@@ -107,9 +109,12 @@ void prepare(const Traversal&, int d, Scratch&);
 /// Finds s.lit from the active voxels and the apron of sigma.
 void find_lit(const Traversal&, const BlockMask&, Scratch&);
 
-/// Sweeps the planes: s.radiance from the aprons of radiance, sigma and source, and what goes on from the block. Then
-/// `out` of d holds the radiance in slot order. `emission`: SweepFields::emission.
-void sweep_planes(const Traversal&, int d, bool emission, Scratch&, DownstreamFaces& to);
+/// Sweeps the planes for `channels` of `s`, 1 to most_channels, in the medium of the first: s.radiance from the aprons
+/// of radiance, sigma and source, and what goes on from the block. Then `out` of d holds the radiance in slot order.
+/// `emission`: SweepFields::emission. A channel's values do not depend on the others.
+void sweep_planes(const Traversal&, int d, bool emission, int channels, Scratch* s, DownstreamFaces* to);
+/// Takes the medium of another channel, which stays in use.
+void share_medium(const Scratch& of, Scratch& to);
 
 /// s.padded from s.radiance and its apron.
 void pad(const Traversal&, Scratch&);

@@ -24,40 +24,69 @@ VDBCLOUD_INLINE Lanes lean_series(Lanes t)
     return all(1.0f / 6) - t * s;
 }
 
-/// The light of emission S, `emitted_u` where the characteristic begins and `emitted` where it ends, linear in length
-/// [world unit], given the part `lost` of other light: S_u and S are weighted by what is above 0 alone. (In the weight
-/// of q = S / sigma_t that a thin voxel has beside a dense one all digits would cancel.)
-VDBCLOUD_INLINE Lanes emission_along(Lanes sigma_u, Lanes emitted_u, Lanes sigma, Lanes emitted, Lanes length,
-                                     Lanes lost)
-{
-    const Lanes x = sigma * length, e = exp_minus(at_most(x, 80.0f)), inverse = all(1.0f) / at_least(x, series_below);
-    // Integrals of e^-xs and of s e^-xs over 0 < s < 1, and the first less twice the second, over x.
-    const auto thin = x < all(series_below);
-    const Lanes ramp = thin ? ramp_series(x) : ((all(1.0f) - e) * inverse - e) * inverse, mean = x * ramp + e;
-    const Lanes lean = thin ? lean_series(x) : (mean - all(2.0f) * ramp) * inverse;
-    return lost * (all(2.0f) * emitted_u * ramp + emitted * (mean + sigma_u * length * lean)) /
-           (at_least(sigma_u + sigma, 1e-30f) * mean);
-}
+/// What the end of a characteristic takes of the medium, whatever its light: computed once for all channels of a sweep.
+/// `sigma_u` where the characteristic begins, `sigma` where it ends; `half`: half its length [world unit].
+///
+/// `emission`: the source is linear in length, not q.
+template<bool emission>
+struct Passage {
+    VDBCLOUD_INLINE Passage(Lanes sigma_u, Lanes sigma, Lanes half)
+    {
+        const Lanes t = (sigma_u + sigma) * half, series = ramp_series(t), by_exp = exp_minus(at_most(t, 80.0f));
+        // 1 - e^-t has its own rounding where t is small, and both add up to 1: a furnace stays exact.
+        const auto thin = t < all(series_below);
+        lost_ = thin ? t * (t * series + by_exp) : all(1.0f) - by_exp;
+        e_ = thin ? all(1.0f) - lost_ : by_exp;
+        if constexpr (emission) {
+            take_emission(sigma_u, sigma, all(2.0f) * half);
+        } else {
+            // 1 / sigma_u, 1 / t and 1 / lean by one division.
+            const Lanes divisor = at_least(sigma_u, 1e-30f), length = at_least(t, series_below);
+            const Lanes lean = all(6.0f) + t * (all(3.0f) + t), both = divisor * length;
+            const Lanes inverse = all(1.0f) / (both * lean), inverse_both = inverse * lean;
+            of_source_ = inverse_both * length;
+            begins_ = sigma_u > all(0.0f);
+            ends_ = sigma > all(0.0f);
+            const Lanes ramp = thin ? t * series : lost_ * (inverse_both * divisor) - e_;
+            of_slope_ = ramp - (sigma - sigma_u) * half * (inverse * both);
+        }
+    }
 
-/// `radiance`, `sigma_u`, `source_u` = sigma_t q where the characteristic begins; `sigma`, `own` = q where it ends;
-/// `half`: half its length [world unit]. `emission`: the source is linear in length, not q.
+    /// Radiance at the end from `radiance` and `source_u` = sigma_t q at the beginning, and `own` = q and `emitted` =
+    /// sigma_t q at the end.
+    VDBCLOUD_INLINE Lanes operator()(Lanes radiance, Lanes source_u, Lanes own, Lanes emitted) const
+    {
+        if constexpr (emission)
+            return radiance * e_ + lost_ * (all(2.0f) * source_u * of_source_ + emitted * of_slope_) / divisor_;
+        const Lanes q_u = begins_ ? source_u * of_source_ : own;
+        const Lanes q = ends_ ? own : q_u;
+        return radiance * e_ + q * lost_ + (q_u - q) * of_slope_;
+    }
+
+private:
+    /// Of emission S, linear in length, `lost` of other light: S_u and S are weighted by what is above 0 alone. (In the
+    /// weight of q = S / sigma_t that a thin voxel has beside a dense one all digits would cancel.)
+    VDBCLOUD_INLINE void take_emission(Lanes sigma_u, Lanes sigma, Lanes length)
+    {
+        const Lanes x = sigma * length, e_x = exp_minus(at_most(x, 80.0f)),
+                    inverse = all(1.0f) / at_least(x, series_below);
+        // Integrals of e^-xs and of s e^-xs over 0 < s < 1, and the first less twice the second, over x.
+        const auto thin = x < all(series_below);
+        const Lanes ramp = thin ? ramp_series(x) : ((all(1.0f) - e_x) * inverse - e_x) * inverse, mean = x * ramp + e_x;
+        const Lanes lean = thin ? lean_series(x) : (mean - all(2.0f) * ramp) * inverse;
+        of_source_ = ramp;
+        of_slope_ = mean + sigma_u * length * lean;
+        divisor_ = at_least(sigma_u + sigma, 1e-30f) * mean;
+    }
+    Lanes e_, lost_, of_source_, of_slope_, divisor_;
+    Ints begins_, ends_;
+};
+
+/// `radiance`, `sigma_u`, `source_u` = sigma_t q where the characteristic begins; `sigma`, `own` = q where it ends.
 template<bool emission>
 VDBCLOUD_INLINE Lanes characteristic(Lanes radiance, Lanes sigma_u, Lanes source_u, Lanes sigma, Lanes own, Lanes half)
 {
-    const Lanes t = (sigma_u + sigma) * half, series = ramp_series(t), by_exp = exp_minus(at_most(t, 80.0f));
-    // 1 - e^-t has its own rounding where t is small, and both add up to 1: a furnace stays exact.
-    const auto thin = t < all(series_below);
-    const Lanes lost = thin ? t * (t * series + by_exp) : all(1.0f) - by_exp, e = thin ? all(1.0f) - lost : by_exp;
-    if constexpr (emission)
-        return radiance * e + emission_along(sigma_u, source_u, sigma, sigma * own, all(2.0f) * half, lost);
-    // 1 / sigma_u, 1 / t and 1 / lean by one division.
-    const Lanes divisor = at_least(sigma_u, 1e-30f), length = at_least(t, series_below);
-    const Lanes lean = all(6.0f) + t * (all(3.0f) + t), both = divisor * length;
-    const Lanes inverse = all(1.0f) / (both * lean), inverse_both = inverse * lean;
-    const Lanes q_u = sigma_u > all(0.0f) ? source_u * (inverse_both * length) : own;
-    const Lanes q = sigma > all(0.0f) ? own : q_u;
-    const Lanes ramp = thin ? t * series : lost * (inverse_both * divisor) - e;
-    return radiance * e + q * lost + (q_u - q) * (ramp - (sigma - sigma_u) * half * (inverse * both));
+    return Passage<emission>(sigma_u, sigma, half)(radiance, source_u, own, sigma * own);
 }
 
 }  // namespace vdbcloud::lanes

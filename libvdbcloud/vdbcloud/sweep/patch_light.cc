@@ -55,15 +55,16 @@ void PatchLight::add(const SweepPath& path, int d, size_t block, const block_swe
         gather(in_block_[n].cell, path.number, double(s.out[d][in_block_[n].slot]));
 }
 
-void PatchLight::add_voids(const std::vector<SweepPath>& batch, const Aprons& aprons)
+void PatchLight::add_voids(const std::vector<SweepPath>& batch, const Aprons& aprons, int channel)
 {
     tbb::parallel_for(size_t(0), tiles_.size(), [&](size_t n) {
         const auto [row, column] = tiles_[n];
         const Vec3d corner = as_double(patch_.middle(row, column));
         for (size_t d = 0; d < batch.size(); ++d) {
             alignas(32) float radiance[tile * tile];
+            float* const to[] = {radiance};
             const uint64_t sky =
-                aprons.fill_tile(batch[d], int(d), corner, ActiveBox::axes(axis_), radiance, patch_.edge);
+                aprons.fill_tile(batch[d], int(d), size_t(channel), 1, corner, ActiveBox::axes(axis_), to, patch_.edge);
             if (!~sky) continue;
             for (int k = 0; k < tile * tile; ++k) {
                 const int i = row + k / tile, j = column + k % tile;

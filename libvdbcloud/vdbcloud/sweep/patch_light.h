@@ -24,8 +24,8 @@ public:
 
     /// Light of direction d of a batch on the cells whose middles lie in a block.
     void add(const SweepPath&, int d, size_t block, const block_sweep::Scratch&);
-    /// Light of a batch on all other cells.
-    void add_voids(const std::vector<SweepPath>& batch, const Aprons&);
+    /// Light of a batch and a channel on all other cells.
+    void add_voids(const std::vector<SweepPath>& batch, const Aprons&, int channel);
     /// The light on cell `cell` of one direction of the set, if it comes from the medium.
     void gather(size_t cell, size_t number, double radiance);
     /// Sets irradiance and radiance from what has been gathered.

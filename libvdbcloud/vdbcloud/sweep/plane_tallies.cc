@@ -31,8 +31,8 @@ bool overlap(double low, double high, double slope, double from, double to, doub
 
 }  // namespace
 
-PlaneTallies::PlaneTallies(const Blocks& blocks, const SweepSet& set, const Vec3d& spacing, PlaneLight& to)
-    : blocks_(blocks), set_(set), spacing_(spacing), to_(to), box_(blocks), faces_(find_faces()),
+PlaneTallies::PlaneTallies(const Blocks& blocks, const SweepSet& set, const Vec3d& spacing, int channel, PlaneLight& to)
+    : blocks_(blocks), set_(set), spacing_(spacing), channel_(channel), to_(to), box_(blocks), faces_(find_faces()),
       on_blocks_(blocks.count(), faces_, true), row_(blocks.count(), -1)
 {
     set_half_ranges(set, to_);
@@ -172,57 +172,37 @@ void PlaneTallies::add(const block_sweep::Traversal& traversal, int of_pass, int
                        &sums_[size_t(of_pass)][size_t(row_[block]) * batch + size_t(d)]);
 }
 
-PlaneTallies::TileSums PlaneTallies::trace(const Tile& tile, const std::vector<SweepPath>& paths, const Aprons& aprons,
-                                           const PatchLight* below)
+void PlaneTallies::take(const Tile& tile, const SweepPath& path, size_t d, uint64_t sky, const float* radiance,
+                        const PatchLight* below, TileSums& sums)
 {
-    TileSums sums;
+    if (!to_.by_cell && !~sky) return;
     const int axis = tile.face / 2;
     const auto [u, v] = ActiveBox::axes(axis);
-    Vec3d corner = as_double(tile.corner);
-    corner[axis] += tile.face % 2 ? inside_plane : -inside_plane;
-    for (size_t d = 0; d < paths.size(); ++d) {
-        if (!(tile.ways >> d & 1)) continue;
-        alignas(32) float radiance[64];
-        int32_t blocks[few];
-        size_t count = 0;
-        for (size_t n = tile.first; n < tile.first + tile.shadows && count <= few; ++n) {
-            if (!(shadows_[n].ways >> d & 1)) continue;
-            if (count < few) blocks[count] = shadows_[n].block;
-            ++count;
+    const double weight = power(tile.face, path.number);
+    Vec3d at;
+    at[axis] = tile.corner[axis] + (tile.face % 2 ? inside_plane : -inside_plane);
+    for (size_t k = 0; k < 64; ++k) {
+        Vec3i voxel = tile.corner;
+        voxel[u] += int(k / 8);
+        voxel[v] += int(k % 8);
+        if (!box_.contains(voxel)) continue;
+        at[u] = voxel[u];
+        at[v] = voxel[v];
+        const bool from_sky = sky >> k & 1;
+        double straight = 0;  // that would come if there were no block
+        if (!from_sky || to_.by_cell)
+            straight = weight * (inflow(path.number) + (below ? below->change(at, path.traversal.step) : 0));
+        if (!from_sky) {
+            sums.medium[d] += weight * double(radiance[k]);
+            sums.hidden[d] += straight;
         }
-        const bool direct = count > 0 && count <= few;
-        if (direct) sums.tests += 64 * count;
-        const uint64_t sky =
-            direct ? aprons.fill_tile(paths[d], int(d), corner, ActiveBox::axes(axis), radiance, blocks, count)
-                   : aprons.fill_tile(paths[d], int(d), corner, ActiveBox::axes(axis), radiance);
-        if (!to_.by_cell && !~sky) continue;
-        const double weight = power(tile.face, paths[d].number);
-        for (size_t k = 0; k < 64; ++k) {
-            Vec3i voxel = tile.corner;
-            voxel[u] += int(k / 8);
-            voxel[v] += int(k % 8);
-            if (!box_.contains(voxel)) continue;
-            Vec3d at = corner;
-            at[u] = voxel[u];
-            at[v] = voxel[v];
-            const bool from_sky = sky >> k & 1;
-            double straight = 0;  // that would come if there were no block
-            if (!from_sky || to_.by_cell)
-                straight =
-                    weight * (inflow(paths[d].number) + (below ? below->change(at, paths[d].traversal.step) : 0));
-            if (!from_sky) {
-                sums.medium[d] += weight * double(radiance[k]);
-                sums.hidden[d] += straight;
-            }
-            if (!to_.by_cell) continue;
-            Cells& cells = cells_[tile.cells];
-            if (from_sky)
-                cells.from_sky[k] += float(straight);
-            else
-                cells.from_medium[k] += float(weight) * radiance[k];
-        }
+        if (!to_.by_cell) continue;
+        Cells& cells = cells_[tile.cells];
+        if (from_sky)
+            cells.from_sky[k] += float(straight);
+        else
+            cells.from_medium[k] += float(weight) * radiance[k];
     }
-    return sums;
 }
 
 /// Adds what would come straight from the sky and the patch through the cells without a block, were they all open.
@@ -243,16 +223,52 @@ void PlaneTallies::add_sky(size_t m, int face, const PatchLight* below)
     to_.sky_along[size_t(face)][m] += power(face, m) * sum;
 }
 
-void PlaneTallies::add_voids(const std::vector<SweepPath>& paths, int of_pass, const Aprons& aprons,
-                             const PatchLight* below)
+void PlaneTallies::add_voids(const std::vector<PlaneTallies*>& channels, const std::vector<SweepPath>& paths,
+                             int of_pass, const Aprons& aprons, const std::vector<const PatchLight*>& below)
+{
+    PlaneTallies& first = *channels[0];
+    std::vector<Tile> tiles = first.by_cell() ? first.voids_ : first.shaded(paths);
+    for (Tile& tile : tiles)
+        for (size_t d = 0; first.by_cell() && d < paths.size(); ++d)
+            if (first.power(tile.face, paths[d].number) > 0) tile.ways |= uint8_t(1 << d);
+    const auto below_of = [&](const PlaneTallies& of) { return below.empty() ? nullptr : below[size_t(of.channel_)]; };
+    std::vector<std::vector<TileSums>> sums(channels.size(), std::vector<TileSums>(tiles.size()));
+    tbb::parallel_for(size_t(0), tiles.size(), [&](size_t n) {
+        const Tile& tile = tiles[n];
+        const int axis = tile.face / 2;
+        const auto along = ActiveBox::axes(axis);
+        Vec3d corner = as_double(tile.corner);
+        corner[axis] += tile.face % 2 ? inside_plane : -inside_plane;
+        for (size_t d = 0; d < paths.size(); ++d) {
+            if (!(tile.ways >> d & 1)) continue;
+            alignas(32) float radiance[block_sweep::most_channels][64];
+            float* const to[] = {radiance[0], radiance[1], radiance[2]};
+            int32_t blocks[few];
+            size_t count = 0;
+            for (size_t k = tile.first; k < tile.first + tile.shadows && count <= few; ++k) {
+                if (!(first.shadows_[k].ways >> d & 1)) continue;
+                if (count < few) blocks[count] = first.shadows_[k].block;
+                ++count;
+            }
+            const bool direct = count > 0 && count <= few;
+            const uint64_t sky =
+                direct ? aprons.fill_tile(paths[d], int(d), 0, aprons.channels(), corner, along, to, blocks, count)
+                       : aprons.fill_tile(paths[d], int(d), 0, aprons.channels(), corner, along, to);
+            for (size_t c = 0; c < channels.size(); ++c) {
+                PlaneTallies& of = *channels[c];
+                if (direct) sums[c][n].tests += 64 * count;
+                of.take(tile, paths[d], d, sky, to[of.channel_], below_of(of), sums[c][n]);
+            }
+        }
+    });
+    for (size_t c = 0; c < channels.size(); ++c)
+        channels[c]->add_voids(paths, of_pass, tiles, sums[c], below_of(*channels[c]));
+}
+
+void PlaneTallies::add_voids(const std::vector<SweepPath>& paths, int of_pass, const std::vector<Tile>& tiles,
+                             const std::vector<TileSums>& sums, const PatchLight* below)
 {
     std::vector<std::array<double, 3>>& on_blocks = sums_[size_t(of_pass)];
-    std::vector<Tile> tiles = to_.by_cell ? voids_ : shaded(paths);
-    for (Tile& tile : tiles)
-        for (size_t d = 0; to_.by_cell && d < paths.size(); ++d)
-            if (power(tile.face, paths[d].number) > 0) tile.ways |= uint8_t(1 << d);
-    std::vector<TileSums> sums(tiles.size());
-    tbb::parallel_for(size_t(0), tiles.size(), [&](size_t n) { sums[n] = trace(tiles[n], paths, aprons, below); });
     for (const TileSums& of : sums) to_.tests += of.tests;
     for (size_t d = 0; d < paths.size(); ++d) {
         const size_t m = paths[d].number;

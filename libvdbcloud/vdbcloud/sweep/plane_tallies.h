@@ -14,14 +14,17 @@ namespace vdbcloud {
 /// Threads: add() to different blocks; add_voids() after the last block of a batch.
 class PlaneTallies {
 public:
-    /// Keeps references. `to` is what the sums are added to.
-    PlaneTallies(const Blocks&, const SweepSet&, const Vec3d& spacing, PlaneLight& to);
+    /// Keeps references. `to` is what the sums of a channel are added to.
+    PlaneTallies(const Blocks&, const SweepSet&, const Vec3d& spacing, int channel, PlaneLight& to);
 
     /// `of_pass`: 0 or 1, for two batches that go through the blocks together.
     void add(const block_sweep::Traversal&, int of_pass, int d, size_t block, const Vec3d& direction, float weight,
              const block_sweep::Scratch&);
-    /// `below`: a patch of ground whose light has been reflected; null: none.
-    void add_voids(const std::vector<SweepPath>& batch, int of_pass, const Aprons&, const PatchLight* below);
+    /// `below`: by channel, a patch of ground whose light has been reflected; empty: none. `channels` ask alike for
+    /// cells, or not: rays are traced once for all of them.
+    static void add_voids(const std::vector<PlaneTallies*>& channels, const std::vector<SweepPath>& batch, int of_pass,
+                          const Aprons&, const std::vector<const PatchLight*>& below);
+    bool by_cell() const { return to_.by_cell; }
     /// Writes the values of the cells.
     void write() const;
 
@@ -52,7 +55,11 @@ private:
     std::vector<Tile> shaded(const std::vector<SweepPath>& batch);
     void add_shadow(int face, uint8_t way, const Vec3d& step, size_t block, std::vector<Tile>& to) const;
     bool is_void(const Vec3i& corner) const;
-    TileSums trace(const Tile&, const std::vector<SweepPath>& batch, const Aprons&, const PatchLight* below);
+    /// What comes along one direction to the cells of a tile.
+    void take(const Tile&, const SweepPath&, size_t d, uint64_t sky, const float* radiance, const PatchLight* below,
+              TileSums& to);
+    void add_voids(const std::vector<SweepPath>& batch, int of_pass, const std::vector<Tile>&,
+                   const std::vector<TileSums>&, const PatchLight* below);
     void add_sky(size_t m, int face, const PatchLight* below);
     double power(int face, size_t m) const
     {
@@ -63,6 +70,7 @@ private:
     const Blocks& blocks_;
     const SweepSet& set_;
     const Vec3d spacing_;
+    const int channel_;
     PlaneLight& to_;
     ActiveBox box_;
     std::vector<Vec3i> face_voxels_;  // of faces_; before it, for find_faces() fills both

@@ -7,12 +7,12 @@
 #include "vdbcloud/sweep/patch_light.h"
 #include "vdbcloud/sweep/periodic_sweep.h"
 #include "vdbcloud/sweep/plane_tallies.h"
+#include "vdbcloud/sweep/sweep_order.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
 namespace vdbcloud {
 
@@ -22,104 +22,13 @@ using block_sweep::batch;
 using block_sweep::group;
 using block_sweep::Rows;
 using block_sweep::Scratch;
-using Sign = std::array<int, 3>;
+using sweep_order::bit_of;
+using sweep_order::Order;
+using sweep_order::Pass;
+using sweep_order::Sign;
+using sweep_order::signs;
 
 constexpr int most_terms = 64 + 192;  // degree 7, and suns
-
-Sign signs(int octant) { return {octant & 4 ? -1 : 1, octant & 2 ? -1 : 1, octant & 1 ? -1 : 1}; }
-
-/// Octants whose directions go through the blocks together: two that differ along one axis, or one.
-using Pass = std::vector<int>;
-
-int bit_of(int axis) { return 4 >> axis; }
-
-/// All octants; over a ground those first whose light it reflects.
-std::vector<Pass> passes(int axis, const PatchLight* ground)
-{
-    std::vector<Pass> all;
-    for (int octant = 0; octant < 8; ++octant) {
-        const int other = octant | bit_of(axis);
-        if (octant == other) continue;
-        if (ground && ground->leaves(signs(octant)) != ground->leaves(signs(other)))
-            all.insert(all.end(), {{octant}, {other}});
-        else
-            all.push_back({octant, other});
-    }
-    if (ground)
-        std::stable_partition(all.begin(), all.end(), [&](const Pass& pass) { return ground->leaves(signs(pass[0])); });
-    return all;
-}
-
-/// Blocks in upstream order for the octants of a pass. Columns of blocks run along one axis, upstream or downstream;
-/// columns of a tile are in order, and tiles of one level do not depend on one another.
-struct Order {
-    std::vector<int32_t> block;
-    std::vector<size_t> column;  ///< begin of each column in `block`, and the end
-    std::vector<size_t> tile;    ///< begin of each tile in `column`, and the end
-    std::vector<size_t> level;   ///< begin of each level in `tile`, and the end
-
-    bool enough() const { return tile.size() > 6 * level.size(); }  ///< for threads
-    size_t bytes() const
-    {
-        return block.size() * sizeof(int32_t) + (column.size() + tile.size() + level.size()) * sizeof(size_t);
-    }
-};
-
-/// Tiles of 2^bits x 2^bits columns along `axis`; signs across it.
-Order order_of(const Blocks& blocks, const Sign& sign, int axis, int bits)
-{
-    struct Keyed {
-        int level;
-        std::array<int, 2> tile, column;
-        int at;
-        int32_t block;
-        auto key() const { return std::tie(level, tile, column, at); }
-        bool operator<(const Keyed& other) const { return key() < other.key(); }
-    };
-    const int across[2] = {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
-    std::vector<Keyed> keyed(blocks.count());
-    for (size_t b = 0; b < blocks.count(); ++b) {
-        Keyed& key = keyed[b];
-        for (size_t n = 0; n < 2; ++n) {
-            key.column[n] = sign[size_t(across[n])] * blocks.at(b)[across[n]];
-            key.tile[n] = sign[size_t(across[n])] * (blocks.at(b)[across[n]] >> bits);
-        }
-        key.level = key.tile[0] + key.tile[1];
-        key.at = blocks.at(b)[axis];
-        key.block = int32_t(b);
-    }
-    std::sort(keyed.begin(), keyed.end());
-    Order order;
-    for (size_t n = 0; n < keyed.size(); ++n) {
-        const bool level = n == 0 || keyed[n].level != keyed[n - 1].level;
-        const bool tile = level || keyed[n].tile != keyed[n - 1].tile;
-        if (level) order.level.push_back(order.tile.size());
-        if (tile) order.tile.push_back(order.column.size());
-        if (tile || keyed[n].column != keyed[n - 1].column) order.column.push_back(n);
-        order.block.push_back(keyed[n].block);
-    }
-    order.level.push_back(order.tile.size());
-    order.tile.push_back(order.column.size());
-    order.column.push_back(keyed.size());
-    return order;
-}
-
-/// Large tiles keep a block's upstream faces in the cache. They shrink, and columns run along another axis, where
-/// levels would have too few tiles for threads.
-std::pair<int, int> axis_and_bits(const Blocks& blocks)
-{
-    std::pair<int, int> best{2, 0};
-    double most = 0;
-    for (int bits = 2; bits >= 0; --bits)
-        for (int axis = 2; axis >= 0; --axis) {
-            const Order order = order_of(blocks, {1, 1, 1}, axis, bits);
-            if (order.enough()) return {axis, bits};
-            const double a_level = double(order.tile.size()) / double(order.level.size());
-            if (a_level > most) best = {axis, bits};
-            most = std::max(most, a_level);
-        }
-    return best;
-}
 
 /// Directions of one octant that go through the blocks together, those that cross planes of one axis after one another.
 struct Batch {
@@ -151,56 +60,69 @@ std::vector<Batch> batches_of(const std::vector<Vec3d>& directions, const Vec3d&
 struct TransportSweep::Impl {
     Impl(const VoxelIndex& of, const std::vector<SweepFace>& faces)
         : index(of), blocks(of.blocks()), rays(blocks), aprons{Aprons(blocks, rays), Aprons(blocks, rays)},
-          tallies(blocks.count(), faces)
+          tallies(1, FaceTallies(blocks.count(), faces))
     {
-        const auto [along, bits] = axis_and_bits(blocks);
+        const auto [along, bits] = sweep_order::axis_and_bits(blocks);
         axis = along;
         for (int octant = 0; octant < 8; ++octant)
-            if (!(octant & bit_of(axis))) order[octant] = order_of(blocks, signs(octant), axis, bits);
+            if (!(octant & bit_of(axis))) order[octant] = sweep_order::order_of(blocks, signs(octant), axis, bits);
     }
 
-    void start(const SweepSet&, const SweepFields&, SweepResult& result);
+    void run(const std::vector<float>& sigma_t, bool emission, const std::vector<SweepChannel>&);
+    void start();
     void take_basis(Batch&) const;
-    void sweep_block(const Batch&, bool first, int octant, int of_pass, size_t block, SweepResult& result);
-    void sweep_batches(const Pass& pass, const std::vector<Batch*>& each, bool first, SweepResult& result);
+    void sweep_block(const Batch&, bool first, int octant, int of_pass, size_t block);
+    void sweep_batches(const Pass& pass, const std::vector<Batch*>& each, bool first);
     void clear_inactive(SweepResult& result) const;
+    std::vector<std::vector<PlaneTallies*>> planes_alike() const;
 
     const VoxelIndex& index;
     const Blocks& blocks;
     VoidRays rays;
-    std::array<Aprons, 2> aprons;  // by octant of a pass
-    FaceTallies tallies;
-    int axis;                  // of the columns
-    Order order[8];            // by the first octant of a pass
-    std::vector<Vec3d> known;  // directions that the batches are of
+    std::array<Aprons, 2> aprons;      // by octant of a pass
+    std::vector<FaceTallies> tallies;  // by channel
+    int axis;                          // of the columns
+    Order order[8];                    // by the first octant of a pass
+    std::vector<Vec3d> known;          // directions that the batches are of
     std::vector<Batch> batches[8];
     // Of the run:
     const SweepSet* set = nullptr;
-    const SweepFields* fields = nullptr;
-    std::unique_ptr<PlaneTallies> planes;  // null: not asked for
-    std::unique_ptr<PatchLight> ground;    // null: none
+    const std::vector<float>* sigma_t = nullptr;
+    bool emission = false;
+    std::vector<SweepChannel> channels;
+    std::vector<std::unique_ptr<PlaneTallies>> planes;  // by channel; null: not asked for
+    std::vector<std::unique_ptr<PatchLight>> grounds;   // by channel; empty: none
 };
 
-void TransportSweep::Impl::start(const SweepSet& with, const SweepFields& of, SweepResult& result)
+void TransportSweep::Impl::start()
 {
-    set = &with;
-    fields = &of;
-    if (known != with.direction) {
-        known = with.direction;
+    if (known != set->direction) {
+        known = set->direction;
         tbb::parallel_for(0, 8,
                           [&](int octant) { batches[octant] = batches_of(known, index.spacing(), signs(octant)); });
         size_t width = group;
         for (const auto& of_octant : batches)
             if (!of_octant.empty() && of_octant[0].paths.size() > group) width = batch;
-        for (Aprons& each : aprons) each.clear_cache(with.count(), int(width));
+        for (Aprons& each : aprons) each.clear_cache(set->count(), int(width));
     }
-    result.moments.resize(size_t(with.moment_terms));
-    for (auto& moment : result.moments) {
-        moment.resize(blocks.slots());
-        std::fill(with.count() ? moment.end() - 512 : moment.begin(), moment.end(),
-                  0.0f);  // the first batch writes the other blocks
+    for (Aprons& each : aprons) each.set_channels(int(channels.size()));
+    tallies.resize(channels.size(), tallies[0]);
+    planes.clear();
+    grounds.clear();
+    for (size_t c = 0; c < channels.size(); ++c) {
+        const SweepChannel& channel = channels[c];
+        channel.result->moments.resize(size_t(set->moment_terms));
+        for (auto& moment : channel.result->moments) {
+            moment.resize(blocks.slots());
+            std::fill(set->count() ? moment.end() - 512 : moment.begin(), moment.end(),
+                      0.0f);  // the first batch writes the other blocks
+        }
+        tallies[c].clear();
+        planes.push_back(channel.planes ? std::make_unique<PlaneTallies>(blocks, *channel.set, index.spacing(), int(c),
+                                                                         *channel.planes)
+                                        : nullptr);
+        if (channel.ground) grounds.push_back(std::make_unique<PatchLight>(blocks, *channel.set, *channel.ground));
     }
-    tallies.clear();
 }
 
 void TransportSweep::Impl::take_basis(Batch& to) const
@@ -216,50 +138,65 @@ void TransportSweep::Impl::take_basis(Batch& to) const
     }
 }
 
-void TransportSweep::Impl::sweep_block(const Batch& with, bool first, int octant, int of_pass, size_t block,
-                                       SweepResult& result)
+void TransportSweep::Impl::sweep_block(const Batch& with, bool first, int octant, int of_pass, size_t block)
 {
-    Scratch s;
+    Scratch all[block_sweep::most_channels];
+    Scratch& s = all[0];
     const Sign sign = signs(octant);
     Aprons& passing = aprons[size_t(of_pass)];
     const Aprons::Upstream upstream = passing.upstream(sign, block);
     const Rows rows(blocks.mask(block));
-    const float* source[most_terms];
-    float* moments[most_terms];
-    for (int k = 0; k < set->source_terms; ++k) source[k] = (*fields->source)[size_t(k)].data() + block * 512;
-    for (int k = 0; k < set->moment_terms; ++k) moments[k] = result.moments[size_t(k)].data() + block * 512;
-    if (set->moment_terms <= 16 && !first)
-        block_sweep::fetch(rows, set->moment_terms, moments);  // they are needed last
+    const size_t count = channels.size();
     const int n_paths = int(with.paths.size());
-    block_sweep::expand(rows, n_paths, set->source_terms, source, with.basis.data(), s);
+    float* moments[block_sweep::most_channels][most_terms];
+    bool padded[block_sweep::most_channels];
+    for (size_t c = 0; c < count; ++c) {
+        const float* source[most_terms];
+        for (int k = 0; k < set->source_terms; ++k) source[k] = (*channels[c].source)[size_t(k)].data() + block * 512;
+        for (int k = 0; k < set->moment_terms; ++k)
+            moments[c][k] = channels[c].result->moments[size_t(k)].data() + block * 512;
+        if (set->moment_terms <= 16 && !first)
+            block_sweep::fetch(rows, set->moment_terms, moments[c]);  // they are needed last
+        block_sweep::expand(rows, n_paths, set->source_terms, source, with.basis.data(), all[c]);
+        padded[c] = tallies[c].any(block) || planes[c];
+    }
     const block_sweep::Traversal* last = nullptr;
     for (size_t d = 0; d < with.paths.size(); ++d) {
         const SweepPath& path = with.paths[d];
         const int n = int(d);
         if (!last || last->layout != path.traversal.layout)
-            block_sweep::take_sigma(*path.traversal.layout, fields->sigma_t->data() + block * 512, s);
+            block_sweep::take_sigma(*path.traversal.layout, sigma_t->data() + block * 512, s);
         if (!last || last->axis != path.traversal.axis) {
-            passing.load_sigma(path.traversal, fields->sigma_t->data(), upstream, s);
+            passing.load_sigma(path.traversal, sigma_t->data(), upstream, s);
             block_sweep::find_lit(path.traversal, blocks.mask(block), s);
+            for (size_t c = 1; c < count; ++c) block_sweep::share_medium(s, all[c]);
         }
         last = &path.traversal;
-        block_sweep::prepare(path.traversal, n, s);
-        passing.load(path, n, block, upstream, set->inflow.empty() ? 0.0f : set->inflow[path.number], s);
-        block_sweep::sweep_planes(path.traversal, n, fields->emission, s, passing.faces(block, n));
-        passing.leave(path, n, block, s);
-        if (tallies.any(block) || planes) block_sweep::pad(path.traversal, s);
-        tallies.add(path.traversal, n, block, set->direction[path.number], set->weight[path.number], s);
-        if (ground && ground->leaves(sign)) ground->add(path, n, block, s);
-        if (planes)
-            planes->add(path.traversal, of_pass, n, block, set->direction[path.number], set->weight[path.number], s);
+        float inflow[block_sweep::most_channels];
+        for (size_t c = 0; c < count; ++c) {
+            block_sweep::prepare(path.traversal, n, all[c]);
+            inflow[c] = channels[c].set->inflow.empty() ? 0.0f : channels[c].set->inflow[path.number];
+        }
+        passing.load(path, n, block, upstream, inflow, all);
+        block_sweep::sweep_planes(path.traversal, n, emission, int(count), all, passing.faces(block, n));
+        passing.leave(path, n, block, all);
+        const Vec3d& direction = set->direction[path.number];
+        const float weight = set->weight[path.number];
+        for (size_t c = 0; c < count; ++c) {
+            if (padded[c]) block_sweep::pad(path.traversal, all[c]);
+            tallies[c].add(path.traversal, n, block, direction, weight, all[c]);
+            if (!grounds.empty() && grounds[c]->leaves(sign)) grounds[c]->add(path, n, block, all[c]);
+            if (planes[c]) planes[c]->add(path.traversal, of_pass, n, block, direction, weight, all[c]);
+        }
     }
-    for (int d = n_paths; d % group != 0; ++d) std::fill_n(s.out[d], 512, 0.0f);
-    block_sweep::accumulate(rows, n_paths, set->moment_terms, first, moments, with.weight.data(), s);
+    for (size_t c = 0; c < count; ++c) {
+        for (int d = n_paths; d % group != 0; ++d) std::fill_n(all[c].out[d], 512, 0.0f);
+        block_sweep::accumulate(rows, n_paths, set->moment_terms, first, moments[c], with.weight.data(), all[c]);
+    }
 }
 
 /// Takes a batch of each octant through a column before the next column, so that its moments stay in the cache.
-void TransportSweep::Impl::sweep_batches(const Pass& pass, const std::vector<Batch*>& each, bool first,
-                                         SweepResult& result)
+void TransportSweep::Impl::sweep_batches(const Pass& pass, const std::vector<Batch*>& each, bool first)
 {
     const Order& of = order[pass[0] & ~bit_of(axis)];
     const auto sweep_column = [&](size_t column) {
@@ -269,8 +206,7 @@ void TransportSweep::Impl::sweep_batches(const Pass& pass, const std::vector<Bat
             const size_t from = of.column[column], end = of.column[column + 1];
             const bool upwards = signs(pass[n])[size_t(axis)] > 0;
             for (size_t k = from; k < end; ++k)
-                sweep_block(*each[n], begin, pass[n], int(n), size_t(of.block[upwards ? k : from + end - 1 - k]),
-                            result);
+                sweep_block(*each[n], begin, pass[n], int(n), size_t(of.block[upwards ? k : from + end - 1 - k]));
             begin = false;
         }
     };
@@ -293,6 +229,19 @@ void TransportSweep::Impl::clear_inactive(SweepResult& result) const
     });
 }
 
+/// Channels whose planes are asked for, those with cells and those without.
+std::vector<std::vector<PlaneTallies*>> TransportSweep::Impl::planes_alike() const
+{
+    std::vector<std::vector<PlaneTallies*>> alike;
+    for (const bool by_cell : {false, true}) {
+        std::vector<PlaneTallies*> some;
+        for (const auto& each : planes)
+            if (each && each->by_cell() == by_cell) some.push_back(each.get());
+        if (!some.empty()) alike.push_back(some);
+    }
+    return alike;
+}
+
 TransportSweep::TransportSweep(const VoxelIndex& index, std::vector<SweepFace> faces)
 {
     const Vec3i& period = index.blocks().period();
@@ -305,60 +254,98 @@ TransportSweep::TransportSweep(const VoxelIndex& index, std::vector<SweepFace> f
 }
 TransportSweep::~TransportSweep() = default;
 
-void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepResult& result, PlaneLight* planes,
-                         SweepGround* ground)
+void TransportSweep::Impl::run(const std::vector<float>& sigma, bool of_emission, const std::vector<SweepChannel>& of)
 {
-    if (set.source_terms < 1 || set.source_terms > most_terms || set.moment_terms < 0 || set.moment_terms > most_terms)
-        throw InputError("a sweep of " + std::to_string(set.source_terms) + " source and " +
-                         std::to_string(set.moment_terms) + " moment terms: expected 1 to " +
-                         std::to_string(most_terms));
-    if (ground && ground->patch.has_value() == bool(periodic_))
-        throw InputError(periodic_
-                             ? "a patch of ground under a medium that repeats: expected a ground without a patch"
-                             : "a ground without a patch under a medium that ends on all sides: expected a patch");
-    if (periodic_) return periodic_->run(set, fields, result, planes, ground);
-    Impl& my = *impl_;
-    my.start(set, fields, result);
-    my.planes = planes ? std::make_unique<PlaneTallies>(my.blocks, set, my.index.spacing(), *planes) : nullptr;
-    my.ground = ground ? std::make_unique<PatchLight>(my.blocks, set, *ground) : nullptr;
-    const bool lit = my.ground && !my.ground->black();
+    channels = of;
+    set = channels[0].set;
+    sigma_t = &sigma;
+    emission = of_emission;
+    start();
+    const PatchLight* ground = grounds.empty() ? nullptr : grounds[0].get();  // what all have in common
+    const bool lit = ground && !ground->black();
     bool first = true, reflected = false;
-    for (const Pass& pass : passes(my.axis, lit ? my.ground.get() : nullptr)) {
-        const bool begins = lit && !my.ground->leaves(signs(pass[0]));
-        if (begins && !reflected) {
-            my.ground->reflect();
-            reflected = true;
+    const auto reflect = [&] {
+        if (!reflected)
+            for (auto& each : grounds) each->reflect();
+        reflected = true;
+    };
+    for (const Pass& pass : sweep_order::passes(axis, lit ? ground : nullptr)) {
+        std::vector<const PatchLight*> below(channels.size(), nullptr);
+        if (lit && !ground->leaves(signs(pass[0]))) {
+            reflect();
+            for (size_t c = 0; c < channels.size(); ++c) below[c] = grounds[c].get();
+        } else {
+            below.clear();
         }
-        const PatchLight* below = begins ? my.ground.get() : nullptr;
         size_t count = 0;
         for (size_t n = 0; n < pass.size(); ++n) {
-            my.aprons[n].start(signs(pass[n]), below);
-            count = std::max(count, my.batches[pass[n]].size());
+            aprons[n].start(signs(pass[n]), below);
+            count = std::max(count, batches[pass[n]].size());
         }
         for (size_t k = 0; k < count; ++k) {
             std::vector<Batch*> each(pass.size(), nullptr);
             for (size_t n = 0; n < pass.size(); ++n)
-                if (k < my.batches[pass[n]].size()) my.take_basis(*(each[n] = &my.batches[pass[n]][k]));
-            my.sweep_batches(pass, each, first, result);
+                if (k < batches[pass[n]].size()) take_basis(*(each[n] = &batches[pass[n]][k]));
+            sweep_batches(pass, each, first);
             first = false;
             for (size_t n = 0; n < pass.size(); ++n) {
                 if (!each[n]) continue;
-                if (my.planes) my.planes->add_voids(each[n]->paths, int(n), my.aprons[n], below);
-                if (my.ground && my.ground->leaves(signs(pass[n]))) my.ground->add_voids(each[n]->paths, my.aprons[n]);
+                for (const auto& asked : planes_alike())
+                    PlaneTallies::add_voids(asked, each[n]->paths, int(n), aprons[n], below);
+                for (size_t c = 0; c < grounds.size() && ground->leaves(signs(pass[n])); ++c)
+                    grounds[c]->add_voids(each[n]->paths, aprons[n], int(c));
             }
         }
     }
-    if (my.ground && !reflected) my.ground->reflect();
-    my.clear_inactive(result);
-    my.tallies.write(result.tally);
-    if (my.planes) my.planes->write();
-    if (my.planes && my.ground) my.ground->write(my.index.spacing(), *planes);
+    reflect();
+    for (size_t c = 0; c < channels.size(); ++c) {
+        clear_inactive(*channels[c].result);
+        tallies[c].write(channels[c].result->tally);
+        if (planes[c]) planes[c]->write();
+        if (planes[c] && ground) grounds[c]->write(index.spacing(), *channels[c].planes);
+    }
+    tallies.erase(tallies.begin() + 1, tallies.end());
+    planes.clear();
+    grounds.clear();
+}
+
+void TransportSweep::check(const SweepChannel& channel) const
+{
+    const SweepSet& set = *channel.set;
+    if (set.source_terms < 1 || set.source_terms > most_terms || set.moment_terms < 0 || set.moment_terms > most_terms)
+        throw InputError("a sweep of " + std::to_string(set.source_terms) + " source and " +
+                         std::to_string(set.moment_terms) + " moment terms: expected 1 to " +
+                         std::to_string(most_terms));
+    if (channel.ground && channel.ground->patch.has_value() == bool(periodic_))
+        throw InputError(periodic_
+                             ? "a patch of ground under a medium that repeats: expected a ground without a patch"
+                             : "a ground without a patch under a medium that ends on all sides: expected a patch");
+}
+
+void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepResult& result, PlaneLight* planes,
+                         SweepGround* ground)
+{
+    run(*fields.sigma_t, fields.emission, {{&set, fields.source, &result, planes, ground}});
+}
+
+void TransportSweep::run(const std::vector<float>& sigma_t, bool emission, const std::vector<SweepChannel>& channels)
+{
+    for (const SweepChannel& channel : channels) check(channel);
+    for (size_t c = 0; c < channels.size() && periodic_; ++c)
+        periodic_->run(*channels[c].set, {&sigma_t, channels[c].source, emission}, *channels[c].result,
+                       channels[c].planes, channels[c].ground);
+    if (periodic_) return;
+    constexpr size_t at_once = block_sweep::most_channels;
+    for (size_t c = 0; c < channels.size(); c += at_once)
+        impl_->run(sigma_t, emission,
+                   {channels.begin() + std::ptrdiff_t(c),
+                    channels.begin() + std::ptrdiff_t(std::min(channels.size(), c + at_once))});
 }
 
 size_t TransportSweep::bytes() const
 {
     if (periodic_) return periodic_->bytes();
-    size_t total = impl_->rays.bytes() + impl_->tallies.bytes();
+    size_t total = impl_->rays.bytes() + impl_->tallies[0].bytes();
     for (const Aprons& each : impl_->aprons) total += each.bytes();
     for (int octant = 0; octant < 8; ++octant) {
         total += impl_->order[octant].bytes();

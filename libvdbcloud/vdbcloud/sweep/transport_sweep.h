@@ -70,6 +70,15 @@ struct SweepResult {
     std::vector<FaceTally> tally;  ///< of each face asked for
 };
 
+/// What channels of one extinction have of their own in a sweep: sources, sky, results.
+struct SweepChannel {
+    const SweepSet* set = nullptr;  ///< equal for all channels but for `inflow`
+    const std::vector<std::vector<float>>* source = nullptr;
+    SweepResult* result = nullptr;
+    PlaneLight* planes = nullptr;   ///< null: not asked for
+    SweepGround* ground = nullptr;  ///< of all channels or of none; equal but for `direct`
+};
+
 /// Solves s.grad L + sigma_t L = S for each direction, by short characteristics.
 ///
 /// L lives at voxel centres. A voxel's characteristic is followed back to the plane of centres before it, across the
@@ -117,12 +126,16 @@ public:
     /// under a medium that repeats along one axis; and for a direction along periodic axes only.
     void run(const SweepSet&, const SweepFields&, SweepResult& result, PlaneLight* planes = nullptr,
              SweepGround* ground = nullptr);
+    /// The same for channels of one extinction, three at a time: attenuation and the ways through the void are computed
+    /// once. The values of each are, bit by bit, those of a run of its own.
+    void run(const std::vector<float>& sigma_t, bool emission, const std::vector<SweepChannel>&);
 
     /// Bytes of one run, source and moments not included.
     size_t bytes() const;
 
 private:
     struct Impl;
+    void check(const SweepChannel&) const;
     std::unique_ptr<Impl> impl_;
     std::unique_ptr<PeriodicSweep> periodic_;  // instead, for a medium that repeats
 };
