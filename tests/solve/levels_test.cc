@@ -181,6 +181,34 @@ TEST(Multigrid, ReducesTheErrorToAThirdInOneCycle)
     }
 }
 
+TEST(Multigrid, TakesTheHierarchyOfALesserExtra)
+{
+    // The links of a hierarchy do not depend on extra: with more absorption, the same in one place and much more in
+    // another, it is about as good as one of its own, and with none it is its own.
+    const auto blocks = masked(Vec3i(40, 40, 32), [](const Vec3i& p) { return noise(1, p) < 0.85; });
+    const auto k = [](const Vec3i& p) { return std::pow(10.0, 2 * noise(4, p)); };
+    const auto absorbs = [](double by) { return [by](const Vec3i& p) { return 1e-3 + by * noise(6, p); }; };
+    const Problem first(blocks, k, 0.5, absorbs(0));
+    const Multigrid hierarchy(first.stencil);
+    for (const double by : {0.0, 0.05, 5.0}) {
+        const Problem problem(blocks, k, 0.5, absorbs(by));
+        const Vector u = field(blocks, [](const Vec3i& p) { return std::sin(0.2 * p.x()) + noise(7, p); });
+        Vector b(blocks.slots(), 0.0);
+        apply(problem.stencil, u, b);
+        Multigrid own(problem.stencil), taken(problem.stencil, hierarchy);
+        EXPECT_LT(taken.bytes(), own.bytes() / 2);
+        Vector rest = b, x, x_own;
+        SolveOptions options;
+        options.tolerance = 1e-9;
+        const auto result = conjugate_gradient(problem.stencil, taken, rest, x, options);
+        rest = b;
+        const auto of_own = conjugate_gradient(problem.stencil, own, rest, x_own, options);
+        EXPECT_TRUE(result.converged);
+        EXPECT_LE(result.iterations, of_own.iterations + (by > 0 ? 2 : 0)) << by;
+        for (size_t slot = 0; slot < x.size(); ++slot) ASSERT_NEAR(x[slot], u[slot], 1e-6) << by;
+    }
+}
+
 TEST(ConjugateGradient, EstimatesTheErrorInTheEnergyNorm)
 {
     const auto blocks = masked(Vec3i(32, 32, 24), [](const Vec3i& p) { return noise(1, p) < 0.85; });

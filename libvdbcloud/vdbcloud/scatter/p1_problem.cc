@@ -113,6 +113,13 @@ double P1Operator::boundary_flux(const ExposedVoxel& voxel, int face, double a, 
 
 P1Source::P1Source(const P1Operator& of) : rhs(of.blocks().slots(), 0.0), outflow(of.exposed().size()) {}
 
+void P1Source::share_through()
+{
+    shared_through = std::make_shared<std::array<std::vector<double>, 3>>(std::move(through));
+    through = {};
+    shared_scale = 1;
+}
+
 std::vector<double>& P1Source::through_faces(int axis)
 {
     auto& faces = through[size_t(axis)];
@@ -195,6 +202,9 @@ std::array<std::vector<float>, 3> cell_flux(const P1Operator& p1, const P1Source
     std::array<std::vector<float>, 3> flux;
     for (int a = 0; a < 3; ++a) {
         const std::vector<double>& through = source.through[a];
+        const double* shared = source.shared_through && !(*source.shared_through)[a].empty()
+                                   ? (*source.shared_through)[a].data()
+                                   : nullptr;
         flux[a].assign(blocks.slots(), 0.0f);
         each_active(blocks, [&](size_t slot) {
             const size_t lower = beside(blocks, slot, 2 * a), upper = beside(blocks, slot, 2 * a + 1);
@@ -203,6 +213,7 @@ std::array<std::vector<float>, 3> cell_flux(const P1Operator& p1, const P1Source
             if (blocks.active(upper)) f += double(p1.stencil().face[a][slot]) * (phi[slot] - phi[upper]);
             f /= p1.face_area(a);
             if (!through.empty()) f += through[slot] + (blocks.active(upper) ? through[upper] : 0.0);
+            if (shared) f += source.shared_scale * (shared[slot] + (blocks.active(upper) ? shared[upper] : 0.0));
             flux[a][slot] = float(f / 2);
         });
     }

@@ -146,6 +146,11 @@ struct P1Source {
     /// F's additive part [per area], along the axis, through the lower face of each cell that has a neighbour there;
     /// empty: none. Double: in a thin medium diffusion cancels all but F.
     std::array<std::vector<double>, 3> through;
+    /// A further part of it, `shared_scale` times arrays that the sources of several channels share; null: none.
+    std::shared_ptr<const std::array<std::vector<double>, 3>> shared_through;
+    double shared_scale = 1;
+    /// Makes `through` the part that other sources may share.
+    void share_through();
     /// Outward additive flux per exposed face, six a voxel of exposed(), in power / hbar^2 (without G(phi - 4J)).
     std::vector<std::array<double, 6>> outflow;
     /// Part of `deposited` that each cell absorbs [power / hbar^2]. add_beam() fills it where it has slots() values.

@@ -68,16 +68,26 @@ VDBCLOUD_CLONES void take_flux(int axis, const BlockRows& rows, const double* th
 double norm_without_additive(const P1Operator& p1, const P1Source& source)
 {
     const Blocks& blocks = p1.blocks();
-    if (source.through[0].empty() && source.through[1].empty() && source.through[2].empty()) return 0;
+    struct Part {
+        int axis;
+        const double* through;
+        double area;
+    };
+    std::vector<Part> parts;
+    for (int a = 0; a < 3; ++a) {
+        const double area = p1.face_area(a);
+        if (!source.through[size_t(a)].empty()) parts.push_back({a, source.through[size_t(a)].data(), area});
+        if (source.shared_through && !(*source.shared_through)[size_t(a)].empty())
+            parts.push_back({a, (*source.shared_through)[size_t(a)].data(), area * source.shared_scale});
+    }
+    if (parts.empty()) return 0;
     const std::vector<ExposedVoxel>& exposed = p1.exposed();  // by slot
     const double square = ordered_sum(blocks.count(), [&](size_t block) {
         const size_t first = block * Blocks::size;
         alignas(64) double rhs[Blocks::size];
         std::copy_n(source.rhs.data() + first, Blocks::size, rhs);
         const BlockRows rows(blocks, block);
-        for (int a = 0; a < 3; ++a)
-            if (const std::vector<double>& through = source.through[size_t(a)]; !through.empty())
-                take_flux(a, rows, through.data(), p1.face_area(a), rhs);
+        for (const Part& part : parts) take_flux(part.axis, rows, part.through, part.area, rhs);
         const auto from = std::lower_bound(exposed.begin(), exposed.end(), first,
                                            [](const ExposedVoxel& voxel, size_t slot) { return voxel.slot < slot; });
         for (auto voxel = from; voxel != exposed.end() && voxel->slot < first + Blocks::size; ++voxel)

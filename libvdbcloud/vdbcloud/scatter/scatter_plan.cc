@@ -132,9 +132,11 @@ double bytes_a_voxel(const Counts& n, const ScatterOptions& o, double g)
         const double closure = 4 * (2 * n.terms + n.beams + n.moments + 2) + history;
         // Of each channel that is swept: a source with its fluxes, and a copy of its right side; fluence, excess,
         // aprons.
-        const double channel = 40 + closure + 16 + by_direction * n.directions;
-        peak = 16 + 45 * n.matrices + n.together * channel + 4 * n.moments * (n.solves - n.together) +
-               (n.solves > n.together ? 52 : 0);
+        // Channels that share their beams share the fluxes.
+        const double channel = (g == 0 ? 16 : 40) + closure + 16 + by_direction * n.directions;
+        const double further = g == 0 ? 27 : 45;  // of a matrix that takes the hierarchy of another
+        peak = 16 + 45 + (g == 0 ? 24 : 0) + further * (n.matrices - 1) + n.together * channel +
+               4 * n.moments * (n.solves - n.together) + (n.solves > n.together ? 52 : 0);
     } else if (o.flux_map || n.ground_cells > 0) {
         peak += 126 + by_direction * n.directions;  // a sweep of degree 1
     } else if (o.limiter) {

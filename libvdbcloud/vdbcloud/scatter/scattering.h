@@ -194,7 +194,8 @@ private:
     };
     /// Solves the transport equation of all channels of some groups.
     void solve_closed(const std::vector<const ChannelGroup*>&, int& done, int count, const Progress& progress);
-    ClosedMatrix closed_matrix(const ChannelGroup&);
+    /// `others`: those before. A channel that absorbs more than one of them takes the hierarchy of that one.
+    ClosedMatrix closed_matrix(const ChannelGroup&, const std::vector<std::unique_ptr<ClosedMatrix>>& others);
     /// P1's solution of a channel, and all that sweeps start from. `others`: channels that may have the same extinction
     /// and light that looks alike.
     std::unique_ptr<ClosedChannel> open(ClosedMatrix&, int c, SolveOptions,

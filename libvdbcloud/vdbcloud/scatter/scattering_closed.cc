@@ -22,7 +22,8 @@ std::shared_ptr<const Scattering::Closing> Scattering::closing(const P1Medium& m
     return closing_;
 }
 
-Scattering::ClosedMatrix Scattering::closed_matrix(const ChannelGroup& group)
+Scattering::ClosedMatrix Scattering::closed_matrix(const ChannelGroup& group,
+                                                   const std::vector<std::unique_ptr<ClosedMatrix>>& others)
 {
     P1Medium medium = medium_of(group.solves[0].channel);
     const auto closes = closing(medium);
@@ -30,7 +31,11 @@ Scattering::ClosedMatrix Scattering::closed_matrix(const ChannelGroup& group)
     P1Operator p1(index_, density_, closes->exposed, medium);
     note_work("p1_setup_voxel", 1);
     follow_emission(p1, group);
-    Multigrid multigrid(p1.stencil());
+    const auto like = std::find_if(others.begin(), others.end(), [&](const auto& other) {
+        return other->closing == closes && other->p1.uniform_albedo() && p1.uniform_albedo() &&
+               other->p1.medium().albedo >= medium.albedo;
+    });
+    Multigrid multigrid = like == others.end() ? Multigrid(p1.stencil()) : Multigrid(p1.stencil(), (*like)->multigrid);
     report_.levels = std::max(report_.levels, multigrid.levels());
     return {closes, std::move(p1), std::move(multigrid)};
 }
@@ -137,7 +142,7 @@ void Scattering::solve_closed(const std::vector<const ChannelGroup*>& groups, in
     SolveOptions options = o_.solve;
     size_t bytes = 0;
     for (const ChannelGroup* group : groups) {
-        ClosedMatrix& matrix = *matrices.emplace_back(std::make_unique<ClosedMatrix>(closed_matrix(*group)));
+        ClosedMatrix& matrix = *matrices.emplace_back(std::make_unique<ClosedMatrix>(closed_matrix(*group, matrices)));
         if (matrices.size() > 1) bytes += matrix.p1.stencil().bytes();
         bytes += matrix.multigrid.bytes();
         for (const ChannelGroup::Solve& solve : group->solves) {
@@ -148,7 +153,8 @@ void Scattering::solve_closed(const std::vector<const ChannelGroup*>& groups, in
             swept.push_back({&*channel.closure, &matrix.multigrid, &*channel.base, &channel.phi, &channel.planes});
             // Besides: the source with its fluxes and a copy of its right side, fluence, the solver's vectors, fluxes
             // of SecondMoment::close().
-            bytes += channel.closure->bytes() + (40 + 16) * index_.blocks().slots();
+            const size_t fluxes = channel.base->shared_through && channels.size() > 1 ? 0 : 24;
+            bytes += channel.closure->bytes() + (16 + fluxes + 16) * index_.blocks().slots();
             note_bytes(channel.fine, 0, bytes + (12 + 8) * index_.blocks().slots());
         }
     }

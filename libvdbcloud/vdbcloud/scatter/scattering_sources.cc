@@ -67,6 +67,7 @@ void Scattering::add_closed_beams(const P1Operator& fine, int c, SecondMoment& c
     const auto x = alike && beam_source_ ? beams_as(beam_source_->of, own) : std::nullopt;
     if (!x) {
         add_beams(fine, {{&base, c}}, {}, note);
+        if (alike) base.share_through();
         if (alike && beam_uses_ > 0) beam_source_.emplace(BeamSource{own, base, closure.uncollided(), lines});
         return;
     }
@@ -78,7 +79,7 @@ void Scattering::add_closed_beams(const P1Operator& fine, int c, SecondMoment& c
         });
     };
     scale(base.rhs);
-    for (auto& through : base.through) scale(through);
+    base.shared_scale *= scattered;
     for (auto& faces : base.outflow)
         for (double& outflow : faces) outflow *= scattered;
     base.first_scatter *= scattered;

@@ -30,7 +30,8 @@ struct FaceLaw {
     double inverse_length, inverse_area, gradient_share;  // the share of a conductance that a gradient of t has
     double half_length;
     const float *conductance, *thickest;
-    const double* beam;  // null: none
+    const double *beam, *shared_beam;  // null: none
+    double shared_scale;               // of `shared_beam`
 };
 
 /// t_aa, t_ab = int (s_a s_b - delta_ab / 3) L, of a row.
@@ -93,6 +94,7 @@ VDBCLOUD_INLINE void lower_fluxes(const Moments& m, const FaceLaw& law, const Bl
             const Doubles outer = as<double>(four ? all(1.0f) : all(0.0f));
             Doubles own = all(of_current / 2) * (two + outer * (two - next) * all(0.125));
             if (law.beam) own -= load(law.beam + slot);
+            if (law.shared_beam) own -= all(law.shared_scale) * load(law.shared_beam + slot);
             const Doubles thickness =
                 as<double>(rows.at<axis, -1>(law.thickest, x, y) + load(law.thickest + slot)) * all(law.half_length);
             const Doubles square = thickness * thickness, weight = square / (all(0.25) + square);
@@ -234,6 +236,7 @@ void SecondMoment::close(P1Source& source) const
     for (int a = 0; a < 3; ++a) {
         const double h = spacing[a], area = p1_.face_area(a);
         const std::vector<double>& beam = source.through[size_t(a)];
+        const std::vector<double>* shared = source.shared_through ? &(*source.shared_through)[size_t(a)] : nullptr;
         // A conductance is that of the matrix, 2 divergence gradient / (sigma_tr + sigma_tr) area / h.
         const FaceLaw law{1 / h,
                           1 / area,
@@ -241,7 +244,9 @@ void SecondMoment::close(P1Source& source) const
                           h / 2,
                           p1_.stencil().face[size_t(a)].data(),
                           medium_->thickest.data(),
-                          beam.empty() ? nullptr : beam.data()};
+                          beam.empty() ? nullptr : beam.data(),
+                          !shared || shared->empty() ? nullptr : shared->data(),
+                          source.shared_scale};
         each_block(blocks, [&](const BlockRows& rows) { cross_gradients(a, moments, rows, inverse, cross.data()); });
         each_block(blocks,
                    [&](const BlockRows& rows) { lower_fluxes(a, moments, law, rows, cross.data(), lower.data()); });

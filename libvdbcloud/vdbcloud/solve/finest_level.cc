@@ -94,23 +94,51 @@ void each_block(const Blocks& blocks, const F& f)
 }  // namespace
 
 FinestLevel::FinestLevel(const Stencil& a)
-    : a_(a), groups_(group_voxels(a)), inverse_(a.blocks->slots(), 0.0f), x_(a.blocks->slots(), 0.0f),
-      other_(a.blocks->slots(), 0.0f)
+    : a_(a), groups_(std::make_shared<VoxelGroups>(group_voxels(a))), fields_(std::make_shared<Fields>())
 {
+    fields_->x.assign(a.blocks->slots(), 0.0f);
+    fields_->other.assign(a.blocks->slots(), 0.0f);
+    find_inverse();
+}
+
+FinestLevel::FinestLevel(const Stencil& a, const FinestLevel& like)
+    : a_(a), groups_(like.groups_), fields_(like.fields_), owns_(false)
+{
+    find_inverse();
+}
+
+void FinestLevel::find_inverse()
+{
+    inverse_.assign(a_.blocks->slots(), 0.0f);
     const StencilArrays arrays = arrays_of(a_);
     each_block(*a_.blocks, [&](size_t block) { inverse_diagonal(arrays, block, inverse_.data()); });
 }
 
-size_t FinestLevel::bytes() const { return 4 * 3 * x_.size() + groups_.bytes(); }
+std::vector<float> FinestLevel::next_extra(const FinestLevel& like, std::vector<float> extra) const
+{
+    for_ranges(a_.blocks->count(), [&](size_t first, size_t last) {
+        for (size_t block = first; block < last; ++block) {
+            double more[Blocks::size] = {};
+            for (size_t slot = block * Blocks::size; slot < (block + 1) * Blocks::size; ++slot)
+                if (const uint16_t group = groups_->of[slot]; group != VoxelGroups::none)
+                    more[group] += double(a_.extra[slot]) - like.a_.extra[slot];
+            const int32_t from = groups_->first[block], count = groups_->first[block + 1] - from;
+            for (int32_t g = 0; g < count; ++g) extra[size_t(from + g)] = float(extra[size_t(from + g)] + more[g]);
+        }
+    });
+    return extra;
+}
+
+size_t FinestLevel::bytes() const { return 4 * inverse_.size() + (owns_ ? 8 * inverse_.size() + groups_->bytes() : 0); }
 
 void FinestLevel::descend(const std::vector<double>& residual, std::vector<float>& coarse_b)
 {
     const StencilArrays a = arrays_of(a_);
-    each_block(*a_.blocks,
-               [&](size_t block) { smooth_from_zero(a, inverse_.data(), residual.data(), x_.data(), block); });
+    float* x = fields_->x.data();
+    each_block(*a_.blocks, [&](size_t block) { smooth_from_zero(a, inverse_.data(), residual.data(), x, block); });
     each_block(*a_.blocks, [&](size_t block) {
-        const int first = groups_.first[block], rows = groups_.first[block + 1] - first;
-        restrict_residual(a, residual.data(), x_.data(), groups_.of.data() + block * 512, coarse_b.data() + first, rows,
+        const int first = groups_->first[block], rows = groups_->first[block + 1] - first;
+        restrict_residual(a, residual.data(), x, groups_->of.data() + block * 512, coarse_b.data() + first, rows,
                           block);
     });
 }
@@ -118,16 +146,16 @@ void FinestLevel::descend(const std::vector<double>& residual, std::vector<float
 double FinestLevel::ascend(const std::vector<double>& residual, const std::vector<float>& coarse_x)
 {
     const StencilArrays a = arrays_of(a_);
+    float *x = fields_->x.data(), *other = fields_->other.data();
+    const uint16_t* of = groups_->of.data();
     each_block(*a_.blocks, [&](size_t block) {
-        const float* from = coarse_x.data() + groups_.first[block];
+        const float* from = coarse_x.data() + groups_->first[block];
         for (size_t slot = block * 512; slot < block * 512 + 512; ++slot)
-            if (groups_.of[slot] != VoxelGroups::none) x_[slot] += from[groups_.of[slot]];
+            if (of[slot] != VoxelGroups::none) x[slot] += from[of[slot]];
     });
-    each_block(*a_.blocks, [&](size_t block) {
-        smooth_first(a, inverse_.data(), residual.data(), x_.data(), other_.data(), block);
-    });
+    each_block(*a_.blocks, [&](size_t block) { smooth_first(a, inverse_.data(), residual.data(), x, other, block); });
     return ordered_sum(a_.blocks->count(), [&](size_t block) {
-        return smooth_second(a, inverse_.data(), residual.data(), other_.data(), x_.data(), block);
+        return smooth_second(a, inverse_.data(), residual.data(), other, x, block);
     });
 }
 

@@ -17,7 +17,7 @@ namespace {
 /// Bare pointers of the rows.
 struct Rows {
     explicit Rows(const GraphRows& of)
-        : begin(of.begin.data()), column(of.column.data()), c(of.c.data()), extra(of.extra.data()),
+        : begin(of.links->begin.data()), column(of.links->column.data()), c(of.links->c.data()), extra(of.extra.data()),
           inverse(of.inverse.data())
     {
     }
@@ -91,25 +91,41 @@ VDBCLOUD_CLONES double advance_rows(size_t first, size_t last, float step, const
 GraphRows::GraphRows(const Graph& graph) : extra(graph.extra)
 {
     const size_t count = (graph.size() + 7) / 8;
-    const auto links = [&](size_t i) { return i < graph.size() ? graph.begin[i + 1] - graph.begin[i] : 0u; };
+    const auto links_of = [&](size_t i) { return i < graph.size() ? graph.begin[i + 1] - graph.begin[i] : 0u; };
+    Links own;
     for (size_t k = 0; k < count; ++k) {
         uint32_t most = 0;
-        for (size_t i = 8 * k; i < 8 * k + 8; ++i) most = std::max(most, links(i));
-        begin.push_back(begin.back() + most);
+        for (size_t i = 8 * k; i < 8 * k + 8; ++i) most = std::max(most, links_of(i));
+        own.begin.push_back(own.begin.back() + most);
     }
-    column.resize(8 * size_t(begin.back()));
-    c.assign(column.size(), 0.0f);
+    own.column.resize(8 * size_t(own.begin.back()));
+    own.c.assign(own.column.size(), 0.0f);
     extra.resize(8 * count, 0.0f);
     inverse.assign(8 * count, 0.0f);
     for_ranges(count, [&](size_t from, size_t to) {
         for (size_t i = 8 * from; i < 8 * to; ++i) {
-            const uint32_t own = links(i);
-            for (uint32_t k = 0; k < begin[i / 8 + 1] - begin[i / 8]; ++k) {
-                const size_t at = 8 * size_t(begin[i / 8] + k) + i % 8;
-                column[at] = k < own ? graph.column[graph.begin[i] + k] : int32_t(i);
-                if (k < own) c[at] = graph.c[graph.begin[i] + k];
+            const uint32_t some = links_of(i);
+            for (uint32_t k = 0; k < own.begin[i / 8 + 1] - own.begin[i / 8]; ++k) {
+                const size_t at = 8 * size_t(own.begin[i / 8] + k) + i % 8;
+                own.column[at] = k < some ? graph.column[graph.begin[i] + k] : int32_t(i);
+                if (k < some) own.c[at] = graph.c[graph.begin[i] + k];
             }
             const double diagonal = i < graph.size() ? graph.linked(i) + graph.extra[i] : 0.0;
+            if (diagonal > 0) inverse[i] = float(1 / diagonal);
+        }
+    });
+    links = std::make_shared<Links>(std::move(own));
+}
+
+GraphRows::GraphRows(const GraphRows& like, std::vector<float> own)
+    : links(like.links), owns_links(false), extra(std::move(own)), inverse(like.inverse.size(), 0.0f)
+{
+    extra.resize(inverse.size(), 0.0f);
+    for_ranges(batches(), [&](size_t from, size_t to) {
+        for (size_t i = 8 * from; i < 8 * to; ++i) {
+            double diagonal = extra[i];
+            for (uint32_t k = links->begin[i / 8]; k < links->begin[i / 8 + 1]; ++k)
+                diagonal += links->c[8 * size_t(k) + i % 8];
             if (diagonal > 0) inverse[i] = float(1 / diagonal);
         }
     });
@@ -120,24 +136,42 @@ GraphLevel::GraphLevel(const Graph& graph) : size_(graph.size()), rows_(graph)
     for (auto* v : {&b, &x, &other, &search, &image}) v->assign(8 * rows_.batches(), 0.0f);
 }
 
+GraphLevel::GraphLevel(const GraphLevel& like, std::vector<float> extra)
+    : size_(like.size_), rows_(like.rows_, std::move(extra)), groups_(like.groups_)
+{
+    for (auto* v : {&b, &x, &other, &search, &image}) v->assign(8 * rows_.batches(), 0.0f);
+}
+
+std::vector<float> GraphLevel::next_extra(const GraphLevel& like, const GraphLevel& next) const
+{
+    std::vector<float> extra = next.rows_.extra;
+    for_rows(next.size(), [&](size_t g) {
+        double more = 0;
+        for (uint32_t m = groups_->first[g]; m < groups_->first[g + 1]; ++m) {
+            const size_t i = size_t(groups_->member[m]);
+            more += double(rows_.extra[i]) - like.rows_.extra[i];
+        }
+        extra[g] = float(extra[g] + more);
+    });
+    return extra;
+}
+
 size_t GraphLevel::bytes() const
 {
-    return rows_.bytes() + 4 * (5 * b.size() + group_.size() + first_.size() + member_.size());
+    const size_t groups = groups_->of.size() + groups_->first.size() + groups_->member.size();
+    return rows_.bytes() + 4 * (5 * b.size() + (rows_.owns_links ? groups : 0));
 }
 
 Graph GraphLevel::make_groups(const Graph& graph)
 {
-    Graph coarse = grouped(graph, group_);
-    list_members(group_, coarse.size(), first_, member_);
+    Groups groups;
+    Graph coarse = grouped(graph, groups.of);
+    list_members(groups.of, coarse.size(), groups.first, groups.member);
+    groups_ = std::make_shared<Groups>(std::move(groups));
     return coarse;
 }
 
-void GraphLevel::drop_groups()
-{
-    group_ = {};
-    first_ = {};
-    member_ = {};
-}
+void GraphLevel::drop_groups() { groups_ = std::make_shared<Groups>(); }
 
 void GraphLevel::smooth()
 {
@@ -150,16 +184,19 @@ void GraphLevel::smooth()
 
 void GraphLevel::descend(std::vector<float>& coarse_b) const
 {
-    for_rows(first_.size() - 1, [&](size_t g) {
+    const std::vector<uint32_t>& from = groups_->first;
+    const int32_t* member = groups_->member.data();
+    for_rows(from.size() - 1, [&](size_t g) {
         float sum = 0;
-        for (uint32_t m = first_[g]; m < first_[g + 1]; ++m) sum += b[size_t(member_[m])];
+        for (uint32_t m = from[g]; m < from[g + 1]; ++m) sum += b[size_t(member[m])];
         coarse_b[g] = sum;
     });
 }
 
 void GraphLevel::ascend(const std::vector<float>& coarse_x)
 {
-    for_rows(size(), [&](size_t i) { x[i] = group_[i] >= 0 ? coarse_x[size_t(group_[i])] : 0.0f; });
+    const int32_t* group = groups_->of.data();
+    for_rows(size(), [&](size_t i) { x[i] = group[i] >= 0 ? coarse_x[size_t(group[i])] : 0.0f; });
     smooth();
 }
 

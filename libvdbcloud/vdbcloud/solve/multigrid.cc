@@ -5,6 +5,7 @@
 #include "vdbcloud/solve/graph_level.h"
 #include "vdbcloud/solve/parallel.h"
 
+#include <algorithm>
 #include <optional>
 
 namespace vdbcloud {
@@ -31,7 +32,20 @@ struct Multigrid::Levels {
             graph = std::move(next);
             graphs.emplace_back(graph);
         }
-        if (graph.size() <= 4 * direct_size) direct.emplace(graph);
+        if (graph.size() > 4 * direct_size) return;
+        direct.emplace(graph);
+        coarsest = std::move(graph);
+    }
+
+    Levels(const Stencil& fine, const Levels& like) : finest(fine, like.finest), voxels(like.voxels)
+    {
+        graphs.emplace_back(like.graphs[0], finest.next_extra(like.finest, like.graphs[0].extra()));
+        for (size_t k = 1; k < like.graphs.size(); ++k)
+            graphs.emplace_back(like.graphs[k], graphs[k - 1].next_extra(like.graphs[k - 1], like.graphs[k]));
+        if (!like.direct) return;
+        coarsest = like.coarsest;
+        std::copy_n(graphs.back().extra().begin(), coarsest.size(), coarsest.extra.begin());
+        direct.emplace(coarsest);
     }
 
     /// The correction of the next graph, by correct(), and smoothing: x approximates A^-1 b of graph `number`.
@@ -71,10 +85,15 @@ struct Multigrid::Levels {
     FinestLevel finest;
     size_t voxels;
     std::vector<GraphLevel> graphs;
+    Graph coarsest;  // that of `direct`
     std::optional<DenseFactor> direct;
 };
 
 Multigrid::Multigrid(const Stencil& fine) : levels_(std::make_unique<Levels>(fine)) {}
+Multigrid::Multigrid(const Stencil& fine, const Multigrid& like)
+    : levels_(std::make_unique<Levels>(fine, *like.levels_))
+{
+}
 Multigrid::~Multigrid() = default;
 Multigrid::Multigrid(Multigrid&&) noexcept = default;
 

@@ -24,6 +24,10 @@ class Multigrid {
 public:
     /// `fine` must outlive this.
     explicit Multigrid(const Stencil& fine);
+    /// With the groups of `like`, whose stencil has the same links and nowhere a larger extra: what extra alone holds
+    /// there is held here. The two share all but extra and vectors of coarse levels, and the fields of the finest
+    /// level, so one of them works at a time. Costs a tenth of a hierarchy of its own.
+    Multigrid(const Stencil& fine, const Multigrid& like);
     ~Multigrid();
     Multigrid(Multigrid&&) noexcept;
 
