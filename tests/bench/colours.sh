@@ -31,10 +31,10 @@ for albedo in $grey $colours; do
         {
             part = "files, beams, all else"
             if (/sweep_(one|two|three|planes)/) part = "sweeps: characteristics"
-            else if (/block_sweep::(accumulate|expand|fetch)|clear_inactive/) part = "sweeps: moments and sources"
+            else if (/block_sweep::(accumulate|expand|fetch)|Impl::clear_inactive/) part = "sweeps: moments and sources"
             else if (/Aprons|VoidRays|VoidBeam|take_region|find_lit|leave_face|block_sweep::leave/) part = "sweeps: between blocks"
             else if (/FaceTallies|PlaneTallies|block_sweep::(pad|add)/) part = "sweeps: faces and planes"
-            else if (/smooth|restrict|apply|advance|FinestLevel|GraphLevel|conjugate|dot_block|add_block|Multigrid|collapsed|grouped|joined|group_block|pair_up|strongest|inverse_diagonal|DenseFactor|take_flux|solve_p1/) part = "solver"
+            else if (/smooth|restrict|apply|advance|FinestLevel|GraphLevel|conjugate|dot_block|add_block|Multigrid|collapsed|grouped|joined|group_block|pair_up|strongest|inverse_diagonal|DenseFactor|take_flux|solve_p1|add_fields|clear_inactive<double>|P1Operator::P1Operator/) part = "solver"
             else if (/lower_fluxes|cross_gradients|add_fluxes|close_face|SecondMoment|Mixing/) part = "balance of cells, mixing"
             else if (/\[k\]|memset|memmove|memcpy/) part = "new memory, copies"
             n[part] += $1
