@@ -13,17 +13,6 @@ namespace vdbcloud::app {
 
 namespace {
 
-std::vector<std::string> split(const std::string& text, char at)
-{
-    std::vector<std::string> parts(1);
-    for (char c : text)
-        if (c == at)
-            parts.emplace_back();
-        else
-            parts.back() += c;
-    return parts;
-}
-
 /// A validator that holds for each number of a list; the sentence names the word as the user wrote it.
 CLI::Validator each(const std::string& expected, const std::string& shown, std::function<bool(double)> holds)
 {
@@ -68,6 +57,17 @@ bool read_vector(const std::string& text, Vec3d& out)
 }
 
 }  // namespace
+
+std::vector<std::string> split(const std::string& text, char at)
+{
+    std::vector<std::string> parts(1);
+    for (char c : text)
+        if (c == at)
+            parts.emplace_back();
+        else
+            parts.back() += c;
+    return parts;
+}
 
 std::optional<double> number(const std::string& text)
 {

@@ -22,6 +22,9 @@ extern const CLI::Validator finite;       ///< a finite number
 /// A finite number within [low, high].
 CLI::Validator within(double low, double high);
 
+/// The parts of `text` between characters `at`, empty ones included.
+std::vector<std::string> split(const std::string& text, char at);
+
 /// The whole of `text` as a finite number, or nothing.
 std::optional<double> number(const std::string& text);
 

@@ -7,7 +7,7 @@
 // (transmittance grids of illuminate, phi and flux of p1solve where they are there) times the phase function,
 // thinned on its way to the eye. With --integrator path: all orders of scattering, by unbiased light paths.
 #include "camera.h"
-#include "output.h"
+#include "certify.h"
 #include "progressive.h"
 
 #include "vdbcloud/core/error.h"
@@ -18,7 +18,8 @@ using namespace vdbcloud;
 namespace {
 
 void write_pictures(app::App& app, const RenderOptions& o, const LoadedScene& loaded, const Film& film,
-                    const CameraView& view, bool background_in_exr, const RenderCost& cost)
+                    const CameraView& view, bool background_in_exr, const RenderCost& cost,
+                    const std::optional<Certificate>& certificate)
 {
     const auto phase = app.phase("write");
     ImageOptions image;
@@ -29,25 +30,28 @@ void write_pictures(app::App& app, const RenderOptions& o, const LoadedScene& lo
     ImageMetadata metadata = image_metadata(app, o, loaded, o.view.exposure);
     if (traces_paths(o)) stamp_samples(metadata, loaded.scene, view, o, cost.passes.samples);
     if (cost.coarse.coarseness > 1) metadata.numbers.push_back({"vdbcloud:coarseness", double(cost.coarse.coarseness)});
+    if (certificate) stamp_certificate(metadata, *certificate, o.correct);
     for (const std::string& path : {o.output, o.png}) {
         if (path.empty()) continue;
         image.no_clobber = app.no_clobber() && !(o.shown && path == shown_png(o));
         write_image(path, film, view, metadata, image, app.warnings());
         app.report()["outputs"].push_back({{"path", path}});
     }
+    if (certificate) write_error_png(app, o, film, *certificate, view, metadata);
 }
 
 void render(app::App& app, RenderOptions& o)
 {
     if (traces_paths(o)) o.integrator.kind = Integrator::Path;
     choose_samples(o);
+    if (o.option.certify.given()) certify_options(o);
     const ImageSize size = image_size(o);
     LoadedScene loaded = load_scene(app, o);
     const auto background = chosen_background(o, brightest_sun(loaded.scene.lights), loaded.up, loaded.sky);
     loaded.scene.background = background.sky;
     if (!shows_light_grids(o))
         loaded.scene.sky = chosen_sky(o, brightest_sun(loaded.scene.lights), loaded.up, loaded.sky);
-    else if (traces_paths(o) && loaded.sky)
+    else if ((traces_paths(o) || o.option.certify.given()) && loaded.sky)
         loaded.scene.sky = *loaded.sky;
     o.integrator.passes.over_background = background.in_exr;
     if (shows_light_grids(o) && app::sky_asked(o.sky) && loaded.sky && !(background.sky == *loaded.sky))
@@ -59,7 +63,10 @@ void render(app::App& app, RenderOptions& o)
     if (const std::string accuracy = accuracy_of_light(loaded); !accuracy.empty())
         app.say("accuracy of the light: " + accuracy);
 
-    Film film(size, render_layers(loaded.scene, wanted_layers(o), o.integrator.kind));
+    auto layers = render_layers(loaded.scene, wanted_layers(o), o.integrator.kind);
+    if (o.option.certify.given())
+        for (const LayerSpec& layer : certificate_layers(loaded.scene, o.correct)) layers.push_back(layer);
+    Film film(size, layers);
     if (app.dry_run()) return report_estimate(app, o, loaded, film, view);
     for (const std::string& path : {o.output, o.png})
         if (!path.empty()) require_image_writer(path);
@@ -71,12 +78,15 @@ void render(app::App& app, RenderOptions& o)
         cost = render_image(film, loaded.scene, view, o.sampling, o.integrator, app.progress("render"));
     }
 
+    std::optional<Certificate> certificate;
+    if (o.option.certify.given()) certificate = certify_picture(app, o, loaded, film, view);
     if (!o.option.exposure.given()) o.view.exposure = auto_exposure(film);
     report_cost(app, cost, render_work(film, loaded.scene, o.integrator, cost), o.view.exposure);
     app.add_work(writing_work(o));
     if (traces_paths(o)) report_passes(app, cost.passes);
     report_coarseness(app, o, cost.coarse, film);
-    write_pictures(app, o, loaded, film, view, background.in_exr, cost);
+    write_pictures(app, o, loaded, film, view, background.in_exr, cost, certificate);
+    if (certificate) require_reached(o, *certificate);
 }
 
 }  // namespace
@@ -95,6 +105,7 @@ int main(int argc, char** argv)
             for (std::string& input : frame.inputs) place(input);
             place(frame.output);
             place(frame.png);
+            place(frame.error_png);
             render(app, frame);
         });
     });

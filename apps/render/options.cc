@@ -1,5 +1,7 @@
 #include "options.h"
 
+#include "certify.h"
+
 #include "periodic_option.h"
 
 #include "vdbcloud/core/error.h"
@@ -163,6 +165,7 @@ void declare_sampling(app::App& app, RenderOptions& o)
         ->check(app::within(0, 64));
     of_several(app.add_option("--seed", o.sampling.seed, "number of the pattern of samples; another for each frame"));
     declare_passes(app, o, group);
+    declare_certificate(app, o, group);
 }
 
 void declare_picture(app::App& app, RenderOptions& o)
@@ -226,22 +229,11 @@ int pixels(const std::string& option, const std::string& word)
     return int(*value);
 }
 
-std::vector<std::string> split(const std::string& text, char at)
-{
-    std::vector<std::string> parts;
-    for (size_t from = 0; from <= text.size();) {
-        const size_t end = std::min(text.find(at, from), text.size());
-        parts.push_back(text.substr(from, end - from));
-        from = end + 1;
-    }
-    return parts;
-}
-
 std::vector<std::string> all_words(const RenderOptions& o)
 {
     std::vector<std::string> words;
     for (const auto& given : o.aovs)
-        for (const auto& word : split(given, ','))
+        for (const auto& word : app::split(given, ','))
             if (!word.empty()) words.push_back(word);
     return words;
 }
@@ -319,14 +311,14 @@ const std::string& shown_png(const RenderOptions& o) { return o.png.empty() ? o.
 ImageSize image_size(const RenderOptions& o)
 {
     ImageSize size;
-    const auto sides = split(o.resolution, 'x');
+    const auto sides = app::split(o.resolution, 'x');
     if (sides.size() > 2)
         throw UsageError("--resolution " + printable(o.resolution) + ": expected WxH, such as 640x480");
     size.width = pixels("--resolution", sides.front());
     size.height = pixels("--resolution", sides.back());
     size.pixel_aspect = o.pixel_aspect;
     if (!o.crop.empty()) {
-        const auto edges = split(o.crop, ',');
+        const auto edges = app::split(o.crop, ',');
         if (edges.size() != 4) throw UsageError("--crop " + printable(o.crop) + ": expected x0,y0,x1,y1");
         size.crop = {pixels("--crop", edges[0]), pixels("--crop", edges[1]), pixels("--crop", edges[2]),
                      pixels("--crop", edges[3])};

@@ -19,7 +19,7 @@ namespace vdbcloud {
 
 struct RenderOptions {
     std::vector<std::string> inputs;
-    std::string output, png;
+    std::string output, png, error_png;
 
     std::string density;   ///< name of the density grid; empty: by alias
     std::string periodic;  ///< axes along which the media repeat; empty: the file's
@@ -36,6 +36,8 @@ struct RenderOptions {
 
     SamplingOptions sampling;
     IntegratorOptions integrator;
+    std::string certify;  ///< seconds, half-width, or both; empty: no certificate
+    bool correct = false;
     std::vector<std::string> aovs{"Z"};
 
     std::string background;  ///< "none", "sky", or a colour; empty: none in exr, sky in png
@@ -47,7 +49,7 @@ struct RenderOptions {
     bool progressive = false, shown = false;  ///< shows the .png while it is computed; has shown it
 
     struct {
-        app::Option camera, look_at, direction, ortho_width, integrator, fidelity, exposure, samples, ground;
+        app::Option camera, look_at, direction, ortho_width, integrator, fidelity, exposure, samples, ground, certify;
     } option;
 };
 

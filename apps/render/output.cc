@@ -1,4 +1,4 @@
-#include "output.h"
+#include "certify.h"
 
 #include "version.h"
 
@@ -126,7 +126,7 @@ app::Plan least_plan(const RenderOptions& o, const LoadedScene& loaded, const Fi
 {
     app::Plan plan;
     plan.way_out = "a coarser density, or fewer pixels";
-    plan.bytes = render_bytes(film, loaded.scene, o.integrator);
+    plan.bytes = render_bytes(film, loaded.scene, o.integrator) + certificate_bytes(o, loaded, film);
     if (o.progressive)
         plan.bytes += double(film.channels()) * film.window().width() * film.window().height() * sizeof(float);
     // The allocator keeps what the maps for rays took.
@@ -148,6 +148,7 @@ void report_estimate(app::App& app, const RenderOptions& o, const LoadedScene& l
         cost.cells = uint64_t(double(cost.cells) * most / all);
         plan.work = render_work(film, loaded.scene, o.integrator, cost);
     }
+    plan.work += certificate_work(app, o, loaded, film, view);
     plan.work += loaded.planned.work;
     plan.work += writing_work(o);
     const PixelWindow w = film.window();

@@ -161,6 +161,9 @@ TEST_F(Stages, EverythingTheProgramsWriteIsInTheFormatsPage)
     stage("p1solve", cloud, "plan.vdb", with({"--dry-run", "--iterations", "1", "--directions", "8"}, report()));
     stage("render", lit, "lit.exr", with({"--resolution", "8"}, report()));
     stage("render", lit, "lit.exr", with({"--resolution", "8", "--dry-run"}, report()));
+    stage("render", light, "certified.exr",
+          with({"--resolution", "8", "--rung", "0", "--certify", "90%", "--error-png", scratch / "errors.png"},
+               report()));
     const std::string air = stage("cloudsim", "", "air.vdb", with({"--cells", "16,12,20", "--minutes", "1"}, report()));
     run(with({program("vdbdiff"), cloud, light}, report()));
     run(with({program("vdbprobe"), lit, "--grid", "phi", "--at", "0,0,0"}, report()));

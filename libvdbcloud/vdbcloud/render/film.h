@@ -23,6 +23,7 @@ struct LayerSpec {
     std::vector<std::string> channels;  ///< "R", "G", "B"; "Z"; "Y"
     bool half = true;                   ///< stored as half in files: colour; false for Z, variance and transmittance
     Combine combine = Combine::Mean;
+    bool stored = true;  ///< in files
 };
 
 /// Layers of floats over the wanted window of a picture.

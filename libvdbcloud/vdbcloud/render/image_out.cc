@@ -36,7 +36,7 @@ Channels channels_of(const Film& film, const ImageOptions& options)
     Channels out;
     for (size_t l = 0; l < film.layers().size(); ++l) {
         const LayerSpec& layer = film.layers()[l];
-        if (layer.name == "background" && !options.background_layer) continue;
+        if (!layer.stored || (layer.name == "background" && !options.background_layer)) continue;
         for (size_t c = 0; c < layer.channels.size(); ++c) {
             out.names.push_back(channel_name(layer, layer.channels[c]));
             out.sources.push_back(film.offset(int(l)) + int(c));

@@ -77,6 +77,7 @@ struct IntegratorOptions {
 ///     ""               R G B A  premultiplied, WITHOUT the background; A = 1 - mean of T over r, g, b
 ///     "background"     R G B    background seen through the medium, T L_sky: picture = RGB + background, per sample.
 ///                               None where the ray meets the ground; A is 1 there
+///     "sky"            R G B    the same of the sky that lights the media; see certificate.h
 ///     "Z"              Z        depth along the view axis at which the mean T of the ray falls to 0.5; 1e30 if it does not
 ///     "transmittance"  R G B    T of the whole ray, without delta scaling; alpha and background use the scaled one
 ///     "direct_<light>" R G B    light scattered once

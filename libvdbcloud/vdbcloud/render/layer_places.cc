@@ -15,7 +15,7 @@ void put_colour(double* out, int place, const Vec3d& value)
 
 }  // namespace
 
-LayerPlaces::LayerPlaces(const Film& film, const Scene& scene)
+LayerPlaces::LayerPlaces(const Film& film, const Scene& scene) : lighting_(scene.sky)
 {
     const auto place = [&](const std::string& name) {
         const int layer = film.find(name);
@@ -23,6 +23,7 @@ LayerPlaces::LayerPlaces(const Film& film, const Scene& scene)
     };
     beauty = place("");
     background = place("background");
+    sky = place("sky");
     depth = place("Z");
     transmittance = place("transmittance");
     multiple = place("multiscatter");
@@ -31,7 +32,7 @@ LayerPlaces::LayerPlaces(const Film& film, const Scene& scene)
     for (const auto& light : scene.lights) direct.push_back(place("direct_" + light.name));
 }
 
-void LayerPlaces::put(const RayResult& result, const CameraView& view, const Sky& sky, double x, double y,
+void LayerPlaces::put(const RayResult& result, const CameraView& view, const Sky& behind, double x, double y,
                       const Vec3d& direction, double* out) const
 {
     Vec3d through(std::exp(-result.tau[0]), std::exp(-result.tau[1]), std::exp(-result.tau[2]));
@@ -43,7 +44,8 @@ void LayerPlaces::put(const RayResult& result, const CameraView& view, const Sky
     }
     put_colour(out, beauty, sum);
     if (beauty >= 0) out[beauty + 3] = 1 - (through[0] + through[1] + through[2]) / 3;
-    put_colour(out, background, through * sky.radiance(direction));
+    put_colour(out, background, through * behind.radiance(direction));
+    if (sky >= 0) put_colour(out, sky, through * lighting_.radiance(direction));
     const Vec3d& tau = result.true_tau;
     put_colour(out, transmittance, {std::exp(-tau[0]), std::exp(-tau[1]), std::exp(-tau[2])});
     put_colour(out, multiple, result.multiple);

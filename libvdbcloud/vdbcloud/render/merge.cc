@@ -148,6 +148,9 @@ PictureMerge::~PictureMerge() = default;
 void PictureMerge::add(const std::string& path)
 {
     const Part part = read_part(path);
+    if (!text_attribute(part.header, picture::certificate).empty())
+        throw InputError(printable(path) +
+                         ": has a certificate, of its own samples alone: expected parts made without --certify");
     State& s = *state_;
     if (s.samples == 0) {
         s.header = part.header;

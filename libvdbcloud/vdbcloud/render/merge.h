@@ -13,6 +13,7 @@ inline constexpr const char* samples = "vdbcloud:samples";              ///< num
 inline constexpr const char* sample_ranges = "vdbcloud:sample_ranges";  ///< text: "0-63 128-191", first and last
 inline constexpr const char* seed = "vdbcloud:seed";                    ///< text: whole number
 inline constexpr const char* scene = "vdbcloud:scene";                  ///< text: scene_digest()
+inline constexpr const char* certificate = "vdbcloud:certificate";      ///< text: the errors of this picture alone
 }  // namespace picture
 
 /// Indices of samples, first <= k < end.
@@ -41,8 +42,8 @@ public:
     ~PictureMerge();
 
     /// Adds the samples of one picture. Throws IoError for a file that cannot be read; InputError, path first, for one
-    /// that says nothing of its samples, or whose scene, seed, size, window or channels are not the first's, or that
-    /// has a sample which an earlier one has.
+    /// that says nothing of its samples or has a certificate, or whose scene, seed, size, window or channels are not
+    /// the first's, or that has a sample which an earlier one has.
     void add(const std::string& path);
 
     uint64_t samples() const;     ///< of each pixel, in all pictures together
