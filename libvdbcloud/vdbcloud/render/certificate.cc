@@ -61,7 +61,13 @@ public:
     }
 
     double heaviest() const { return squares_ > 0 ? largest_ / squares_ : 0; }
-    RenderCost cost() const { return {rays_, collisions_, 0, 0, 0, 0, {}}; }
+    RenderCost cost() const
+    {
+        RenderCost out;
+        out.rays = rays_;
+        out.cells = collisions_;
+        return out;
+    }
 
 private:
     struct Tracer {
