@@ -11,7 +11,7 @@ VDBCLOUD_START ?= $(value PWD)
 VDBCLOUD_START := $(value VDBCLOUD_START)
 export VDBCLOUD_START
 # make would expand the value of a variable of its command line, $(shell ...) included, to hand it on in the environment.
-$(foreach v,DENSITY VDBCLOUD_REAL VDBCLOUD_I3RC RUNG,$(if $(findstring command,$(origin $(v))),$(eval unexport $(v))))
+$(foreach v,DENSITY VDBCLOUD_REAL VDBCLOUD_I3RC RUNG ERROR TIME,$(if $(findstring command,$(origin $(v))),$(eval unexport $(v))))
 
 # $(call q,TEXT): one word of the shell.
 q = '$(subst ','\'',$(1))'

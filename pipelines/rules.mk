@@ -10,6 +10,8 @@
 #
 #   RUNG=n          accuracy of the whole chain, from 0 to 6 (docs/rungs.md); what a .toml says beats it. Pipelines that
 #                   compare methods have settings of their own, and no rung
+#   ERROR=2% TIME=s climbs the rungs from the cheapest, and stops at the first whose error over blocks of 32 x 32 pixels is
+#                   at most ERROR, measured against light paths (climb.sh), in TIME seconds (default 600). RUNG beats ERROR
 #   PICTURE=small   a small grid and a small picture       THREADS=n   threads of each program (0: all)
 #   SPP=n PARTS=n   samples a pixel of each job, and jobs, of NAME.path.exr
 #   OUT=folder      where files go (default: out)          STRICT=1    a program that was rebuilt makes its files again
@@ -30,9 +32,12 @@ density_flags ?= --size 64
 render_flags  ?= --resolution 128x128
 endif
 
+TIME    ?= 600
+rules   := $(dir $(lastword $(MAKEFILE_LIST)))
+
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
-include $(dir $(lastword $(MAKEFILE_LIST)))../cmake/user.mk
+include $(rules)../cmake/user.mk
 # $(call given,VARIABLE): its value; as it stands where the user gave it.
 given = $(if $(filter file,$(origin $(1))),$($(1)),$(value $(1)))
 # $(call odd,VARIABLE): the characters of a path that keep it from being the name of a target.
@@ -53,7 +58,7 @@ endif
 endif
 # What the rung says of p1solve: "none" where the picture needs no multiple scattering by p1solve.
 ifneq ($(call given,RUNG),)
-rung_file := $(dir $(lastword $(filter %rules.mk,$(MAKEFILE_LIST))))../data/rungs.txt
+rung_file := $(rules)../data/rungs.txt
 rungs := $(shell sed -n 's/^rung \([0-9]*\):.*/\1/p' $(rung_file))
 ifneq ($(words $(call given,RUNG)) $(filter $(rungs),$(call given,RUNG)),1 $(strip $(call given,RUNG)))
 $(error RUNG = '$(call given,RUNG)': expected one of $(rungs))
@@ -103,11 +108,23 @@ $(OUT)/%.light.vdb: $(OUT)/%.density.vdb light.toml $(call tool,illuminate)
 $(OUT)/%.scatter.vdb: $(OUT)/%.light.vdb $(scatter_toml) $(call tool,p1solve)
 	@$(call stage,p1solve $< $(scatter_toml:%=--config %) $(rung_flags) -o $@)
 
+ifneq ($(and $(call given,ERROR),$(if $(call given,RUNG),,no rung)),)
+# Tries are made by other makes. This one runs none when it only lists commands.
+make_again := $(MAKE)
+.PHONY: always
+always:
+# climb.sh puts whole pictures in their place, or leaves those that are there.
+.PRECIOUS: $(OUT)/%.exr $(OUT)/%.png
+$(OUT)/%.exr $(OUT)/%.png &: always
+	@$(rules)climb.sh $(make_again) $(BIN) $(OUT) $* $(call q,$(call given,ERROR)) $(call q,$(call given,TIME))
+else
+# climb.sh has the error measured, which does not change the picture. Status 3: not known as well as asked for.
 $(OUT)/%.exr $(OUT)/%.png &: $(OUT)/%.$(lit).vdb camera.toml $(call tool,render)
-	@$(call stage,render $< --config camera.toml $(rung_flags) $(render_flags) -o $(OUT)/$*.exr --png $(OUT)/$*.png)
+	@$(call stage,render $< --config camera.toml $(rung_flags) $(render_flags) $(climb_flags) -o $(OUT)/$*.exr --png $(OUT)/$*.png)$(if $(climb_flags), || [ $$? = 3 ])
 	@$(call say,$(OUT)/$*.png)
 	@for s in $(OUT)/$*.density.vdb $(OUT)/$*.light.vdb $(if $(filter scatter,$(lit)),$(OUT)/$*.scatter.vdb) $(OUT)/$*.exr $(OUT)/$*.png; do \
 	    if [ -e $$s.seconds ]; then printf '  %-24s %s s\n' $$(basename $$s) $$(cat $$s.seconds); fi; done
+endif
 
 # Each part has samples of its own, so that any machine may make it. LAUNCH may hand it to a batch system.
 parts := $(shell seq 0 $$(($(PARTS) - 1)))
