@@ -131,7 +131,7 @@ parts := $(shell seq 0 $$(($(PARTS) - 1)))
 define path_part
 $(OUT)/%.part$(1).exr: $(OUT)/%.$(lit).vdb camera.toml $(call tool,render)
 	@$$(call stage,render $$< --config camera.toml $$(render_flags) --integrator path --spp $(SPP) \
-	    --spp-offset $$$$(($(1) * $(SPP))) --aov standard_error -o $$@)
+	    --spp-offset $$$$(($(1) * $(SPP))) --aov standard_error -o $$@ --png $$(@:.exr=.png))
 endef
 $(foreach k,$(parts),$(eval $(call path_part,$(k))))
 
