@@ -289,7 +289,7 @@ Certificate certify(Film& picture, const Scene& scene, const CameraView& view, c
         if (options.half_width > 0 && passes == look) {
             out = certificate_of(picture, comparison, passes, options.correct);
             if (half_width(out.coarse) <= options.half_width) break;
-            look += look / 2;
+            look += look / 4;
         }
         if (options.seconds > 0 && elapsed() > options.seconds) break;
         if (options.passes > 0 ? passes >= options.passes : !(options.seconds > 0) && !(options.half_width > 0)) break;

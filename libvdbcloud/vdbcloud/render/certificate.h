@@ -67,7 +67,7 @@ std::vector<LayerSpec> certificate_layers(const Scene&, bool correct);
 ///
 /// Ends by what comes first; without a limit after 8 passes. Deterministic for any number of threads; with a time limit
 /// the number of passes depends on the clock. A run that ends by a half-width looks at it after 16 passes and then each
-/// time when there are half as many again.
+/// time when there are a quarter as many again.
 ///
 /// Throws InputError for a picture without light, ConvergenceError for a sample that is not finite, Cancelled.
 Certificate certify(Film& picture, const Scene&, const CameraView&, const SamplingOptions&, const CertifyOptions&,
