@@ -35,7 +35,7 @@ struct Certificate {
     RenderCost cost;      ///< of the light paths
 
     /// Where one sample holds so much, intervals cannot be relied on: the noise has a heavy tail that most runs miss.
-    static constexpr double most_by_one = 0.02;
+    static constexpr double most_by_one = 0.05;
     bool reliable() const { return heaviest <= most_by_one; }
 };
 
