@@ -48,7 +48,7 @@ std::pair<double, double> over_batches(int first, int stride, int count, const V
 
 /// Standard deviations that an estimate of the spread of true values has to exceed before it is believed. Estimates are
 /// then 0 where noise alone spreads the means, but for one case in some thousands.
-constexpr double doubt = 4;
+constexpr double doubt = 5;
 
 /// Mean square of true values, found as a weighted sum of x^2 - noise.
 struct Spread {
