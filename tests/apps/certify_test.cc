@@ -1,6 +1,6 @@
 // render --certify, --correct and --error-png as a user runs them.
+#include "in_folder.h"
 #include "picture_file.h"
-#include "support/run.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -12,34 +12,14 @@ namespace {
 
 /// A folder with lit.vdb (one sun), scattered.vdb (multiple scattering, too) and sky.vdb (albedo 1, a sky of radiance 1
 /// alone).
-class Certify : public testing::Test {
-protected:
-    static void SetUpTestSuite()
-    {
-        folder_ = new Scratch();
-        expect_done(
-            "fractalgen -q --size 16 -o cloud.vdb && illuminate -q cloud.vdb --extinction 20 --albedo 0.99 --g 0.5 "
-            "--sun 0.3,1,0.2 -o lit.vdb && p1solve -q lit.vdb -o scattered.vdb && "
-            "p1solve -q cloud.vdb --extinction 20 --albedo 1 --sky 1 -o sky.vdb");
-    }
-    static void TearDownTestSuite()
-    {
-        delete folder_;
-        folder_ = nullptr;
-    }
+class Certify : public InFolder<Certify> {
+public:
+    static constexpr const char* made =
+        "fractalgen -q --size 16 -o cloud.vdb && illuminate -q cloud.vdb --extinction 20 --albedo 0.99 --g 0.5 "
+        "--sun 0.3,1,0.2 -o lit.vdb && p1solve -q lit.vdb -o scattered.vdb && "
+        "p1solve -q cloud.vdb --extinction 20 --albedo 1 --sky 1 -o sky.vdb";
 
-    static RunResult in_folder(const std::string& line)
-    {
-        RunOptions there;
-        there.folder = folder_->path();
-        return shell(line, there);
-    }
-    static RunResult expect_done(const std::string& line)
-    {
-        RunResult r = in_folder(line);
-        EXPECT_EQ(r.status, 0) << line << "\n" << r.err;
-        return r;
-    }
+protected:
     /// The certificate in the report of one run.
     static nlohmann::json certificate(const std::string& options)
     {
@@ -58,11 +38,7 @@ protected:
                    0.0722 * file.pixels[k + size_t(file.spec.channelindex("B"))];
         return sum;
     }
-
-    static Scratch* folder_;
 };
-
-Scratch* Certify::folder_ = nullptr;
 
 TEST_F(Certify, FurnaceHasNoError)
 {

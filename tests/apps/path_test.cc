@@ -1,6 +1,6 @@
 // render --integrator path and exrmerge as a user runs them.
+#include "in_folder.h"
 #include "picture_file.h"
-#include "support/run.h"
 
 #include <gtest/gtest.h>
 
@@ -11,34 +11,14 @@ namespace vdbcloud::test {
 namespace {
 
 /// A folder with a cloud, lit.vdb by one sun and sky.vdb of albedo 1 by a sky of radiance 1 alone.
-class PathProgram : public testing::Test {
-protected:
-    static void SetUpTestSuite()
-    {
-        folder_ = new Scratch();
-        expect_done(
-            "fractalgen -q --size 16 -o cloud.vdb && illuminate -q cloud.vdb --extinction 20 --albedo 0.9 --g 0.5 "
-            "--sun 0.3,1,0.2 -o lit.vdb && p1solve -q cloud.vdb --extinction 20 --albedo 1 --sky 1 -o sky.vdb && "
-            "p1solve -q lit.vdb -o scattered.vdb");
-    }
-    static void TearDownTestSuite()
-    {
-        delete folder_;
-        folder_ = nullptr;
-    }
+class PathProgram : public InFolder<PathProgram> {
+public:
+    static constexpr const char* made =
+        "fractalgen -q --size 16 -o cloud.vdb && illuminate -q cloud.vdb --extinction 20 --albedo 0.9 --g 0.5 "
+        "--sun 0.3,1,0.2 -o lit.vdb && p1solve -q cloud.vdb --extinction 20 --albedo 1 --sky 1 -o sky.vdb && "
+        "p1solve -q lit.vdb -o scattered.vdb";
 
-    static RunResult in_folder(const std::string& line)
-    {
-        RunOptions there;
-        there.folder = folder_->path();
-        return shell(line, there);
-    }
-    static RunResult expect_done(const std::string& line)
-    {
-        RunResult r = in_folder(line);
-        EXPECT_EQ(r.status, 0) << line << "\n" << r.err;
-        return r;
-    }
+protected:
     static std::string path(const std::string& options, const std::string& input = "lit.vdb")
     {
         return "render -q --integrator path --resolution 12 " + input + " " + options;
@@ -58,11 +38,7 @@ protected:
         EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
         EXPECT_NE(in_folder("test -e refused.exr").status, 0);
     }
-
-    static Scratch* folder_;
 };
-
-Scratch* PathProgram::folder_ = nullptr;
 
 TEST_F(PathProgram, MergedPartsAreOneRun)
 {

@@ -1,6 +1,6 @@
 // render --progressive and --time-limit as a user runs them.
+#include "in_folder.h"
 #include "picture_file.h"
-#include "support/run.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -8,37 +8,12 @@
 namespace vdbcloud::test {
 namespace {
 
-class Progressive : public testing::Test {
-protected:
-    static void SetUpTestSuite()
-    {
-        folder_ = new Scratch();
-        expect_done(
-            "fractalgen -q --size 24 -o cloud.vdb && illuminate -q cloud.vdb --extinction 20 --albedo 0.9 --g 0.5 "
-            "--sun 0.3,1,0.2 -o lit.vdb && p1solve -q lit.vdb -o solved.vdb");
-    }
-    static void TearDownTestSuite()
-    {
-        delete folder_;
-        folder_ = nullptr;
-    }
-    static RunResult in_folder(const std::string& line)
-    {
-        RunOptions there;
-        there.folder = folder_->path();
-        return shell(line, there);
-    }
-    static RunResult expect_done(const std::string& line)
-    {
-        RunResult r = in_folder(line);
-        EXPECT_EQ(r.status, 0) << line << "\n" << r.err;
-        return r;
-    }
-
-    static Scratch* folder_;
+class Progressive : public InFolder<Progressive> {
+public:
+    static constexpr const char* made =
+        "fractalgen -q --size 24 -o cloud.vdb && illuminate -q cloud.vdb --extinction 20 --albedo 0.9 --g 0.5 "
+        "--sun 0.3,1,0.2 -o lit.vdb && p1solve -q lit.vdb -o solved.vdb";
 };
-
-Scratch* Progressive::folder_ = nullptr;
 
 TEST_F(Progressive, EndsWithTheBytesOfAPlainRun)
 {

@@ -85,6 +85,18 @@ struct Coverage {
     double truth = 0;       // fine, in the mean of the views
 };
 
+/// The picture without noise, 16 samples a pixel, ready to be certified.
+Film marched(const Scene& scene, const CameraView& view, bool correct)
+{
+    auto layers = render_layers(scene, {});
+    for (const LayerSpec& layer : certificate_layers(scene, correct)) layers.push_back(layer);
+    SamplingOptions sampling;
+    sampling.samples = 16;
+    Film film(view.size(), layers);
+    render_image(film, scene, view, sampling, {});
+    return film;
+}
+
 bool holds(const Interval& x, double value, double slack) { return x.low <= value + slack && value - slack <= x.high; }
 
 /// How often intervals of certificates contain the error by the references, whose own standard errors are slack.
@@ -92,23 +104,20 @@ Coverage coverage(const Case& c, int seeds, uint64_t passes)
 {
     const Scene scene = solved_puffs(c.tau, c.w0, c.g, c.iterations);
     const Pictures truth = by_light_paths("puffs", c.tau, c.w0, c.g);
-    auto layers = render_layers(scene, {});
-    for (const LayerSpec& layer : certificate_layers(scene, false)) layers.push_back(layer);
     SamplingOptions sampling;
-    sampling.samples = 16;
     CertifyOptions options;
     options.passes = passes;
     Coverage out;
     for (size_t v = 0; v < 3; ++v) {
         const CameraView view = camera(v);
-        Film film(view.size(), layers);
-        render_image(film, scene, view, sampling, {});
-        const Errors errors = errors_of(film, v, truth[v]);
+        const Film plain = marched(scene, view, false);
+        const Errors errors = errors_of(plain, v, truth[v]);
         const double fine = std::sqrt(errors.fine), coarse = std::abs(errors.bias);
         const double slack = fine > 0 ? std::sqrt(errors.noise) / 3 : 0;
         out.truth += fine / 3;
         for (int seed = 1; seed <= seeds; ++seed) {
             sampling.seed = uint64_t(seed);
+            Film film = plain;
             const Certificate found = certify(film, scene, view, sampling, options);
             ++out.asked;
             out.bias += holds(found.bias, errors.bias, errors.deviation);
@@ -145,18 +154,14 @@ Improvement improvement(const Case& c, int seeds, uint64_t passes)
 {
     const Scene scene = solved_puffs(c.tau, c.w0, c.g, c.iterations);
     const Pictures truth = by_light_paths("puffs", c.tau, c.w0, c.g);
-    auto layers = render_layers(scene, {});
-    for (const LayerSpec& layer : certificate_layers(scene, true)) layers.push_back(layer);
     SamplingOptions sampling;
-    sampling.samples = 16;
     CertifyOptions options;
     options.passes = passes;
     options.correct = true;
     Improvement out;
     for (size_t v = 0; v < 3; ++v) {
         const CameraView view = camera(v);
-        Film film(view.size(), layers);
-        render_image(film, scene, view, sampling, {});
+        const Film film = marched(scene, view, true);
         out.before += errors_of(film, v, truth[v]).fine / 3;
         for (int seed = 1; seed <= seeds; ++seed) {
             sampling.seed = uint64_t(seed);
