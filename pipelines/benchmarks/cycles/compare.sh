@@ -2,46 +2,37 @@
 # Light paths of render against those of Blender's Cycles, on one .vdb: processor seconds at equal noise.
 # Usage: compare.sh BIN [small|full], prints a table. Needs blender (3.4 was measured), oiiotool and awk.
 #
-# The cloud is fractalgen's of seed 7, 128^3, 20 mean free paths in a world unit, albedo 0.99, under a sun of irradiance 1. Each
-# tool makes two pictures of different seeds. The variance of a pixel is half the mean square of their difference. Variance times
-# processor seconds does not depend on the number of samples: its ratio is that of the seconds to equal noise. Both numbers are
-# of the whole rendering, user and system time; Blender's start is not counted, that of render is.
+# The cloud of scene.sh at 128^3, albedo 0.99. Each tool makes two pictures of different seeds. The variance of a pixel is half
+# the mean square of their difference. Variance times processor seconds does not depend on the number of samples: its ratio is
+# that of the seconds to equal noise. Both numbers are of the whole rendering, user and system time; Blender's start is not
+# counted, that of render is.
 set -euo pipefail
 command -v blender > /dev/null || { echo "compare.sh: blender is not installed: apt-get install blender" >&2; exit 77; }
-here=$(cd "$(dirname "$0")" && pwd)
+. "$(dirname "$0")/scene.sh"
 bin=$(cd "$1" && pwd)
 pixels=128 cycles_samples=32 path_samples=24 size=128
 [ "${2:-full}" = full ] || { pixels=32 cycles_samples=8 path_samples=32 size=48; }
-extinction=20 albedo=0.99 sun=0.3,1,0.2 camera=6,3,8 target=0,0.55,0 width=2.4
+albedo=0.99
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 "$bin/fractalgen" --size $size --seed 7 -q -o "$folder/cloud.vdb"
-voxel=$(awk -v n=$size 'BEGIN { print 2 / n }')
 
 # by_cycles G SEED and by_path G SEED: a picture, $folder/TOOL.SEED.exr, and its processor seconds.
-by_cycles() {
-    blender -b --factory-startup -P "$here/cycles.py" -- "$folder/cloud.vdb" $extinction $albedo "$1" $sun $camera $target $width \
-        $pixels $cycles_samples "$2" "$voxel" "$folder/cycles.$2.exr" 2> "$folder/said" | sed -n 's/^cpu //p'
-}
+by_cycles() { cycles "$folder/cloud.vdb" $size $albedo "$1" $pixels $cycles_samples "$2" "$folder/cycles.$2.exr"; }
 by_path() {
     "$bin/render" "$folder/cloud.vdb" -q --integrator path --extinction $extinction --albedo $albedo --g "$1" --sun $sun --sun-irradiance 1 \
-        --projection orthographic --camera $camera --look-at $target --ortho-width $width --resolution $pixels --spp $path_samples \
-        --seed "$2" --aov none --json "$folder/path.json" -o "$folder/path.$2.exr"
+        "${view[@]}" --resolution $pixels --spp $path_samples --seed "$2" --aov none --json "$folder/path.json" -o "$folder/path.$2.exr"
     awk '$1 == "\"cpu_seconds\":" { gsub(",", "", $2); print $2; exit }' "$folder/path.json"
 }
-
-# picture_mean FILE: of the red channel.
-picture_mean() { oiiotool "$1" --ch R --printstats | sed -n 's/.*Stats Avg: *\([0-9.e+-]*\).*/\1/p'; }
 
 printf '%-5s %-7s %8s %12s %12s %12s %14s\n' g tool samples seconds mean error 'noise^2 x s'
 for g in 0 0.85; do
     for tool in cycles path; do
         seconds=$({ by_$tool $g 1; by_$tool $g 2; } | awk '{ sum += $1 } END { print sum / 2 }')
         oiiotool "$folder/$tool.1.exr" --ch R "$folder/$tool.2.exr" --ch R --sub --dup --mul -o "$folder/square.exr"
-        square=$(oiiotool "$folder/square.exr" --printstats | sed -n 's/.*Stats Avg: *\([0-9.e+-]*\).*/\1/p')
         samples=${tool}_samples
-        printf '%s %s %s %s %s %s %s\n' $g $tool "${!samples}" "$seconds" "$(picture_mean "$folder/$tool.1.exr")" \
-            "$(picture_mean "$folder/$tool.2.exr")" "$square"
+        printf '%s %s %s %s %s %s %s\n' $g $tool "${!samples}" "$seconds" "$(average "$folder/$tool.1.exr")" \
+            "$(average "$folder/$tool.2.exr")" "$(average "$folder/square.exr")"
     done
 done | awk -v pixels=$pixels '
     # Relative to the mean: error of the mean of both pictures; variance of a pixel.

@@ -1,5 +1,5 @@
 # One picture of a cloud by Cycles, as render --integrator path sees it: an orthographic view of a .vdb in the light of a sun
-# of irradiance 1, light scattered any number of times. Run by compare.sh inside Blender:
+# of irradiance 1, light scattered any number of times. Run by scene.sh inside Blender:
 #
 #   blender -b --factory-startup -P cycles.py -- FILE.vdb EXTINCTION ALBEDO G SUN CAMERA TARGET WIDTH PIXELS SAMPLES SEED VOXEL OUT.exr
 #
