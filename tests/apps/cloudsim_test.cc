@@ -5,6 +5,7 @@
 #include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/metadata.h"
+#include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/schema.h"
 
 #include <gtest/gtest.h>
@@ -272,6 +273,33 @@ TEST(Cloudsim, EveryPresetRuns)
         EXPECT_EQ(r.status, 0) << preset << ": " << r.err;
         EXPECT_EQ(scratch.list().size(), 3u);
     }
+}
+
+TEST(Cloudsim, AccuracyBeatsTheSchemesOfThePreset)
+{
+    const auto parameters = [](const Words& words) {
+        const Scratch scratch;
+        const RunResult r = run(
+            with(with({program("cloudsim")}, words), {"--minutes", "0.1", "--every", "6s", "-o", scratch / "f.vdb"}));
+        EXPECT_EQ(r.status, 0) << r.err;
+        return "\n" + get_text(*read_grid_file(scratch / "f.vdb").metadata, schema::sim_parameters, "");
+    };
+    const auto holds = [&](const std::string& all, const Words& lines) {
+        for (const std::string& line : lines) EXPECT_NE(all.find("\n" + line + "\n"), std::string::npos) << line << all;
+    };
+    // The paper's: forward differences, steps of a second.
+    const Words own{"--preset", "paper"};
+    holds(parameters(own), {"time_scheme = euler", "scalar_scheme = upwind", "momentum_scheme = upwind", "dt = 1"});
+    holds(
+        parameters(with(own, {"--accuracy", "default"})),
+        {"time_scheme = rk3", "scalar_scheme = limited5", "momentum_scheme = upwind5", "dt = 0", "precision = float"});
+    holds(
+        parameters(with(own, {"--accuracy", "accurate"})),
+        {"time_scheme = rk3", "scalar_scheme = limited5", "momentum_scheme = upwind5", "dt = 0", "precision = double"});
+    holds(parameters(with(own, {"--accuracy", "fast"})),
+          {"time_scheme = rk2", "scalar_scheme = koren", "momentum_scheme = upwind5", "dt = 0"});
+    holds(parameters(with(own, {"--accuracy", "accurate", "--time-scheme", "euler"})),
+          {"time_scheme = euler", "scalar_scheme = limited5"});
 }
 
 TEST(Cloudsim, RefusesInOneSentence)

@@ -42,5 +42,25 @@ TEST(Points, DoNotDependOnLeafBlocks)
             }
 }
 
+TEST(Points, RombergMissesNoVoxelOfALongRay)
+{
+    // One voxel of optical depth 1 at any place of a ray of 200 voxels that is empty but for it. Rules of a table look
+    // at points that are evenly spaced: with 32 intervals nine voxels of ten are between them.
+    for (int place = 1; place < 199; place += 3) {
+        const auto density = openvdb::FloatGrid::create(0.0f);
+        for (const int end : {0, 199}) density->tree().setValue(Coord(end, 6, 0), 1.0f);  // beside the ray
+        density->tree().setValue(Coord(place, 0, 0), 1.0f);
+        Scene scene;
+        scene.volumes.push_back(volume_of(density, medium(Vec3d(1), Vec3d(0), 0)));
+        IntegratorOptions exact, o;
+        o.kind = Integrator::Romberg;
+        o.tolerance = 1e-3;
+        const auto view = one_pixel(Vec3d(100, 0.25, 0.1), Vec3d(1, 0, 0));
+        const double cells = Picture(scene, view, exact).at("transmittance", 0);
+        ASSERT_NEAR(cells, std::exp(-0.75 * 0.9), 1e-5) << place;  // trilinear weights beside the voxel's centre
+        EXPECT_NEAR(Picture(scene, view, o).at("transmittance", 0), cells, 2e-3) << place;  // two tolerances
+    }
+}
+
 }  // namespace
 }  // namespace vdbcloud

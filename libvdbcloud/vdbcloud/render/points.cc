@@ -67,17 +67,23 @@ double half_way(const std::vector<Vec3d>& tau, double t0, double h)
     return 1e30;
 }
 
+/// The shortest edge of a voxel of the scene's volumes [world unit].
+double shortest_edge(const PreparedScene& scene)
+{
+    double edge = std::numeric_limits<double>::infinity();
+    for (const auto& v : scene.volumes)
+        for (int a = 0; a < 3; ++a) {
+            const Vec3d unit(a == 0, a == 1, a == 2);
+            edge = std::min(edge, v.density.world_from_index().vector(unit).length());
+        }
+    return edge;
+}
+
 class Steps : public Points {
 public:
-    Steps(const PreparedScene& scene, const IntegratorOptions& options) : Points(scene)
+    Steps(const PreparedScene& scene, const IntegratorOptions& options)
+        : Points(scene), step_(options.step * shortest_edge(scene))
     {
-        double edge = std::numeric_limits<double>::infinity();
-        for (const auto& v : scene.volumes)
-            for (int a = 0; a < 3; ++a) {
-                const Vec3d unit(a == 0, a == 1, a == 2);
-                edge = std::min(edge, v.density.world_from_index().vector(unit).length());
-            }
-        step_ = options.step * edge;
     }
 
     void operator()(const WorldRay& ray, RayResult& result) override
@@ -113,7 +119,8 @@ private:
 /// attenuation is the trapezoid sum of the same level, so that it takes part in the extrapolation.
 class Romberg : public Points {
 public:
-    Romberg(const PreparedScene& scene, const IntegratorOptions& options) : Points(scene), tolerance_(options.tolerance)
+    Romberg(const PreparedScene& scene, const IntegratorOptions& options)
+        : Points(scene), tolerance_(options.tolerance), edge_(shortest_edge(scene))
     {
     }
 
@@ -137,8 +144,10 @@ public:
                 for (size_t m = 0; m < sums.size(); ++m) row[k][m] += (row[k - 1][m] - before[k - 1][m]) / (factor - 1);
             }
             const bool last = level == finest;
-            // Sixteen intervals at the least, so that a cloud between two points is not taken for none.
-            if (last || (level >= 5 && close(row[row.size() - 1], before[before.size() - 1]))) {
+            // An interval is no longer than a voxel, so that a wisp between two points is not taken for none: trilinear
+            // values of one voxel reach over two. Thirty-two intervals at the least.
+            const bool resolved = level >= 5 && (t1 - t0) <= edge_ * double(size_t(1) << level);
+            if (last || (resolved && close(row[row.size() - 1], before[before.size() - 1]))) {
                 result.converged = !last;
                 // Where the integrand has kinks the table's corner is no better than its first columns: take the
                 // second, Simpson's, when the rule has not converged.
@@ -215,6 +224,7 @@ private:
     }
 
     double tolerance_;
+    double edge_;  // [world unit]
     std::vector<Vec3d> sigma_, source_, tau_;
 };
 

@@ -139,6 +139,10 @@ Preset preset(const std::string& name)
 
 void apply(Accuracy accuracy, Parameters& p)
 {
+    // All that an accuracy is about: a preset's own schemes and step give way.
+    const Parameters own;
+    p.precision = own.precision, p.cfl = own.cfl, p.dt = own.dt;
+    p.time_scheme = own.time_scheme, p.scalar_scheme = own.scalar_scheme, p.momentum_scheme = own.momentum_scheme;
     switch (accuracy) {
     case Accuracy::Fast: p.time_scheme = TimeScheme::Rk2, p.scalar_scheme = ScalarScheme::Koren, p.cfl = 0.5; break;
     case Accuracy::Accurate: p.precision = Precision::Double, p.cfl = 0.3; break;

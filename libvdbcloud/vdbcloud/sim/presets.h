@@ -26,6 +26,7 @@ enum class Accuracy {
     Default,   ///< third-order stages, fifth-order fluxes
     Accurate,  ///< the same in double, smaller steps
 };
+/// Sets precision, schemes in time and space, Courant number and dt, whatever they were: those of a preset too.
 void apply(Accuracy, Parameters&);
 
 /// Moves and scales bubbles and patches in proportion when the box changes its size from that of `before`.
