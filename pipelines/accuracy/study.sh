@@ -55,10 +55,9 @@ made() {
     if [ "$1" = make_cloud ]; then
         "$bin/make_cloud" "${words[@]}" "$file" && echo '{}' > "$report.part"
     else
-        "$bin/$1" --quiet ${3:+"$3"} "${words[@]}" --json "$report.part" -o "$file" 2> "$name.log" || {
-            cat "$name.log" >&2
-            fail "$1 $2 ended with status $?"
-        }
+        local status=0
+        "$bin/$1" --quiet ${3:+"$3"} "${words[@]}" --json "$report.part" -o "$file" 2> "$name.log" || status=$?
+        [ $status = 0 ] || { cat "$name.log" >&2; fail "$1 $2 ended with status $status"; }
     fi
     mv "$report.part" "$report"
 }
@@ -87,10 +86,12 @@ blocks() {
         { sum[int($1 / 8) "," int($2 / 8)] += (0.2126 * $3 + 0.7152 * $4 + 0.0722 * $5) / 64 }
         END { for (k in sum) printf "%s %.9g\n", k, sum[k] }' | sort
 }
-# error_of TRUTH FOUND: "error low high mean" in percent, of lines "place value [standard error]" and "place value".
+# error_of TRUTH FOUND: "error low high mean" in percent, of lines "place value [standard error]" and "place value". Places that are
+# 0 in both see no medium, and do not count.
 error_of() {
     awk '
         NR == FNR { truth[$1] = $2; noise[$1] = $3 + 0; mean += $2; next }
+        $2 == 0 && truth[$1] == 0 { next }  # sees nothing
         { d = $2 - truth[$1]; ++n; sum += d; square += d * d; s = noise[$1] * noise[$1]; taken += s; spread += 2 * s * s + 4 * d * d * s; if (!($1 in truth)) exit bad = 1 }
         END {
             if (bad || !n || mean == 0) { print "study.sh: no values to compare" > "/dev/stderr"; exit 1 }
