@@ -17,7 +17,7 @@ file < 3 || $1 == "study" { next }
     if (!((s, $2) in known)) { known[s, $2] = 1; cases[s, ++case_count[s]] = $2 }
     row = ++rows[s]; at[s, row] = $0
     for (t = 1; t <= targets; ++t)
-        if ($8 <= target[t] && (!((s, $2, t) in best) || $10 < best[s, $2, t])) { best[s, $2, t] = $10; method[s, $2, t] = said($3, $4) " " seconds($10) " s" }
+        if ($8 <= target[t] && (!((s, $2, t) in best) || $10 < best[s, $2, t])) { best[s, $2, t] = $10; method[s, $2, t] = said($3, $4) ": " seconds($10) " s" }
     if (!((s, $2) in least) || $8 < least[s, $2]) least[s, $2] = $8
 }
 END {
@@ -28,11 +28,11 @@ END {
         section(title[s])
         paragraph(text[s] " Seconds are of " costs[s] ".")
         if (form == "html") print "<img src=\"" s ".svg\" alt=\"" title[s] ": error against processor seconds\">"
-        paragraph(strong("Choose: ") choose[s])
+        paragraph(strong("Choose:") choose[s])
         begin_table("case|at most 10 %|3 %|1 %|0.3 %")
         for (c = 1; c <= case_count[s]; ++c) {
             line = cases[s, c]
-            for (t = 1; t <= targets; ++t) line = line "|" ((s, cases[s, c], t) in best ? method[s, cases[s, c], t] : "none; the least is " rounded(least[s, cases[s, c]]) " %")
+            for (t = 1; t <= targets; ++t) line = line "|" ((s, cases[s, c], t) in best ? method[s, cases[s, c], t] : "none; the best is known to " rounded(least[s, cases[s, c]]) " %")
             table_row(line)
         }
         end_table()
@@ -94,7 +94,7 @@ function head() {
 }
 function section(x) { print form == "html" ? "<h2>" x "</h2>" : "## " x "\n" }
 function paragraph(x) { if (form == "html") { gsub(/ < /, " \\&lt; ", x); print "<p>" x "</p>" } else print x "\n" }
-function strong(x) { return form == "html" ? "<strong>" x "</strong>" : "**" x "**" }
+function strong(x) { return form == "html" ? "<strong>" x "</strong> " : "**" x "** " }
 function begin_table(names,    n, k, name, line) {
     n = split(names, name, "|")
     if (form == "html") {

@@ -157,7 +157,7 @@ of_certificate() {
     mkdir -p pictures
     made render "$drawn --png $shown.png --error-png $shown.errors.png" "$solved" exr
     reports[render]=$report
-    awk '$1 == "\"error_png_limit\":" { sub(/,$/, "", $2); printf "%.2g\n", 100 * $2 }' "$report" > "$shown.limit"
+    awk '$1 == "\"error_png_limit\":" { sub(/,$/, "", $2); printf "%.3g\n", 100 * $2 }' "$report" > "$shown.limit"
     awk '$1 == "\"mean\":" { of = "mean" } $1 == "\"rms_8x8\":" { of = "rms" } $1 == "\"rms_32x32\":" { of = "" }
         of { key = $1; gsub(/[":]/, "", key); sub(/,$/, "", $2); if (key ~ /^(value|low|high)$/) v[of, key] = 100 * $2 }
         END {
