@@ -53,13 +53,14 @@ void solve(app::App& app, P1solveOptions& o)
     o.scatter.sky = chosen_sky(o, lights, o.scatter.up);
     const auto emission = app::vector_grid(app, file, find_grid(file, schema::emission));
     const auto tint = app::vector_grid(app, file, grid_of(file, schema::colour));
-    const app::Plan plan = plan_of(app, o, in, tint.get(), emission.get(), lights);
+    check_heating(o, medium, bool(tint));
+    const app::Plan plan =
+        app::of_file(file.path, [&] { return plan_of(app, o, in, tint.get(), emission.get(), lights); });
     if (app.dry_run())
         return app::tell(app, plan, "solve for " + std::to_string(density->activeVoxelCount()) + " voxels");
     app::require_memory(plan);
     if (tint) app.uses(grid_of(file, schema::colour)->getName());
     if (emission) app.uses(emission->getName());
-    check_heating(o, medium, bool(tint));
     ScatterReport report;
     CollidedLight light;
     {

@@ -264,6 +264,31 @@ TEST_F(P1Solve, AMissedToleranceIsStatusThree)
     EXPECT_NEAR(mean_phi(scratch / "out.vdb", [](const auto&) { return true; }) / by_multigrid, 1, 1e-4);
 }
 
+TEST_F(P1Solve, ADryRunRefusesWhatTheRunRefuses)
+{
+    const auto whole = [](const Vec3i&) { return true; };
+    const std::string odd = density("odd.vdb", Vec3i(25, 8, 8), 0.1, whole), even = slab(8);
+    GridFile sheared = read_grid_file(even);
+    sheared.grids[0]->setTransform(openvdb::math::Transform::createLinearTransform(0.1));
+    sheared.grids[0]->transform().postShear(0.2, openvdb::math::X_AXIS, openvdb::math::Y_AXIS);
+    write_grid_file(scratch / "sheared.vdb", sheared);
+    const auto refused = [&](const std::string& input, const Words& options, int status, const std::string& expected) {
+        for (const bool dry : {false, true}) {
+            Words words{program("p1solve"), input, "-o", scratch / "out.vdb", "--sun", "0,1,0", "-q"};
+            words.insert(words.end(), options.begin(), options.end());
+            if (dry) words.emplace_back("--dry-run");
+            const test::RunResult r = test::run(words);
+            EXPECT_EQ(r.status, status) << dry << r.err;
+            EXPECT_NE(r.err.find(expected), std::string::npos) << dry << r.err;
+            const std::string named = status == 1 ? input + ": grid 'density'" : "";
+            EXPECT_NE(r.err.find(named), std::string::npos) << dry << r.err;
+        }
+    };
+    refused(odd, {"--periodic", "xz"}, 1, "after 25 voxels: expected a multiple of 8, such as 32");
+    refused(scratch / "sheared.vdb", {}, 1, "expected axes at right angles");
+    refused(even, {"--heating"}, 2, "--heating has no effect");
+}
+
 TEST_F(P1Solve, FurnaceHoldsAtAnyGrainSize)
 {
     const auto input = density("balls.vdb", Vec3i(24), 1.0 / 8,

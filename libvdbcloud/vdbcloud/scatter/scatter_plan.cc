@@ -12,6 +12,7 @@
 #include "vdbcloud/scatter/streaming.h"
 #include "vdbcloud/sweep/light_lattice.h"
 #include "vdbcloud/voxels/brick_map.h"
+#include "vdbcloud/voxels/voxel_index.h"
 
 #include <algorithm>
 #include <cmath>
@@ -191,6 +192,7 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
     ScatterPlan plan;
     const auto box = density.evalActiveVoxelBoundingBox();
     if (box.empty()) return plan;
+    check_voxels(density, {o.periodic});
     const auto leaves = double(density.tree().leafCount());
     Counts n;
     n.blocks = blocks_of(density);

@@ -17,7 +17,7 @@ struct ScatterPlan {
 
 /// The plan from the medium's blocks and the options. Exact but for the number of the solver's iterations, which grows
 /// with the logarithm of the medium's extent; all sweeps of closure.iterations are counted, though they may converge
-/// before. `count` false: memory alone, in no time.
+/// before. `count` false: memory alone, in no time. Throws InputError as the solution does, see check_voxels().
 ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission,
                          const Medium& medium, const std::vector<Light>& lights, const ScatterOptions& options,
                          bool count);

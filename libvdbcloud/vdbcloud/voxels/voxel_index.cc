@@ -75,32 +75,67 @@ void check_axes(const std::array<Vec3d, 3>& axis, const std::string& name)
     }
 }
 
+struct Edges {
+    std::array<Vec3d, 3> direction;  // unit vectors [world space]
+    Vec3d length;
+};
+
+/// The edges of a voxel; throws where they are not at right angles.
+Edges edges_of(const FloatGrid& grid)
+{
+    const Affine world_from_index = vdbcloud::world_from_index(grid.transform(), grid.getName());
+    Edges edges;
+    for (int a = 0; a < 3; ++a) {
+        Vec3d unit(0, 0, 0);
+        unit[a] = 1;
+        edges.direction[a] = world_from_index.vector(unit);
+        edges.length[a] = edges.direction[a].length();
+        edges.direction[a] /= edges.length[a];
+    }
+    check_axes(edges.direction, grid.getName());
+    return edges;
+}
+
+void check_count(const FloatGrid& grid)
+{
+    if (grid.tree().activeVoxelCount() > (uint64_t(1) << 31))
+        throw InputError("grid '" + printable(grid.getName()) + "': more than 2^31 active voxels");
+}
+
+Period blocks_period(const FloatGrid& grid, const VoxelIndexOptions& options)
+{
+    const Period period = period_of(grid, options.periodic);
+    for (int a = 0; a < 3; ++a) {
+        const int length = period.length[a], rest = length % Blocks::edge;
+        if (rest)
+            throw InputError("grid '" + printable(grid.getName()) + "': it is to repeat along " + "xyz"[a] + " after " +
+                             std::to_string(length) + " voxels: expected a multiple of 8, such as " +
+                             std::to_string(length - rest + Blocks::edge));
+    }
+    return period;
+}
+
 }  // namespace
+
+void check_voxels(const FloatGrid& grid, const VoxelIndexOptions& options)
+{
+    edges_of(grid);
+    check_count(grid);
+    blocks_period(grid, options);
+}
 
 VoxelIndex::VoxelIndex(const FloatGrid& grid, const VoxelIndexOptions& options)
     : world_from_index_(vdbcloud::world_from_index(grid.transform(), grid.getName())),
       transform_(grid.transform().copy())
 {
-    for (int a = 0; a < 3; ++a) {
-        Vec3d unit(0, 0, 0);
-        unit[a] = 1;
-        axis_[a] = world_from_index_.vector(unit);
-        spacing_[a] = axis_[a].length();
-        axis_[a] /= spacing_[a];
-    }
-    check_axes(axis_, grid.getName());
-    if (grid.tree().activeVoxelCount() > (uint64_t(1) << 31))
-        throw InputError("grid '" + printable(grid.getName()) + "': more than 2^31 active voxels");
-
-    period_ = period_of(grid, options.periodic);
+    const Edges edges = edges_of(grid);
+    check_count(grid);
+    axis_ = edges.direction, spacing_ = edges.length;
+    period_ = blocks_period(grid, options);
     Vec3i period(0, 0, 0);
     for (int a = 0; a < 3; ++a) {
-        const int length = period_.length[a];
-        if (length == 0) continue;
-        if (length % Blocks::edge)
-            throw InputError("grid '" + printable(grid.getName()) + "': it is to repeat along " + "xyz"[a] + " after " +
-                             std::to_string(length) + " voxels: expected a multiple of 8");
-        period[a] = length / Blocks::edge;
+        if (period_.length[a] == 0) continue;
+        period[a] = period_.length[a] / Blocks::edge;
         origin_[a] = period_.first[a];
     }
     const Builder builder = masks_of(grid, openvdb::Coord(origin_.x(), origin_.y(), origin_.z()));

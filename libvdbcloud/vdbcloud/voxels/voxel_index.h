@@ -12,6 +12,11 @@ struct VoxelIndexOptions {
     std::array<bool, 3> periodic{false, false, false};  ///< axes [index space] on which the domain repeats
 };
 
+/// Throws InputError naming the grid where VoxelIndex cannot stand for it. Causes: the transform is not affine, the
+/// axes are not at right angles, a periodic extent is not a multiple of 8, or the grid has more than 2^31 voxels. Plans
+/// call it, so that a plan is refused where the run would be.
+void check_voxels(const FloatGrid&, const VoxelIndexOptions& = {});
+
 /// The active voxels of a density grid whose value is above 0 (tiles voxelised), as Blocks in a fixed order. Also the
 /// geometry of one voxel: a box with edges along axis(0..2).
 ///
@@ -19,8 +24,7 @@ struct VoxelIndexOptions {
 /// A periodic axis repeats by the rule of period_of(). The length of the period must be a multiple of 8.
 class VoxelIndex {
 public:
-    /// Throws InputError naming the grid. Causes: the transform is not affine, the axes are not at right angles, a
-    /// periodic extent is not a multiple of 8, or the grid has more than 2^31 voxels.
+    /// Throws as check_voxels().
     explicit VoxelIndex(const FloatGrid&, const VoxelIndexOptions& = {});
 
     const Blocks& blocks() const { return blocks_; }
