@@ -34,15 +34,16 @@ TEST_F(Progressive, EndsWithTheBytesOfAPlainRun)
 TEST_F(Progressive, APictureIsThereBeforeTheEndAndWholeAtAnyTime)
 {
     // Whoever reads the .png while it is written finds a whole picture; the first says that it is not finished.
-    const RunResult r = in_folder("rm -f p.png p.exr; render -q solved.vdb --integrator path --spp 4000 --resolution "
-                                  "96 --progressive --threads 1 "
-                                  "-o p.exr --png p.png & "
-                                  "n=0; while kill -0 $! 2> /dev/null; do if [ -e p.png ]; then cp p.png copy.png; "
-                                  "oiiotool --info -v copy.png > info.txt 2>&1 || echo broken; oiiotool copy.png "
-                                  "--printstats > stats.txt 2>&1 || echo broken; "
-                                  "grep -q unfinished info.txt && n=$((n + 1)); [ $n -lt 4 ] || kill $!; fi; sleep "
-                                  "0.05; done; wait $!; echo status $? seen $n; "
-                                  "ls -a | grep -c '^\\.p\\.'; [ -e p.exr ] && echo exr; true");
+    const RunResult r =
+        in_folder("rm -f p.png p.exr; render -q solved.vdb --integrator path --spp 4000 --resolution "
+                  "96 --progressive --threads 1 "
+                  "-o p.exr --png p.png & "
+                  "n=0; while kill -0 $! 2> /dev/null; do if [ -e p.png ]; then cp p.png copy.png; "
+                  "oiiotool --info -v copy.png > info.txt 2>&1 || echo broken; oiiotool copy.png "
+                  "--printstats > stats.txt 2>&1 || echo broken; "
+                  "grep -q unfinished info.txt && n=$((n + 1)); [ $n -lt 4 ] || { kill $!; break; }; fi; sleep "
+                  "0.05; done; wait $!; echo status $? seen $n; "
+                  "ls -a | grep -c '^\\.p\\.'; [ -e p.exr ] && echo exr; true");
     EXPECT_EQ(r.out, "status 143 seen 4\n0\n") << r.err;
     const PictureFile left = picture(*folder_ / "p.png");
     EXPECT_EQ(left.spec.width, 96);
