@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The studies of accuracy at small size: every study has its rows, the orders hold, a table that does not hold them is refused,
 # the page has its pictures and no empty cell, and a second run makes nothing.
-# Usage: accuracy.sh BIN; the page is opened by Chromium where that is installed.
+# Usage: [SIZE=full] accuracy.sh BIN; all studies with SIZE=full, else six. The page is opened by Chromium where that is installed.
 set -euo pipefail
 bin=$(cd "$1" && pwd)
 top=$(cd "$(dirname "$0")/../.." && pwd)
@@ -9,14 +9,16 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 fail() { echo "accuracy.sh: $*" >&2; exit 1; }
 studies=$top/pipelines/accuracy/studies.txt
-accuracy() { make -s -C "$top/pipelines/accuracy" PICTURE=small BIN="$bin" OUT="$folder" > "$folder/said" 2> "$folder/progress" || { cat "$folder/progress" >&2; fail "status $?"; }; }
+chosen="rays lattice scattering half steps-in-time ladder"
+[ "${SIZE:-}" != full ] || chosen=$(sed -n 's/^study \([^:]*\):.*/\1/p' "$studies" | xargs)
+accuracy() { make -s -C "$top/pipelines/accuracy" PICTURE=small SIZE= studies="$chosen" BIN="$bin" OUT="$folder" > "$folder/said" 2> "$folder/progress" || { cat "$folder/progress" >&2; fail "status $?"; }; }
 accuracy
 
 # Every study has a point of every method that studies.txt has at this size, and no error is one of zeros or of another picture.
-sed -n 's/^study \([^:]*\):.*/\1/p' "$studies" | while read -r study; do
+for study in $chosen; do
     [ "$(grep -c "^$study," "$folder/table.csv")" -ge 2 ] || fail "$study: fewer than two points"
 done
-awk -F, 'NR > 1 && !($6 >= 0 && $6 < 120 && $7 <= $6 && $6 <= $8 && $10 > 0 && $11 > 0) { print; bad = 1 } END { exit bad || NR < 40 }' "$folder/table.csv" ||
+awk -F, 'NR > 1 && !($6 >= 0 && $6 < 120 && $7 <= $6 && $6 <= $8 && $10 > 0 && $11 > 0) { print; bad = 1 } END { exit bad || NR < 30 }' "$folder/table.csv" ||
     fail "rows out of bounds"
 # error STUDY METHOD SETTING LOW HIGH: an error [%] from LOW to HIGH, for the reason that the caller says.
 error() {
@@ -38,7 +40,7 @@ error steps-in-time euler '2 s' 1 5
 error steps-in-time rk3 '2 s' 0 0.2
 
 # Orders are measured, and what does not hold them is refused: errors that do not fall, and a dearer point that errs more.
-[ "$(grep -c '^order,' "$folder/orders.csv")" -ge 9 ] || fail "fewer than 9 orders"
+[ "$(grep -c '^order,' "$folder/orders.csv")" -ge 8 ] || fail "fewer than 8 orders"
 refused() {
     ! awk -f "$top/pipelines/accuracy/check.awk" "$studies" "$folder/wrong.csv" > "$folder/out" 2> "$folder/err" || fail "check.awk accepts $1"
     grep -q "$2" "$folder/err" || fail "check.awk says of $1: $(< "$folder/err")"
@@ -53,7 +55,7 @@ refused "a table of zeros" 'fewer than two points'
 
 # The page: every picture is there and is one, no cell is empty.
 grep -o '<img src="[^"]*"' "$folder/index.html" | cut -d '"' -f 2 > "$folder/shown"
-[ "$(wc -l < "$folder/shown")" -ge 20 ] || fail "the page has $(wc -l < "$folder/shown") pictures"
+[ "$(wc -l < "$folder/shown")" -ge 14 ] || fail "the page has $(wc -l < "$folder/shown") pictures"
 while read -r picture; do [ -s "$folder/$picture" ] || fail "the page lacks $picture"; done < "$folder/shown"
 ! grep -nE '<td>[[:space:]]*</td>|>\?<|Full red: \?|nan|inf ' "$folder/index.html" || fail "the page has empty cells"
 grep -q '^## Multiple scattering' "$folder/accuracy.md" && ! grep -n '| *|' "$folder/accuracy.md" || fail "accuracy.md has empty cells"
@@ -63,7 +65,7 @@ if command -v chromium > /dev/null; then
         "$folder/index.html" > "$folder/seen.html"
     seen=$(HOME=$folder timeout 100 chromium --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --virtual-time-budget=20000 \
         --user-data-dir="$folder/profile" --dump-dom "file://$folder/seen.html" 2> "$folder/chromium.log" | sed -n 's/.*<title>\(seen [^<]*\)<.*/\1/p')
-    [[ $seen =~ ^seen\ 0\ 0\ of\ [2-9][0-9]\ [1-9][0-9]{2}$ ]] || fail "Chromium says '$seen': expected no picture missing and no cell empty"
+    [[ $seen =~ ^seen\ 0\ 0\ of\ [1-9][0-9]+\ [1-9][0-9]{2}$ ]] || fail "Chromium says '$seen': expected no picture missing and no cell empty"
 else
     echo "accuracy.sh: chromium is not installed: the page was not opened in a browser"
 fi
