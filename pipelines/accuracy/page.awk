@@ -89,7 +89,7 @@ function head() {
         "Seconds are processor time on this machine: " machine ". Start-up of a program takes a twentieth of a second.")
     if (form == "md") {
         print "    " asked "\n"
-        print "makes everything from nothing, `index.html` with plots and pictures in `pipelines/accuracy/out`, `table.csv` with every point, and this page; a run that is stopped goes on. `SIZE=full` takes finer grids, `PICTURE=small` a minute. `pipelines/accuracy/studies.txt` defines the studies. Errors that do not fall with the order that theory gives, and a point that is dearer than the one before and errs more, end the run with status 1.\n"
+        print "makes everything from nothing, `index.html` with plots and pictures in the output folder of that pipeline, `table.csv` with every point, and this page; a run that is stopped goes on. `SIZE=full` takes finer grids, `PICTURE=small` a minute. `pipelines/accuracy/studies.txt` defines the studies. Errors that do not fall with the order that theory gives, and a point that is dearer than the one before and errs more, end the run with status 1.\n"
     } else paragraph("Made by <code>" asked "</code>.")
 }
 function section(x) { print form == "html" ? "<h2>" x "</h2>" : "## " x "\n" }
