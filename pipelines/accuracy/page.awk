@@ -66,7 +66,7 @@ function pictures(s,    c, row, part, shown, limit, file, line) {
             if (part[2] != cases[s, c]) continue
             shown = s "-" part[2] "-" part[3] "-" part[4]
             gsub(/[^A-Za-z0-9.]+/, "-", shown)
-            shown = "work/pictures/" shown
+            shown = "runs/pictures/" shown
             limit = "?"; file = folder "/" shown ".limit"
             if ((getline line < file) > 0) limit = line
             close(file)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # One study of studies.txt: its rows as .csv on standard output.
-# Usage: study.sh BIN FOLDER STUDY small|default|full; needs oiiotool, awk, xargs.
+# Usage: study.sh BIN FOLDER STUDY small|default|full [STAMP]; needs oiiotool, vdb_print, awk, xargs.
 #
 #   study,case,method,setting,x,error,low,high,mean,seconds,megabytes
 #
@@ -8,13 +8,17 @@
 # megabytes is the file that the picture is made of. error: of pictures, root mean square over blocks of 8 x 8 pixels, relative to the mean
 # of the reference; its noise is taken off, so that an error below it has a low of 0.
 #
-# FOLDER keeps every file, named by the digest of the commands that made it, and every row: a study that was stopped goes on.
+# FOLDER keeps every file, named by the digest of STAMP and of the commands that made it, and every row, named by that of the
+# commands and of this file: a study that was stopped goes on.
 set -euo pipefail
+shopt -s inherit_errexit
 bin=$(cd "$1" && pwd)
 mkdir -p "$2"
-study=$3 size=$4
+study=$3 size=$4 stamp=${5:-}
 here=$(cd "$(dirname "$0")" && pwd)
-row() { local IFS=,; printf '%s\n' "$*"; }
+source "$here/../benchmarks/rows.sh"
+source "$here/../benchmarks/views.sh"
+measure=$(sha1sum < "$here/study.sh")
 # Names in commands are relative, for any name that the folder may have.
 cd "$2"
 fail() { echo "study.sh: $study: $*" >&2; exit 1; }
@@ -40,16 +44,15 @@ of_kind() { awk -F '\t' -v kind="$1" '$1 == kind { sub(/^[^\t]*\t/, ""); print }
 column() { awk -F '\t' -v n="$2" '{ print $n }' <<< "$1"; }
 costs=$(of_kind costs)
 reference=$(of_kind reference)
-pictures=$(awk -F '\t' '$1 == "pictures" { print "yes" }' <<< "$lines")
 grid=$(of_kind cloudsim)
 
-key() { sha1sum <<< "$*" | cut -c 1-16; }
+key() { sha1sum <<< "$stamp $*" | cut -c 1-16; }
 # made PROGRAM FLAGS INPUT KIND: sets $file, of that kind, and $report, from files that are there or by the program.
 made() {
     local name=files/$1.$(key "$1 $2 $3")
     file=$name.$4 report=$name.json
     [ ! -e "$report" ] || return 0
-    mkdir -p "files"
+    mkdir -p files
     local words=()
     mapfile -t words < <(xargs -n 1 printf '%s\n' <<< "$2")
     if [ "$1" = make_cloud ]; then
@@ -69,7 +72,7 @@ merged() {
         { text[at] = text[at] " " $0 }
         END { for (k = 1; k <= n; ++k) print text[order[k]] }' | xargs
 }
-# chain DENSITY ILLUMINATE P1SOLVE RENDER: sets $solved, the file to draw, $drawn, options of render, and $reports by program.
+# chain DENSITY ILLUMINATE P1SOLVE RENDER: sets $solved, the file to draw, $drawn, options of render, and $reports by program: their names, blanks between.
 declare -A reports
 chain() {
     local density=$1
@@ -102,7 +105,7 @@ error_of() {
 }
 seconds_of() {
     local program taken=()
-    for program in ${costs/render/render above side below}; do [ -z "${reports[$program]:-}" ] || taken+=("${reports[$program]}"); done
+    for program in $costs; do taken+=(${reports[$program]:-}); done
     # A certificate is no part of its picture.
     awk '
         FNR == 1 { whole = 0; inside = 0 }
@@ -113,7 +116,7 @@ seconds_of() {
 
 # Pictures against that of the reference.
 of_picture() {
-    local truth=files/truth.$(key "$1 $reference") all
+    local truth=files/truth.$(key "$measure $1 $reference") all
     if [ ! -e "$truth" ]; then
         all=$(compose "$1" "$reference")
         chain_of "$all"
@@ -129,19 +132,16 @@ of_picture() {
 }
 # Three views of the cloud of puffs against data/references/puffs.txt, as docs/scattering.md has them.
 of_puffs() {
-    local name camera turn taken=0
+    local name camera turn drawings=
     chain_of "$2"
     : > found
     while read -r name camera turn; do
-        made render "$drawn --projection orthographic --ortho-width 1 --camera $camera --look-at 0.5,0.5,0.5 --resolution 24 --aov none" "$solved" exr
-        reports[$name]=$report
-        blocks "$file" | awk -v view="$name" -v turn="$turn" '
-            {
-                split($1, k, ","); i = k[1]; j = k[2]
-                a = turn == "xy" ? i : 2 - j; b = turn == "xy" ? 2 - j : turn == "z-x" ? i : 2 - i
-                print view "," a "," b, $2
-            }' >> found
-    done <<< $'above 0.5,9,0.5 z-x\nside 0.5,0.5,9 xy\nbelow 0.5,-9,0.5 zx'
+        made render "$drawn ${cube_camera[*]} --camera $camera --resolution 24 --aov none" "$solved" exr
+        drawings+=" $report"
+        blocks "$file" | awk -v view="$name" -v turn="$turn" "$cube_place"'
+            { split($1, k, ","); at = cube_place(turn, k[1], k[2], 2); sub(/ /, ",", at); print view "," at, $2 }' >> found
+    done < <(cube_views)
+    reports[render]=$drawings
     awk -v medium="$1" '$1 " " $2 " " $3 == medium { print $4 "," $5 "," $6, $7, $8 }' "$here/../../data/references/puffs.txt" > truth
     # Each view counts the same: all values over the mean of the true view.
     awk '
@@ -173,7 +173,7 @@ compose() {
 }
 chain_of() { chain "$(column "$1" 1)" "$(column "$1" 2)" "$(column "$1" 3)" "$(column "$1" 4)"; }
 
-# profile FILE WIDTH: "place value" at the cells' centres of a run of cloudsim, whose box is WIDTH wide along its first axis.
+# profile FILE: "place value" at the cells' centres of a run of cloudsim. Leaves cells and spacing in the file box.
 profile() {
     vdb_print -l "$1" | sed -n 's/^cloudsim:parameters: cells = //p; s/^spacing = //p' | head -2 | xargs | tr ',' ' ' > box
     awk '{ for (k = 0; k < $3; ++k) for (j = 0; j < $2; ++j) for (i = 0; i < $1; ++i)
@@ -183,15 +183,15 @@ profile() {
         { c = NR - 2; i = c % n[1]; j = int(c / n[1]) % n[2]; print i "," j "," int(c / n[1] / n[2]), $4 }'
 }
 of_cloudsim() {
-    local all truth fine=files/fine.$(key "$1 $reference")
-    all=$(merged "$(column "$1" 3)" "$reference")
+    local all truth fine=files/fine.$(key "$measure $1 $reference")
+    all=$(merged "$(column "$1" 2)" "$reference")
     if [ ! -e "$fine" ]; then
         made cloudsim "$all --unpruned --every $(every "$all")" "" vdb
         profile "$file" > "$fine.part"
         cp box "$fine.box"
         mv "$fine.part" "$fine"
     fi
-    all=$(merged "$(column "$1" 3)" "$(column "$2" 4)")
+    all=$(merged "$(column "$1" 2)" "$(column "$2" 4)")
     made cloudsim "$all --unpruned --every $(every "$all")" "" vdb
     reports=([cloudsim]=$report) solved=$file
     profile "$file" > found
@@ -216,9 +216,9 @@ while IFS= read -r case_; do
     while IFS= read -r point; do
         method=$(column "$point" 1) setting=$(column "$point" 2) x=$(column "$point" 3)
         [[ $name =~ $(column "$point" 8) ]] || continue
-        row=rows/$(key "$study $case_ $point $reference $costs")
+        row=rows/$(key "$measure $study $case_ $point $reference $costs")
         if [ ! -e "$row" ]; then
-            mkdir -p "rows"
+            mkdir -p rows
             if [ -n "$grid" ]; then error=$(of_cloudsim "$case_" "$point"; seconds_of; stat -L -c ' %s' "$solved")
             else
                 composed=$(compose "$case_" "$point" 3)

@@ -70,8 +70,15 @@ else
     echo "accuracy.sh: chromium is not installed: the page was not opened in a browser"
 fi
 
+# A measure that fails ends its study, and leaves no row.
+mkdir "$folder/broken"
+cp -r "$folder/runs/files" "$folder/broken"
+for truth in "$folder"/broken/files/truth.*; do : > "$truth"; done
+! "$top/pipelines/accuracy/study.sh" "$bin" "$folder/broken" lattice small > "$folder/out" 2> "$folder/err" || fail "a study without a reference ends well"
+[ ! -s "$folder/out" ] || fail "a study without a reference has rows: $(< "$folder/out")"
+
 # A second run makes nothing.
-stamps() { find "$folder/work/files" "$folder/work/rows" "$folder"/*.csv ! -name wrong.csv -type f | sort | xargs stat -c '%n %y'; }
+stamps() { find "$folder/runs" "$folder"/*.csv ! -name wrong.csv -type f | sort | xargs stat -c '%n %y'; }
 stamps > "$folder/before"
 accuracy
 stamps | cmp -s - "$folder/before" || fail "a second run makes files again"

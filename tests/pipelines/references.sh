@@ -10,6 +10,7 @@
 # above and below, x and y from the side. Samples: enough for 0.3 %, measured.
 set -euo pipefail
 bin=$(cd "$1" && pwd)
+source "$(dirname "$0")/../../pipelines/benchmarks/views.sh"
 cloud=$2
 share=${3:-1}
 folder=$(mktemp -d)
@@ -27,22 +28,11 @@ case $cloud in
     *) echo "references.sh: $cloud: expected puffs or blobs" >&2; exit 2 ;;
 esac
 
-# view NAME CAMERA TURN: TURN maps a pixel's column i and row j (from the top) to the axes' thirds.
-views=(
-    "above 0.5,9,0.5 z-x"
-    "side 0.5,0.5,9 xy"
-    "below 0.5,-9,0.5 zx"
-)
-
 # block_means TURN < lines "i j mean error": "a b mean error" of each block.
 block_means() {
-    awk -v turn="$1" '
+    awk -v turn="$1" "$cube_place"'
         {
-            i = $1; j = $2
-            if (turn == "xy") { a = i; b = 23 - j }
-            if (turn == "z-x") { b = i; a = 23 - j }
-            if (turn == "zx") { b = 23 - i; a = 23 - j }
-            k = int(a / 8) " " int(b / 8)
+            k = cube_place(turn, int($1 / 8), int($2 / 8), 2)
             sum[k] += $3 / 64; squares[k] += $4 * $4 / 4096
         }
         END { for (a = 0; a < 3; ++a) for (b = 0; b < 3; ++b) { k = a " " b; printf "%s %.6g %.2g\n", k, sum[k], sqrt(squares[k]) } }'
@@ -53,16 +43,14 @@ echo "# tau albedo g view a b mean standard_error"
 for medium in "${media[@]}"; do
     read -r tau albedo g samples_above samples_side samples_below <<< "$medium"
     "$bin/make_cloud" "$cloud" "$tau" cloud.vdb
-    for view in "${views[@]}"; do
-        read -r name camera turn <<< "$view"
+    while read -r name camera turn; do
         samples=samples_$name
         spp=$(awk -v n="${!samples}" -v s="$share" 'BEGIN { printf "%d", n * s < 2 ? 2 : n * s }')
         "$bin/render" -q cloud.vdb --integrator path --spp "$spp" --albedo "$albedo" --g "$g" --sun 0.3,1,0.2 \
-            --projection orthographic --ortho-width 1 --camera "$camera" --look-at 0.5,0.5,0.5 --resolution 24 \
-            --aov standard_error -o view.exr
+            "${cube_camera[@]}" --camera "$camera" --resolution 24 --aov standard_error -o view.exr
         # Channels: R, G, B, A, then the errors of R, G, B; all three colours are equal.
         oiiotool --dumpdata view.exr |
             sed -n 's/^ *Pixel (\([0-9]*\), \([0-9]*\)): \([^ ]*\) [^ ]* [^ ]* [^ ]* \([^ ]*\).*/\1 \2 \3 \4/p' |
             block_means "$turn" | sed "s/^/$tau $albedo $g $name /"
-    done
+    done < <(cube_views)
 done

@@ -10,6 +10,7 @@
 set -euo pipefail
 bin=$(cd "$1" && pwd)
 top=$(cd "$(dirname "$0")/../.." && pwd)
+source "$top/pipelines/benchmarks/views.sh"
 samples=${2:-1000}
 shift $(($# < 2 ? $# : 2))
 [ $# -gt 0 ] || set -- "15 0.99 0" "60 0.99 0" "15 1 0.85" "60 1 0.85"
@@ -21,14 +22,8 @@ seconds() { /usr/bin/time -f '%U %S' -a -o "$1" "${@:2}"; }
 # view < picture: "NAME a b mean" of each block, as in tests/pipelines/references.sh.
 blocks() {
     oiiotool --dumpdata view.exr | sed -n 's/^ *Pixel (\([0-9]*\), \([0-9]*\)): \([^ ]*\) .*/\1 \2 \3/p' |
-        awk -v name="$1" -v turn="$2" '
-            {
-                i = $1; j = $2
-                if (turn == "xy") { a = i; b = 23 - j }
-                if (turn == "z-x") { b = i; a = 23 - j }
-                if (turn == "zx") { b = 23 - i; a = 23 - j }
-                sum[int(a / 8) " " int(b / 8)] += $3 / 64
-            }
+        awk -v name="$1" -v turn="$2" "$cube_place"'
+            { sum[cube_place(turn, int($1 / 8), int($2 / 8), 2)] += $3 / 64 }
             END { for (k in sum) print name, k, sum[k] }'
 }
 
@@ -52,10 +47,10 @@ for medium in "$@"; do
             spp=(--spp "$(awk -v n="$rung" -v g="$g" -v samples="$samples" '
                 $2 == "--gather" { whole = $(n + 3) == "-" } END { print samples * (whole && g > 0.5 ? 10 : 1) }' "$top/data/rungs.txt")")
         while read -r name camera turn; do
-            "$bin/render" -q $solved --rung "$rung" "${spp[@]}" --projection orthographic --ortho-width 1 --camera "$camera" \
-                --look-at 0.5,0.5,0.5 --resolution 24 -o view.exr
+            "$bin/render" -q $solved --rung "$rung" "${spp[@]}" "${cube_camera[@]}" --camera "$camera" \
+                --resolution 24 -o view.exr
             blocks "$name" "$turn"
-        done <<< $'above 0.5,9,0.5 z-x\nside 0.5,0.5,9 xy\nbelow 0.5,-9,0.5 zx' > found
+        done < <(cube_views) > found
         error=$(awk -v tau="$tau" -v w0="$albedo" -v g="$g" '
             NR == FNR { if ($1 == tau && $2 == w0 && $3 == g) { truth[$4 " " $5 " " $6] = $7; mean[$4] += $7 / 9 } next }
             { d = $4 - truth[$1 " " $2 " " $3]; square[$1] += d * d / 9; seen[$1] += $4 / 9 }
