@@ -195,9 +195,9 @@ struct P1Budget {
 /// fluence of a sky is subtracted first, where the sources that are left are smaller: a uniform sky without absorption
 /// leaves 0.
 ///
-/// `alike`: fields that look like the solution less phi, such as those of another channel; 0 at inactive slots. phi
-/// starts with the combination of these that leaves the least error in the energy norm, for the cost of one product
-/// with the matrix each. The solution depends on them within the tolerance.
+/// The solver starts from a combination of phi, where it is not empty, and of `alike`: fields that look like the
+/// solution less phi, such as those of another channel; 0 at inactive slots (solve/guess.h). The solution depends on
+/// them within the tolerance.
 using Fields = std::vector<const std::vector<float>*>;
 SolveResult solve_p1(const P1Operator&, Multigrid&, P1Source& source, std::vector<double>& phi, const SolveOptions&,
                      const Fields& alike = {});

@@ -2,7 +2,7 @@
 #include "vdbcloud/scatter/active_slots.h"
 #include "vdbcloud/scatter/block_rows.h"
 #include "vdbcloud/scatter/p1_problem.h"
-#include "vdbcloud/solve/dense.h"
+#include "vdbcloud/solve/guess.h"
 #include "vdbcloud/solve/parallel.h"
 #include "vdbcloud/solve/relaxation.h"
 
@@ -151,34 +151,6 @@ double take_constant(const P1Operator& p1, P1Source& source, std::vector<double>
     return constant;
 }
 
-/// Adds to phi the combination of `fields` that leaves the least error in the energy norm.
-void add_fields(const P1Operator& p1, const std::vector<double>& rhs, const Fields& fields, std::vector<double>& phi)
-{
-    constexpr double dependent = 1e-6;  // squared sine below which a field adds nothing to those before it
-    const Blocks& blocks = p1.blocks();
-    const size_t n = fields.size();
-    std::vector<double> products(n * n, 0.0), right(n, 0.0), field(blocks.slots(), 0.0), image(blocks.slots(), 0.0);
-    const auto with = [&](const std::vector<float>& of, const std::vector<double>& other) {
-        return ordered_sum(blocks.count(), [&](size_t block) {
-            eight::Doubles sums{};
-            for (size_t k = block * Blocks::size; k < (block + 1) * Blocks::size; k += 8)
-                sums += eight::as<double>(eight::load(of.data() + k)) * eight::load(other.data() + k);
-            return eight::sum(sums);
-        });
-    };
-    for (size_t i = 0; i < n; ++i) {
-        std::copy(fields[i]->begin(), fields[i]->end(), field.begin());
-        products[i * n + i] = apply(p1.stencil(), field, image);
-        for (size_t j = 0; j < i; ++j) products[i * n + j] = products[j * n + i] = with(*fields[j], image);
-        right[i] = with(*fields[i], rhs) - (phi.empty() ? 0.0 : dot(blocks, image.data(), phi.data()));
-        if (!std::isfinite(products[i * n + i])) return;
-    }
-    const std::vector<double> factor = SemidefiniteFactor(products, n, dependent).solve(right);
-    if (phi.empty()) phi.assign(blocks.slots(), 0.0);
-    for (size_t i = 0; i < n; ++i)
-        each_active(blocks, [&](size_t slot) { phi[slot] += factor[i] * (*fields[i])[slot]; });
-}
-
 }  // namespace
 
 SolveResult solve_p1(const P1Operator& p1, Multigrid& multigrid, P1Source& source, std::vector<double>& phi,
@@ -187,7 +159,7 @@ SolveResult solve_p1(const P1Operator& p1, Multigrid& multigrid, P1Source& sourc
     SolveOptions scaled = options;
     const double constant = take_constant(p1, source, phi);
     scaled.norm = norm_without_additive(p1, source);
-    if (!alike.empty()) add_fields(p1, source.rhs, alike, phi);
+    if (!alike.empty() || !phi.empty()) improve_guess(p1.stencil(), source.rhs, alike, phi);
     const SolveResult result = conjugate_gradient(p1.stencil(), multigrid, source.rhs, phi, scaled);
     close_balance(p1, source.rhs, phi);
     add_constant(p1, constant, phi);

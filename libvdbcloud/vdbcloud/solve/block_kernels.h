@@ -34,45 +34,50 @@ VDBCLOUD_INLINE RowLinks row_links(const StencilArrays& a, size_t block, int x, 
             zp};
 }
 
-/// (A v) of one row of eight voxels along z: v there, and at the voxels below (m) and above (p) along each axis.
-template<typename T>
-VDBCLOUD_INLINE Row<T> row_apply(const StencilArrays& a, size_t block, int x, int y, const Row<T>& own,
-                                 const Row<T>& xm, const Row<T>& xp, const Row<T>& ym, const Row<T>& yp,
-                                 const Row<T>& zm, const Row<T>& zp)
+/// Calls row(slot, v, product) for each row of eight voxels of a block, x slowest: `slot` its first, v its values of a
+/// field `value` (value.row(slot) of eight values, value.one(slot)), product = (A v) there. The function must be
+/// always_inline. A row and the links above it are loaded once for itself and the next row along y.
+template<typename T, typename Value, typename Function>
+VDBCLOUD_INLINE void over_rows(const StencilArrays& arrays, size_t block, const Value& value, const Function& row)
 {
-    const RowLinks c = row_links(a, block, x, y);
-    const auto pull = [&](const Floats& link, const Row<T>& to) __attribute__((always_inline))
+    const StencilArrays a = arrays;  // a copy, which the rows that are stored cannot change
+    const size_t here = block * 512;
+    size_t first[6];  // slots of the neighbours
+    for (int face = 0; face < 6; ++face) first[face] = size_t(a.neighbours[block][face]) * 512;
+    const auto pull = [](const Floats& link, const Row<T>& own, const Row<T>& to) __attribute__((always_inline))
     {
         return as<T>(link) * (own - to);
     };
-    return as<T>(load(a.extra + block * 512 + size_t(x * 64 + y * 8))) * own +
-           ((pull(c.xm, xm) + pull(c.xp, xp)) + (pull(c.ym, ym) + pull(c.yp, yp)) + (pull(c.zm, zm) + pull(c.zp, zp)));
-}
-
-/// Calls row(slot, v, product) for each row of eight voxels of a block, x slowest: `slot` its first, v its values of a
-/// field `value` (value.row(slot) of eight values, value.one(slot)), product = (A v) there. The function must be
-/// always_inline.
-template<typename T, typename Value, typename Function>
-VDBCLOUD_INLINE void over_rows(const StencilArrays& a, size_t block, const Value& value, const Function& row)
-{
-    const int32_t* neighbour = a.neighbours[block];
-    const size_t here = block * 512;
-    const auto first_of = [&](int face) { return size_t(neighbour[face]) * 512; };
-    for (int x = 0; x < 8; ++x)
-        for (int y = 0; y < 8; ++y) {
-            const size_t in = size_t(x * 64 + y * 8), slot = here + in;
-            const auto own = value.row(slot);
-            auto zm = __builtin_shufflevector(own, own, 0, 0, 1, 2, 3, 4, 5, 6);
-            auto zp = __builtin_shufflevector(own, own, 1, 2, 3, 4, 5, 6, 7, 7);
-            zm[0] = value.one(first_of(4) + in + 7);
-            zp[7] = value.one(first_of(5) + in);
-            const Row<T> v = as<T>(own);
-            row(slot, v,
-                row_apply<T>(a, block, x, y, v, as<T>(value.row(x > 0 ? slot - 64 : first_of(0) + in + 7 * 64)),
-                             as<T>(value.row(x < 7 ? slot + 64 : first_of(1) + in - 7 * 64)),
-                             as<T>(value.row(y > 0 ? slot - 8 : first_of(2) + in + 7 * 8)),
-                             as<T>(value.row(y < 7 ? slot + 8 : first_of(3) + in - 7 * 8)), as<T>(zm), as<T>(zp)));
+    for (size_t x = 0; x < 512; x += 64) {
+        const size_t xm = x > 0 ? here + x - 64 : first[0] + 7 * 64, xp = x < 7 * 64 ? here + x + 64 : first[1];
+        const size_t ym = first[2] + x + 7 * 8, yp = first[3] + x, zm = first[4] + x + 7, zp = first[5] + x;
+        auto centre = value.row(here + x);
+        Row<T> before = as<T>(value.row(ym)), own = as<T>(centre);
+        Floats link_before = load(a.y + ym);
+#pragma GCC unroll 8
+        for (size_t y = 0; y < 64; y += 8) {
+            const size_t slot = here + x + y;
+            const auto next = value.row(y < 7 * 8 ? slot + 8 : yp);
+            auto below = __builtin_shufflevector(centre, centre, 0, 0, 1, 2, 3, 4, 5, 6);
+            auto above = __builtin_shufflevector(centre, centre, 1, 2, 3, 4, 5, 6, 7, 7);
+            below[0] = value.one(zm + y);
+            above[7] = value.one(zp + y);
+            const Floats link = load(a.y + slot), link_above = load(a.z + slot);
+            Floats link_below = __builtin_shufflevector(link_above, link_above, 0, 0, 1, 2, 3, 4, 5, 6);
+            link_below[0] = a.z[zm + y];
+            const Row<T> after = as<T>(next);
+            row(slot, own,
+                as<T>(load(a.extra + slot)) * own +
+                    ((pull(load(a.x + xm + y), own, as<T>(value.row(xm + y))) +
+                      pull(load(a.x + slot), own, as<T>(value.row(xp + y)))) +
+                     (pull(link_before, own, before) + pull(link, own, after)) +
+                     (pull(link_below, own, as<T>(below)) + pull(link_above, own, as<T>(above)))));
+            before = own;
+            own = after;
+            centre = next;
+            link_before = link;
         }
+    }
 }
 
 /// The values of an array, for over_rows().
