@@ -1,5 +1,6 @@
 #include "vdbcloud/scatter/beam.h"
 
+#include "vdbcloud/core/release.h"
 #include "vdbcloud/scatter/active_slots.h"
 #include "vdbcloud/scatter/exposed_beam.h"
 #include "vdbcloud/scatter/free_flux.h"
@@ -258,8 +259,8 @@ std::vector<float> mean_fluence(const P1Operator& p1, const BeamDepths& depths, 
     const FreeFlux free(p1, depths.light);
     const ExposedBeam at_exposed(p1, depths, extinction);
     std::vector<double> taken(blocks.slots(), 0.0), lower(blocks.slots(), 0.0);
-    std::vector<double> brightest(blocks.slots(), 0.0);  // T' among a cell's faces
-    const auto note = [&](size_t slot, double t) { brightest[slot] = std::max(brightest[slot], t); };
+    std::vector<float> brightest(blocks.slots(), 0.0f);  // T' among a cell's faces
+    const auto note = [&](size_t slot, double t) { brightest[slot] = std::max(brightest[slot], float(t)); };
     for (int a = 0; a < 3; ++a) {
         each_active(blocks, [&](size_t slot) {
             const double t = std::exp(-extinction * double(depths.lower[a][slot]));
@@ -284,12 +285,12 @@ std::vector<float> mean_fluence(const P1Operator& p1, const BeamDepths& depths, 
             if (blocks.active(above)) note(slot, std::exp(-extinction * double(depths.lower[a][above])));
         });
     }
-    P1Source point(p1);
-    add_source_inside(p1, depths.light, {{&point, 1.0}});
+    release(lower);
+    const size_t of_lamp = slot_of_source(p1.index(), depths.light);
     std::vector<float> fluence(blocks.slots(), 0.0f);
     each_active(blocks, [&](size_t slot) {
         const ScaledCell scaling = p1.scaling(slot);
-        const double inside = point.rhs[slot] != 0 ? point.rhs[slot] / scaling.albedo : 0.0;
+        const double inside = slot == of_lamp ? depths.light->source()->power / (p1.hbar() * p1.hbar()) : 0.0;
         const double rate = scaling.extinction * p1.sigma_t(slot) * p1.hbar();
         const double mean = std::max(taken[slot] + inside, 0.0) / rate;
         // Density is trilinear, so a thin voxel beside a dense voxel removes power at more than its own collision rate.

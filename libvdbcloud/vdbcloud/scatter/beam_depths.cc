@@ -154,6 +154,7 @@ void depths_by_lattice(const VoxelIndex& index, const std::vector<ExposedVoxel>&
     }
     auto found = lattice_depths(density, to_light, sets, rays_per_voxel, progress, products);
     const auto take = [&](size_t set) {
+        found[set].reserve(blocks.slots());  // resize alone would take twice as much
         found[set].resize(blocks.slots(), 0.0f);
         return std::move(found[set]);
     };

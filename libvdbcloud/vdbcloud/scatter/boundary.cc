@@ -252,7 +252,10 @@ std::vector<ExposedVoxel> exposed_voxels(const VoxelIndex& index, const std::vec
             found[b].push_back(voxel);
         }
     });
+    size_t count = 0;
+    for (const auto& part : found) count += part.size();
     std::vector<ExposedVoxel> all;
+    all.reserve(count);
     for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
     return all;
 }

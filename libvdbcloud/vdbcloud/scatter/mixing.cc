@@ -68,6 +68,12 @@ std::vector<double> Mixing::coefficients() const
     return c;
 }
 
+void Mixing::forget()
+{
+    f_ = g_ = {};
+    df_ = dg_ = {};
+}
+
 void Mixing::before(const Arrays& x) { x_.assign(x.begin(), x.begin() + long(arrays_)); }
 
 double Mixing::change(const Arrays& g) const

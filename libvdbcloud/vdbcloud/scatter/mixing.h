@@ -24,6 +24,8 @@ public:
 
     Mixing(size_t length, size_t arrays, int depth);
 
+    /// Frees the history. What after() returns does not depend on it.
+    void forget();
     /// Stores x. Call before G is applied to x.
     void before(const Arrays& x);
     /// The residual that after() would return.

@@ -1,5 +1,6 @@
 #include "vdbcloud/scatter/multiple_scattering.h"
 
+#include "vdbcloud/core/release.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/emission.h"
 #include "vdbcloud/grid/metadata.h"
@@ -34,8 +35,8 @@ Scattering::Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Ve
         if (tint) tint_[c] = index_.gather(*tint, c);
         if (emission) emission_[c] = index_.gather(*emission, c);
     }
-    if (tint && tint_[0] == tint_[1] && tint_[0] == tint_[2]) tint_[1] = tint_[2] = {};
-    if (emission && emission_[0] == emission_[1] && emission_[0] == emission_[2]) emission_[1] = emission_[2] = {};
+    if (tint && tint_[0] == tint_[1] && tint_[0] == tint_[2]) release(tint_[1], tint_[2]);
+    if (emission && emission_[0] == emission_[1] && emission_[0] == emission_[2]) release(emission_[1], emission_[2]);
     if (tint) clamp_tint();
     report.voxels = index_.blocks().active_count();
     report.blocks = index_.blocks().count();

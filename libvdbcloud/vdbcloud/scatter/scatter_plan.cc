@@ -116,8 +116,34 @@ struct Counts {
 /// Rounds that the limiter takes to its change.
 constexpr double expected_rounds = 22;
 
-/// Rays between a block's outer faces and where they come from, for each direction of a sweep [bytes a voxel].
-constexpr double by_direction = 1.07;
+/// What sweeps keep of geometry for each direction [bytes].
+constexpr double by_direction = 75e3;
+
+/// What passes between blocks in a sweep [bytes a voxel of the blocks].
+double aprons(double directions) { return 3.7 * std::clamp(std::ceil(directions / 8), 1.0, 8.0); }
+
+/// Memory of sweeps, where it is most: in P1's solve before them, in a sweep, or in the balance of cells after it
+/// [bytes a voxel of the blocks].
+double bytes_of_sweeps(const Counts& n, const ScatterOptions& o, double g)
+{
+    const double depth = g == 0 ? 8 : 5, pairs = std::clamp(double(o.closure.iterations) - 3, 0.0, depth);
+    const double history = double(mixing_bytes(1, g)) * (2 * pairs + 3) / (2 * depth + 3);
+    // Matrix and hierarchy, density, extinction, the limit of diffusion, exposed faces.
+    const double further = g == 0 ? 27 : 45;  // of a matrix that takes the hierarchy of another
+    const double common = 16 + 28 + 12 + 6 + further * (n.matrices - 1);
+    // Of each channel: uncollided light; P1's source with its fluxes, which channels that share their beams share, and
+    // the fluence from which sweeps start.
+    const double uncollided = 4 * n.terms + (g == 0 ? 0 : 4 * n.beams);
+    const double start = uncollided + 4 * std::max(n.terms, g == 0 ? 1.0 : 4.0) + 19 + (g == 0 ? 0 : 24);
+    const double before = common + n.together * start + (g == 0 ? 24 + 12 : 68);
+    // In a sweep moments, a right side, the last excess, fluxes of exposed faces; two moments that no other step takes
+    // lie in fields of the solver.
+    const double channel = uncollided + 4 * n.moments + 12 + history, lent = o.closure.degree == 1 ? 8 : 0;
+    const double swept = n.together * (4 * n.terms + aprons(n.directions)), balanced = 20;
+    const double during = common + n.together * channel + std::max(swept, balanced) - lent;
+    const double kept = 4 + (n.terms > 1 ? 4 * (n.moments + 3) : 0);  // of a channel that is solved
+    return std::max(before, during) + kept * (n.solves - n.together);
+}
 
 /// Memory of the arrays [bytes a voxel of the blocks].
 double bytes_a_voxel(const Counts& n, const ScatterOptions& o, double g)
@@ -128,18 +154,9 @@ double bytes_a_voxel(const Counts& n, const ScatterOptions& o, double g)
     // The hierarchy is freed before the flux of the last channel.
     double peak = matrix + source * n.at_once + kept * (n.solves - 1) + (n.at_once > 1 ? 28 : 8);
     if (n.sweeps) {
-        const double depth = g == 0 ? 8 : 5, states = std::min(double(o.closure.iterations), depth);
-        const double history = double(mixing_bytes(1, g)) * (2 * states + 3) / (2 * depth + 3);
-        const double closure = 4 * (2 * n.terms + n.beams + n.moments + 2) + history;
-        // Of each channel that is swept: a source with its fluxes, and a copy of its right side; fluence, excess,
-        // aprons.
-        // Channels that share their beams share the fluxes.
-        const double channel = (g == 0 ? 16 : 40) + closure + 16 + by_direction * n.directions;
-        const double further = g == 0 ? 27 : 45;  // of a matrix that takes the hierarchy of another
-        peak = 16 + 45 + (g == 0 ? 24 : 0) + further * (n.matrices - 1) + n.together * channel +
-               4 * n.moments * (n.solves - n.together) + (n.solves > n.together ? 52 : 0);
+        peak = bytes_of_sweeps(n, o, g);
     } else if (o.flux_map || n.ground_cells > 0) {
-        peak += 126 + by_direction * n.directions;  // a sweep of degree 1
+        peak += 72 + aprons(n.directions);  // a sweep of degree 1
     } else if (o.limiter) {
         peak += matrix + 28 + source;  // of the limited medium, beside the first
     }
@@ -243,9 +260,11 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
     }
     plan.grid_bytes = size.memory(4) * floats + size.memory(12) * (vectors + fluxes);
     plan.grid_bytes += ground_size.memory(12);
-    plan.bytes = plan.voxels * bytes_a_voxel(n, o, medium.phase.mean_cosine()) + leaves * 4 * 729 * 1.2;
+    plan.bytes = plan.voxels * bytes_a_voxel(n, o, medium.phase.mean_cosine()) + by_direction * n.directions +
+                 (n.sweeps ? 0 : leaves * 4 * 729 * 1.2);
     // The grids are made when matrix and sweeps are gone.
-    const double solutions = 4 * n.solves * (n.anisotropic ? 4.0 : 1.0) + (n.sweeps ? 4 * n.moments * n.solves : 0);
+    const double solutions =
+        4 * n.solves * (n.anisotropic ? 4.0 : 1.0) + (n.sweeps && n.terms > 1 ? 4 * n.moments * n.solves : 0);
     plan.bytes = std::max(plan.bytes, plan.voxels * (solutions + 8) + plan.grid_bytes);
     if (!count) return plan;
 

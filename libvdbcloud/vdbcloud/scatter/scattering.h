@@ -176,7 +176,8 @@ private:
     struct ClosedMatrix {
         std::shared_ptr<const Closing> closing;
         P1Operator p1;
-        Multigrid multigrid;
+        const ClosedMatrix* like;            // takes its hierarchy; null: none
+        std::optional<Multigrid> multigrid;  // from the first solve on
     };
     /// A channel whose light sweeps close.
     struct ClosedChannel {
@@ -196,6 +197,7 @@ private:
     void solve_closed(const std::vector<const ChannelGroup*>&, int& done, int count, const Progress& progress);
     /// `others`: those before. A channel that absorbs more than one of them takes the hierarchy of that one.
     ClosedMatrix closed_matrix(const ChannelGroup&, const std::vector<std::unique_ptr<ClosedMatrix>>& others);
+    Multigrid& hierarchy(ClosedMatrix&);
     /// P1's solution of a channel, and all that sweeps start from. `others`: channels that may have the same extinction
     /// and light that looks alike.
     std::unique_ptr<ClosedChannel> open(ClosedMatrix&, int c, SolveOptions,

@@ -35,9 +35,18 @@ Scattering::ClosedMatrix Scattering::closed_matrix(const ChannelGroup& group,
         return other->closing == closes && other->p1.uniform_albedo() && p1.uniform_albedo() &&
                other->p1.medium().albedo >= medium.albedo;
     });
-    Multigrid multigrid = like == others.end() ? Multigrid(p1.stencil()) : Multigrid(p1.stencil(), (*like)->multigrid);
-    report_.levels = std::max(report_.levels, multigrid.levels());
-    return {closes, std::move(p1), std::move(multigrid)};
+    return {closes, std::move(p1), like == others.end() ? nullptr : like->get(), std::nullopt};
+}
+
+Multigrid& Scattering::hierarchy(ClosedMatrix& matrix)
+{
+    if (matrix.multigrid) return *matrix.multigrid;
+    if (matrix.like)
+        matrix.multigrid.emplace(matrix.p1.stencil(), *matrix.like->multigrid);
+    else
+        matrix.multigrid.emplace(matrix.p1.stencil());
+    report_.levels = std::max(report_.levels, matrix.multigrid->levels());
+    return *matrix.multigrid;
 }
 
 std::unique_ptr<Scattering::ClosedChannel> Scattering::open(ClosedMatrix& matrix, int c, SolveOptions options,
@@ -92,7 +101,7 @@ std::unique_ptr<Scattering::ClosedChannel> Scattering::open(ClosedMatrix& matrix
     Fields alike;
     for (const auto& other : light) alike.push_back(&other);
     report_.channel[c].solve =
-        solve(p1, o_.solver == P1Solver::Multigrid ? &matrix.multigrid : nullptr, source, phi, options, alike);
+        solve(p1, o_.solver == P1Solver::Multigrid ? &hierarchy(matrix) : nullptr, source, phi, options, alike);
     light.clear();
     // At g = 0.85 P1's flux is far too long where light enters. From half of it one sweep leaves half the error
     // that the whole leaves, without a limit that two lights would not share. The fixed point does not depend on
@@ -120,8 +129,9 @@ void Scattering::conclude(ClosedChannel& channel, int c, bool follows, ClosureRe
     count_sweeps(closure, report.closure.iterations, follows);
     note_work("closure_voxel", report.closure.iterations);
     finish(channel.fine, *channel.base, c, channel.phi, nullptr, &channel.planes, report);
+    if (scaling().last_degree() == 0) return;  // pictures take phi alone
     const int kept = std::min(o_.closure.degree, std::max(o_.keep_moments, 1));
-    auto moments = closure.moments();
+    auto moments = channel.closure->take_moments();
     if (const EmittedLight* light = emitted(c))
         for (size_t k = 0; k < std::min(moments.size(), light->moments.size()); ++k)
             for (size_t slot = 0; slot < moments[k].size(); ++slot) moments[k][slot] += light->moments[k][slot];
@@ -141,23 +151,21 @@ void Scattering::solve_closed(const std::vector<const ChannelGroup*>& groups, in
     const auto part = [&](double f) { return !progress || progress((done + f * double(solves.size())) / count); };
     SolveOptions options = o_.solve;
     size_t bytes = 0;
+    const size_t slots = index_.blocks().slots();
     for (const ChannelGroup* group : groups) {
         ClosedMatrix& matrix = *matrices.emplace_back(std::make_unique<ClosedMatrix>(closed_matrix(*group, matrices)));
-        if (matrices.size() > 1) bytes += matrix.p1.stencil().bytes();
-        bytes += matrix.multigrid.bytes();
         for (const ChannelGroup::Solve& solve : group->solves) {
             const auto opened = double(channels.size()), all = double(solves.size());
             options.progress = [&](double f) { return part(0.3 * (opened + f) / all); };
             channels.push_back(open(matrix, solve.channel, options, channels));
             ClosedChannel& channel = *channels.back();
-            swept.push_back({&*channel.closure, &matrix.multigrid, &*channel.base, &channel.phi, &channel.planes});
-            // Besides: the source with its fluxes and a copy of its right side, fluence, the solver's vectors, fluxes
-            // of SecondMoment::close().
-            const size_t fluxes = channel.base->shared_through && channels.size() > 1 ? 0 : 24;
-            bytes += channel.closure->bytes() + (16 + fluxes + 16) * index_.blocks().slots();
-            note_bytes(channel.fine, 0, bytes + (12 + 8) * index_.blocks().slots());
+            swept.push_back({&*channel.closure, &hierarchy(matrix), &*channel.base, &channel.phi, &channel.planes});
+            bytes += channel.closure->bytes() + 12 * slots;  // and the source's right side, and the last excess
         }
+        bytes += matrix.multigrid->bytes() + (matrices.size() > 1 ? matrix.p1.stencil().bytes() : 0);
     }
+    // Besides, of the channel that is solved: right side and excess, swept fluence, the solver's direction.
+    note_bytes(channels[0]->fine, 0, bytes + (16 + 8 + 4) * slots);
     options.progress = [&](double f) { return part(0.3 + 0.7 * f); };
     auto reports = SecondMoment::run(swept, options);
     matrices.clear();  // what follows needs their memory

@@ -35,6 +35,7 @@ void Scattering::add_beams(const P1Operator& p1, const std::vector<std::pair<P1S
             if (light->common_direction() && o_.line_rays) beam->lines = medium->lines(light);
             note_work("beam_voxel", 1);
             report_.work.add("lattice_product", double(products));
+            if (l + 1 == beams_.size()) medium.reset();  // what follows needs its memory
         }
         add_boxed_depths(p1, beam->depths);
         note_bytes(p1, sources.size(), 20 * index_.blocks().slots());

@@ -2,6 +2,7 @@
 
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/release.h"
 #include "vdbcloud/scatter/active_slots.h"
 #include "vdbcloud/scatter/first_scattering.h"
 #include "vdbcloud/scatter/mixing.h"
@@ -87,25 +88,15 @@ SecondMoment::SecondMoment(const P1Operator& p1, const ClosureOptions& options, 
     }
     const Blocks& blocks = p1.blocks();
     for (const ExposedVoxel& voxel : p1.exposed()) faces_ += size_t(__builtin_popcount(voxel.faces));
-    SweptMedium medium;
-    medium.sigma.assign(blocks.slots(), 0.0f);
-    each_active(blocks,
-                [&](size_t slot) { medium.sigma[slot] = float(p1.scaling(slot).extinction * p1.sigma_t(slot)); });
-    owns_medium_ = !like || like->medium_->sigma != medium.sigma;
-    if (owns_medium_) {
-        medium.thickest = medium.sigma;
-        each_active(blocks, [&](size_t slot) {
-            for (int face = 0; face < 6; ++face)
-                if (const size_t to = beside(blocks, slot, face); blocks.active(to))
-                    medium.thickest[slot] = std::max(medium.thickest[slot], medium.sigma[to] / 8);
-        });
-        medium_ = std::make_shared<SweptMedium>(std::move(medium));
-    } else {
-        medium_ = like->medium_;
-    }
-    source_.assign(size_t(terms_), std::vector<float>(blocks.slots(), 0.0f));
-    uncollided_ = source_;
-    swept_.moments.assign(size_t(set_.moment_terms), std::vector<float>(blocks.slots(), 0.0f));
+    std::vector<float> sigma(blocks.slots(), 0.0f);
+    each_active(blocks, [&](size_t slot) { sigma[slot] = float(p1.scaling(slot).extinction * p1.sigma_t(slot)); });
+    owns_sigma_ = !like || *like->sigma_ != sigma;
+    sigma_ = owns_sigma_ ? std::make_shared<const std::vector<float>>(std::move(sigma)) : like->sigma_;
+    source_.resize(size_t(terms_));
+    uncollided_.assign(size_t(terms_), std::vector<float>(blocks.slots(), 0.0f));
+    swept_.moments.resize(size_t(set_.moment_terms));
+    for (size_t k = 0; k < std::max(size_t(terms_), mixed_arrays(p1.mean_cosine())); ++k)
+        swept_.moments[k].assign(blocks.slots(), 0.0f);  // the sweep makes the others
 }
 
 void SecondMoment::add_beam_moments(const Light& light, const std::vector<float>& fluence, double strength,
@@ -181,7 +172,7 @@ void SecondMoment::add_emission(const std::vector<float>& emission, double facto
 {
     emission_.resize(1, std::vector<float>(p1_.blocks().slots(), 0.0f));
     each_active(p1_.blocks(), [&](size_t slot) {
-        emission_[0][slot] += float(factor * emission[slot] * std::sqrt(4 * pi) / medium_->sigma[slot]);
+        emission_[0][slot] += float(factor * emission[slot] * std::sqrt(4 * pi) / (*sigma_)[slot]);
     });
 }
 
@@ -189,7 +180,7 @@ void SecondMoment::scatter_less(const std::vector<float>& light)
 {
     if (less_.empty()) less_.assign(p1_.blocks().slots(), 0.0f);
     each_active(p1_.blocks(),
-                [&](size_t slot) { less_[slot] += float(light[slot] * std::sqrt(4 * pi) / medium_->sigma[slot]); });
+                [&](size_t slot) { less_[slot] += float(light[slot] * std::sqrt(4 * pi) / (*sigma_)[slot]); });
 }
 
 void SecondMoment::take_phi(const std::vector<double>& phi)
@@ -197,18 +188,20 @@ void SecondMoment::take_phi(const std::vector<double>& phi)
     each_active(p1_.blocks(), [&](size_t slot) { swept_.moments[0][slot] = float(phi[slot] / std::sqrt(4 * pi)); });
 }
 
-/// phi = phi_L + `excess`.
-void SecondMoment::take_excess(const std::vector<double>& excess, std::vector<double>& phi)
-{
-    each_active(p1_.blocks(), [&](size_t slot) { phi[slot] = fluence(slot) + excess[slot]; });
-    take_phi(phi);
-}
+double SecondMoment::fluence_of(float moment) { return std::sqrt(4 * pi) * double(moment); }
 
-double SecondMoment::fluence(size_t slot) const { return std::sqrt(4 * pi) * double(swept_.moments[0][slot]); }
+/// The next moment of degree 0: that of phi_L, `swept`, and the excess of phi over phi_L.
+void SecondMoment::take_excess(const std::vector<float>& swept, const std::vector<double>& excess)
+{
+    each_active(p1_.blocks(), [&](size_t slot) {
+        swept_.moments[0][slot] = float((fluence_of(swept[slot]) + excess[slot]) / std::sqrt(4 * pi));
+    });
+}
 
 void SecondMoment::build_source()
 {
     const std::vector<double>& scattered = p1_.delta().moments;
+    for (int k = 0; k < terms_; ++k) source_[size_t(k)].resize(p1_.blocks().slots());
     each_active(p1_.blocks(), [&](size_t slot) {
         const double albedo = p1_.scaling(slot).albedo;
         for (int l = 0, k = 0; k < terms_; ++l)
@@ -220,11 +213,23 @@ void SecondMoment::build_source()
     });
 }
 
+/// Frees what build_source() makes.
+void SecondMoment::drop_source()
+{
+    for (int k = 0; k < terms_; ++k) release(source_[size_t(k)]);
+}
+
+/// Frees what neither the next source nor the result takes.
+void SecondMoment::drop_moments()
+{
+    for (size_t k = size_t(harmonic_count(o_.degree)); k < swept_.moments.size(); ++k) release(swept_.moments[k]);
+}
+
 size_t SecondMoment::bytes() const
 {
     const size_t slots = p1_.blocks().slots();
     return 4 * slots *
-               (size_t(2 * terms_) + suns_.size() + size_t(set_.moment_terms) + (owns_medium_ ? 2 : 0) +
+               (size_t(2 * terms_) + suns_.size() + size_t(set_.moment_terms) + (owns_sigma_ ? 1 : 0) +
                 (less_.empty() ? 0 : 1) + (emission_.empty() ? 0 : 1 + size_t(set_.moment_terms))) +
            mixing_bytes(slots, p1_.mean_cosine()) + faces_ * (sizeof(SweepFace) + sizeof(FaceTally));
 }

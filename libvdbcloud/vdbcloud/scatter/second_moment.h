@@ -133,10 +133,11 @@ public:
     /// Adds `factor` times P1's flux, as moments of degree 1, to the collided light from which the first sweep starts.
     void start_with_flux(const std::array<std::vector<float>, 3>& flux, double factor = 1);
 
-    /// Iterates. `source` is P1's source (beams, sky, emission) on entry, and has what budget() takes on return. phi is
-    /// the start on entry and the result on return. ClosureReport::solves tell of the solve for phi - phi_L, to
-    /// tolerance_between() of that difference. `planes`, if given, is the last sweep's light through the planes of
-    /// the box about the voxels, as PlaneLight::by_cell requests.
+    /// Iterates. `source` is P1's source (beams, sky, emission) on entry, and has what budget() takes on return,
+    /// without right side and additive fluxes. phi is the start on entry and the result on return.
+    /// ClosureReport::solves tell of the solve for phi - phi_L, to tolerance_between() of that difference. `planes`, if
+    /// given, is the last sweep's light through the planes of the box about the voxels, as PlaneLight::by_cell
+    /// requests.
     ClosureReport run(Multigrid&, const SolveOptions&, P1Source& source, std::vector<double>& phi,
                       PlaneLight* planes = nullptr);
     /// run() for several channels, iteration by iteration: those that share extinction are swept together, and solves
@@ -154,11 +155,13 @@ public:
     void sweep_planes(const std::vector<double>& phi, PlaneLight* planes);
 
     /// Moments of collided light in real spherical harmonics about the index axes (harmonics.h): degree 0 is phi /
-    /// sqrt(4 pi), higher degrees are the last sweep's. harmonic_count(max(degree, 2)) arrays.
+    /// sqrt(4 pi), higher degrees are the last sweep's. harmonic_count(degree) arrays, and others that are empty.
     const std::vector<std::vector<float>>& moments() const { return swept_.moments; }
+    /// Gives the moments away.
+    std::vector<std::vector<float>> take_moments() { return std::move(swept_.moments); }
     const Ordinates& set() const { return ordinates_; }
     /// Whether this and another channel share the arrays of their extinction.
-    bool shares_extinction(const SecondMoment& other) const { return medium_ == other.medium_; }
+    bool shares_extinction(const SecondMoment& other) const { return sigma_ == other.sigma_; }
     /// Arrays of a shared extinction are those of the channel that was given as `like`.
     size_t bytes() const;
 
@@ -166,17 +169,23 @@ private:
     class Swept;
     class Run;
     void take_phi(const std::vector<double>& phi);
-    void take_excess(const std::vector<double>& excess, std::vector<double>& phi);
-    double fluence(size_t slot) const;
-    double weight_between(int axis, size_t below, size_t slot) const;
+    static double fluence_of(float moment);
+    void take_excess(const std::vector<float>& swept, const std::vector<double>& excess);
     void build_source();
+    void drop_source();
+    void drop_moments();
+    std::vector<float> thickest() const;
+    template<typename F>
+    void each_face(const F& f) const;
+    std::vector<double> take_replaced(P1Source& source) const;
     struct Sweep;
     static void run_together(const std::vector<Sweep>&, bool emission);
     static void sweep_emission(const std::vector<Channel>&);
     static void sweep(const std::vector<Sweep>&);
     void add_glow(const Sweep&) const;
-    void close(P1Source& source) const;
-    void close_face(const Swept&, P1Source& source, size_t exposed, int face, const FaceTally& tally) const;
+    void close(P1Source& source, const std::vector<double>& outflow) const;
+    void close_face(const Swept&, P1Source& source, size_t exposed, int face, const FaceTally& tally,
+                    double additive_outflow) const;
     std::vector<float>& first_scattered(const Vec3d& along);
     void add_beam_moments(const Light& light, const std::vector<float>& fluence, double strength,
                           std::vector<std::vector<float>>& moments) const;
@@ -188,13 +197,10 @@ private:
     std::unique_ptr<TransportSweep> own_;
     TransportSweep& transport_;
     SweepSet set_;
-    int terms_;  // harmonics of the source: up to the last nonzero scaled moment
-    struct SweptMedium {
-        std::vector<float> sigma, thickest;  // sigma_t', and the largest of a voxel's and an eighth of its neighbours'
-    };
-    std::shared_ptr<const SweptMedium> medium_;
-    bool owns_medium_ = true;
-    std::vector<std::vector<float>> uncollided_, source_;
+    int terms_;                                        // harmonics of the source: up to the last nonzero scaled moment
+    std::shared_ptr<const std::vector<float>> sigma_;  // sigma_t'
+    bool owns_sigma_ = true;
+    std::vector<std::vector<float>> uncollided_, source_;  // terms of harmonics are empty between sweeps
     std::vector<Vec3d> suns_;  // the ways of suns' light, along the index axes: a term of the source for each
     std::vector<float> less_;  // of the source; empty: nothing
     std::vector<std::vector<float>> emission_;  // j / sigma_t' by Y_00: one array, or none

@@ -1,5 +1,6 @@
 // The balance of each cell from what a sweep has gathered: the source of phi - phi_L.
 #include "vdbcloud/core/constants.h"
+#include "vdbcloud/core/release.h"
 #include "vdbcloud/scatter/active_slots.h"
 #include "vdbcloud/scatter/block_rows.h"
 #include "vdbcloud/scatter/second_moment.h"
@@ -30,9 +31,65 @@ struct FaceLaw {
     double inverse_length, inverse_area, gradient_share;  // the share of a conductance that a gradient of t has
     double half_length;
     const float *conductance, *thickest;
-    const double *beam, *shared_beam;  // null: none
-    double shared_scale;               // of `shared_beam`
 };
+
+/// diffusive() of the lower faces of a row. A thin voxel beside a far thicker one counts for an eighth of that: its
+/// light comes from there, with the errors it has there. (Without that pores in thick matter converge slowly.)
+template<int axis>
+VDBCLOUD_INLINE Doubles weights(const BlockRows& rows, const float* thickest, double half_length, int x, int y)
+{
+    const Doubles thickness =
+        as<double>(rows.at<axis, -1>(thickest, x, y) + rows.at<axis, 0>(thickest, x, y)) * all(half_length);
+    const Doubles square = thickness * thickness;
+    return square / (all(0.25) + square);
+}
+
+/// The largest of a voxel's value and an eighth of its neighbours' values.
+VDBCLOUD_CLONES void find_thickest(const BlockRows& rows, const float* sigma, float* to)
+{
+    const auto larger = [](const Floats& a, const Floats& b) { return a < b ? b : a; };
+    for (int x = 0; x < 8; ++x)
+        for (int y = 0; y < 8; ++y) {
+            const Floats beside = larger(larger(larger(rows.at<0, -1>(sigma, x, y), rows.at<0, 1>(sigma, x, y)),
+                                                larger(rows.at<1, -1>(sigma, x, y), rows.at<1, 1>(sigma, x, y))),
+                                         larger(rows.at<2, -1>(sigma, x, y), rows.at<2, 1>(sigma, x, y)));
+            const Floats own = rows.at<0, 0>(sigma, x, y);
+            store(to + rows.slot(x, y), lanes_of(rows.active<0, 0>(x, y)) ? larger(own, beside * all(0.125f)) : own);
+        }
+}
+
+/// Additive fluxes through the lower faces of an axis.
+struct Additive {
+    const double *own, *shared;  // null: none
+    double scale;                // of `shared`
+};
+
+/// The part of the additive fluxes that sweeps replace: less where diffusion has its share.
+template<int axis>
+VDBCLOUD_INLINE void replaced(const BlockRows& rows, const Additive& of, const float* thickest, double half_length,
+                              double* to)
+{
+    for (int x = 0; x < 8; ++x)
+        for (int y = 0; y < 8; ++y) {
+            const size_t slot = rows.slot(x, y);
+            Doubles flux{};
+            if (of.own) flux += load(of.own + slot);
+            if (of.shared) flux += all(of.scale) * load(of.shared + slot);
+            const Doubles inner =
+                as<double>(lanes_of(rows.active<axis, 0>(x, y) & rows.active<axis, -1>(x, y)) ? all(1.0f) : all(0.0f));
+            store(to + slot, inner * (flux - weights<axis>(rows, thickest, half_length, x, y) * flux));
+        }
+}
+
+VDBCLOUD_CLONES void replaced(int axis, const BlockRows& rows, const Additive& of, const float* thickest,
+                              double half_length, double* to)
+{
+    switch (axis) {
+    case 0: return replaced<0>(rows, of, thickest, half_length, to);
+    case 1: return replaced<1>(rows, of, thickest, half_length, to);
+    default: return replaced<2>(rows, of, thickest, half_length, to);
+    }
+}
 
 /// t_aa, t_ab = int (s_a s_b - delta_ab / 3) L, of a row.
 template<int axis, int d>
@@ -65,7 +122,7 @@ VDBCLOUD_INLINE void cross_gradients(const Moments& m, const BlockRows& rows, co
                                             gradient<c>(m.mixed[3 - axis - c], rows, x, y, inverse[c]));
 }
 
-/// Flux through the lower faces of one block, without the beam's part; 0 where a face is not between two voxels.
+/// Flux through the lower faces of one block; 0 where a face is not between two voxels.
 template<int axis>
 VDBCLOUD_INLINE void lower_fluxes(const Moments& m, const FaceLaw& law, const BlockRows& rows, const float* cross,
                                   float* lower)
@@ -92,19 +149,15 @@ VDBCLOUD_INLINE void lower_fluxes(const Moments& m, const FaceLaw& law, const Bl
                 as<double>(rows.at<axis, -2>(current, x, y)) + as<double>(rows.at<axis, 1>(current, x, y));
             const auto four = lanes_of(rows.active<axis, -2>(x, y) & rows.active<axis, 1>(x, y));
             const Doubles outer = as<double>(four ? all(1.0f) : all(0.0f));
-            Doubles own = all(of_current / 2) * (two + outer * (two - next) * all(0.125));
-            if (law.beam) own -= load(law.beam + slot);
-            if (law.shared_beam) own -= all(law.shared_scale) * load(law.shared_beam + slot);
-            const Doubles thickness =
-                as<double>(rows.at<axis, -1>(law.thickest, x, y) + load(law.thickest + slot)) * all(law.half_length);
-            const Doubles square = thickness * thickness, weight = square / (all(0.25) + square);
+            const Doubles own = all(of_current / 2) * (two + outer * (two - next) * all(0.125)),
+                          weight = weights<axis>(rows, law.thickest, law.half_length, x, y);
             store(lower + slot, lanes_of(inner) ? as<float>(own + weight * (diffusion - own)) : all(0.0f));
         }
 }
 
 /// rhs += the fluxes into each voxel through the faces of an axis.
-template<int axis>
-VDBCLOUD_INLINE void add_fluxes(const BlockRows& rows, const float* lower, double area, double* rhs)
+template<int axis, typename T>
+VDBCLOUD_INLINE void add_fluxes(const BlockRows& rows, const T* lower, double area, double* rhs)
 {
     for (int x = 0; x < 8; ++x)
         for (int y = 0; y < 8; ++y) {
@@ -133,13 +186,24 @@ VDBCLOUD_CLONES void lower_fluxes(int axis, const Moments& m, const FaceLaw& law
     }
 }
 
-VDBCLOUD_CLONES void add_fluxes(int axis, const BlockRows& rows, const float* lower, double area, double* rhs)
+template<typename T>
+VDBCLOUD_INLINE void add_fluxes_of(int axis, const BlockRows& rows, const T* lower, double area, double* rhs)
 {
     switch (axis) {
     case 0: return add_fluxes<0>(rows, lower, area, rhs);
     case 1: return add_fluxes<1>(rows, lower, area, rhs);
     default: return add_fluxes<2>(rows, lower, area, rhs);
     }
+}
+
+VDBCLOUD_CLONES void add_fluxes(int axis, const BlockRows& rows, const float* lower, double area, double* rhs)
+{
+    add_fluxes_of(axis, rows, lower, area, rhs);
+}
+
+VDBCLOUD_CLONES void take_fluxes(int axis, const BlockRows& rows, const double* lower, double area, double* rhs)
+{
+    add_fluxes_of(axis, rows, lower, -area, rhs);
 }
 
 template<typename F>
@@ -159,10 +223,13 @@ Moments moments_of(const std::vector<std::vector<float>>& moments)
 /// Fluence and second moment of swept light at one voxel.
 class SecondMoment::Swept {
 public:
-    Swept(const P1Operator& p1, const Moments& moments)
-        : blocks_(p1.blocks()), spacing_(p1.index().spacing()), m_(moments)
+    Swept(const P1Operator& p1, const Moments& moments, const std::vector<float>& thickest)
+        : blocks_(p1.blocks()), spacing_(p1.index().spacing()), m_(moments), thickest_(thickest)
     {
     }
+
+    /// Weight of diffusion on an exposed face of a voxel.
+    double weight(int axis, size_t slot) const { return diffusive(double(thickest_[slot]) * spacing_[axis]); }
 
     double fluence(size_t slot) const { return of_fluence * double(m_.zero[slot]); }
 
@@ -194,40 +261,79 @@ private:
     const Blocks& blocks_;
     Vec3d spacing_;
     Moments m_;
+    const std::vector<float>& thickest_;
 };
 
-/// Weight of diffusion on a face between two voxels. A thin voxel beside a far thicker one counts for an eighth of
-/// that: its light comes from there, with the errors it has there. (Without that pores in thick matter converge
-/// slowly.)
-double SecondMoment::weight_between(int axis, size_t below, size_t slot) const
-{
-    return diffusive((double(medium_->thickest[below]) + medium_->thickest[slot]) / 2 * p1_.index().spacing()[axis]);
-}
-
-void SecondMoment::close_face(const Swept& swept, P1Source& source, size_t exposed, int face,
-                              const FaceTally& tally) const
+void SecondMoment::close_face(const Swept& swept, P1Source& source, size_t exposed, int face, const FaceTally& tally,
+                              double additive_outflow) const
 {
     const ExposedVoxel& voxel = p1_.exposed()[exposed];
     const int axis = face / 2, outward = face % 2 ? 1 : -1;
     const double h = p1_.index().spacing()[axis], area = p1_.face_area(axis), sky = source.sky_inflow[size_t(face)];
     const double g = p1_.conductance(voxel, face), fluence = swept.fluence(voxel.slot);
-    double& outflow = source.outflow[exposed][size_t(face)];
     const double normal = (tally.second - swept.diagonal(axis, voxel.slot)) / (h / 2);
     const double additive = -(normal + outward * swept.cross_gradient(axis, voxel.slot)) / p1_.sigma_tr(voxel.slot);
     const double correction = tally.current - p1_.face_weight(voxel, face) * (tally.fluence - sky) / 2;
     const double diffusion =
-        g * (fluence - sky) + outflow + p1_.boundary_flux(voxel, face, additive, correction) * area;
-    const double leaving = blend(weight_between(axis, voxel.slot, voxel.slot), diffusion, tally.current * area);
-    source.rhs[voxel.slot] -= leaving - outflow + g * sky;  // the source's own are in rhs
-    outflow = leaving - g * (fluence - sky);
+        g * (fluence - sky) + additive_outflow + p1_.boundary_flux(voxel, face, additive, correction) * area;
+    const double leaving = blend(swept.weight(axis, voxel.slot), diffusion, tally.current * area);
+    source.rhs[voxel.slot] -= leaving - additive_outflow;  // the source's own is in rhs
+    source.outflow[exposed][size_t(face)] = leaving - g * (fluence - sky);
 }
 
-/// Turns the source of phi into that of phi - phi_L, and completes source.outflow.
-void SecondMoment::close(P1Source& source) const
+/// sigma_t' as it weighs diffusion: see weights().
+std::vector<float> SecondMoment::thickest() const
+{
+    std::vector<float> values(p1_.blocks().slots(), 0.0f);
+    each_block(p1_.blocks(), [&](const BlockRows& rows) { find_thickest(rows, sigma_->data(), values.data()); });
+    return values;
+}
+
+/// Calls f(k, face) for each exposed face, in the order of the tallies.
+template<typename F>
+void SecondMoment::each_face(const F& f) const
+{
+    for (size_t k = 0; k < p1_.exposed().size(); ++k)
+        for (int face = 0; face < 6; ++face)
+            if (p1_.exposed()[k].faces >> face & 1) f(k, face);
+}
+
+/// Takes from the source's right side what sweeps replace: the inflow of the sky, and additive fluxes, which it frees.
+/// Returns the additive outflow of each exposed face.
+std::vector<double> SecondMoment::take_replaced(P1Source& source) const
+{
+    const Blocks& blocks = p1_.blocks();
+    const std::vector<float> thick = thickest();
+    std::vector<double> lower(blocks.slots(), 0.0);
+    for (int a = 0; a < 3; ++a) {
+        const std::vector<double>& own = source.through[size_t(a)];
+        const std::vector<double>* shared = source.shared_through ? &(*source.shared_through)[size_t(a)] : nullptr;
+        const Additive of{own.empty() ? nullptr : own.data(), !shared || shared->empty() ? nullptr : shared->data(),
+                          source.shared_scale};
+        if (!of.own && !of.shared) continue;
+        const double half = p1_.index().spacing()[a] / 2, area = p1_.face_area(a);
+        each_block(blocks, [&](const BlockRows& rows) { replaced(a, rows, of, thick.data(), half, lower.data()); });
+        each_block(blocks, [&](const BlockRows& rows) { take_fluxes(a, rows, lower.data(), area, source.rhs.data()); });
+        release(source.through[size_t(a)]);
+    }
+    source.shared_through = nullptr;
+    std::vector<double> outflow;
+    outflow.reserve(faces_);
+    each_face([&](size_t k, int face) {
+        const ExposedVoxel& voxel = p1_.exposed()[k];
+        source.rhs[voxel.slot] -= p1_.conductance(voxel, face) * source.sky_inflow[size_t(face)];
+        outflow.push_back(source.outflow[k][size_t(face)]);
+    });
+    return outflow;
+}
+
+/// Turns the source of phi, after take_replaced(), into that of phi - phi_L, and completes source.outflow.
+void SecondMoment::close(P1Source& source, const std::vector<double>& outflow) const
 {
     const Blocks& blocks = p1_.blocks();
     const Moments moments = moments_of(swept_.moments);
-    const Swept swept(p1_, moments);
+    const std::vector<float> thick = thickest();
+    const Swept swept(p1_, moments, thick);
     const P1Closure closure = p1_closure();
     const Vec3d& spacing = p1_.index().spacing();
     std::vector<float> cross(blocks.slots(), 0.0f), lower(blocks.slots(), 0.0f);
@@ -235,28 +341,24 @@ void SecondMoment::close(P1Source& source) const
     for (int b = 0; b < 3; ++b) inverse[b] = float(of_mixed / (2 * spacing[b]));
     for (int a = 0; a < 3; ++a) {
         const double h = spacing[a], area = p1_.face_area(a);
-        const std::vector<double>& beam = source.through[size_t(a)];
-        const std::vector<double>* shared = source.shared_through ? &(*source.shared_through)[size_t(a)] : nullptr;
         // A conductance is that of the matrix, 2 divergence gradient / (sigma_tr + sigma_tr) area / h.
         const FaceLaw law{1 / h,
                           1 / area,
                           h / (area * closure.divergence * closure.gradient),
                           h / 2,
                           p1_.stencil().face[size_t(a)].data(),
-                          medium_->thickest.data(),
-                          beam.empty() ? nullptr : beam.data(),
-                          !shared || shared->empty() ? nullptr : shared->data(),
-                          source.shared_scale};
+                          thick.data()};
         each_block(blocks, [&](const BlockRows& rows) { cross_gradients(a, moments, rows, inverse, cross.data()); });
         each_block(blocks,
                    [&](const BlockRows& rows) { lower_fluxes(a, moments, law, rows, cross.data(), lower.data()); });
         each_block(blocks, [&](const BlockRows& rows) { add_fluxes(a, rows, lower.data(), area, source.rhs.data()); });
     }
-    each_active(blocks, [&](size_t slot) { source.rhs[slot] -= p1_.sigma_a(slot) * p1_.hbar() * fluence(slot); });
+    each_active(blocks, [&](size_t slot) { source.rhs[slot] -= p1_.sigma_a(slot) * p1_.hbar() * swept.fluence(slot); });
     size_t n = 0;
-    for (size_t k = 0; k < p1_.exposed().size(); ++k)
-        for (int face = 0; face < 6; ++face)
-            if (p1_.exposed()[k].faces >> face & 1) close_face(swept, source, k, face, swept_.tally[n++]);
+    each_face([&](size_t k, int face) {
+        close_face(swept, source, k, face, swept_.tally[n], outflow[n]);
+        ++n;
+    });
 }
 
 }  // namespace vdbcloud

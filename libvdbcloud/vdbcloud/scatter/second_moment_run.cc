@@ -1,5 +1,6 @@
 // The iteration of sweeps and solves, for several channels at once.
 #include "vdbcloud/core/constants.h"
+#include "vdbcloud/core/release.h"
 #include "vdbcloud/scatter/active_slots.h"
 #include "vdbcloud/scatter/mixing.h"
 #include "vdbcloud/scatter/second_moment.h"
@@ -61,7 +62,7 @@ void SecondMoment::run_together(const std::vector<Sweep>& all, bool emission)
             channels.push_back({one.set, one.source, one.to, one.planes, one.ground});
             done[n] = 1;
         }
-        all[first].of->transport_.run(all[first].of->medium_->sigma, emission, channels);
+        all[first].of->transport_.run(*all[first].of->sigma_, emission, channels);
     }
 }
 
@@ -114,7 +115,10 @@ void SecondMoment::add_glow(const Sweep& sweep) const
 void SecondMoment::sweep(const std::vector<Sweep>& sweeps)
 {
     run_together(sweeps, false);
-    for (const Sweep& each : sweeps) each.of->add_glow(each);
+    for (const Sweep& each : sweeps) {
+        each.of->drop_source();
+        each.of->add_glow(each);
+    }
 }
 
 void SecondMoment::sweep_planes(const std::vector<double>& phi, PlaneLight* planes)
@@ -129,14 +133,17 @@ void SecondMoment::sweep_planes(const std::vector<double>& phi, PlaneLight* plan
 /// One channel's iteration.
 class SecondMoment::Run {
 public:
-    Run(const Channel& channel, const SolveOptions& options)
-        : of_(channel), my_(*channel.closure), options_(options), rhs_(channel.source->rhs),
-          outflow_(channel.source->outflow),
+    /// `followed`: other channels take part.
+    Run(const Channel& channel, const SolveOptions& options, bool followed)
+        : of_(channel), my_(*channel.closure), options_(options), followed_(followed),
           mixing_(my_.p1_.blocks().slots(), mixed_arrays(my_.p1_.mean_cosine()), mixing_depth(my_.p1_.mean_cosine()))
     {
         report_.directions = my_.ordinates_.count();
         my_.take_phi(*of_.phi);
-        of_phi_ = norm(rhs_);
+        of_phi_ = norm(of_.source->rhs);
+        outflow_ = my_.take_replaced(*of_.source);
+        rhs_.assign(of_.source->rhs.begin(), of_.source->rhs.end());
+        release(of_.source->rhs);
         options_.progress = {};
     }
 
@@ -146,8 +153,11 @@ public:
     Sweep before()
     {
         start_ = std::chrono::steady_clock::now();
+        release(*of_.phi);
+        if (is_last()) mixing_.forget();
         mixing_.before(my_.swept_.moments);
         my_.build_source();
+        lends_scratch_ = exchange_scratch();
         // Planes cost a few per cent of a sweep, so only a sweep that may be the last sums them.
         has_planes_ =
             of_.planes && (is_last() || (report_.iterations > 0 && report_.change.back() < 8 * my_.o_.change));
@@ -159,7 +169,10 @@ public:
     void after(double seconds, const std::vector<Run*>& before)
     {
         start_ = std::chrono::steady_clock::now();
-        close();
+        of_.source->rhs.assign(rhs_.begin(), rhs_.end());
+        my_.close(*of_.source, outflow_);
+        if (lends_scratch_) exchange_scratch();
+        my_.drop_moments();
         // The solver's tolerance is relative to the right side for phi - phi_L, which shrinks as sweeps converge.
         const double size = norm(of_.source->rhs);
         const auto tolerance_at = [&](double change) {
@@ -169,23 +182,29 @@ public:
         };
         SolveOptions solve = options_;
         solve.tolerance = tolerance_at(report_.change.empty() ? 1.0 : report_.change.back());
-        const std::vector<float> swept = my_.swept_.moments[0];
+        const std::vector<float> swept = my_.swept_.moments[0], closed(of_.source->rhs.begin(), of_.source->rhs.end());
+        std::vector<double> excess(excess_.begin(), excess_.end());
         changes_.clear();
-        report_.solves.push_back(solve_excess(solve, before));
+        report_.solves.push_back(solve_excess(solve, before, excess));
+        my_.take_excess(swept, excess);
         // Where the change falls steeply its own share is less than that of the change before, and no sweep follows.
         const double change = mixing_.change(my_.swept_.moments);
         if ((is_last() || change < my_.o_.change) && tolerance_at(change) < solve.tolerance / 2) {
             solve.tolerance = tolerance_at(change);
-            my_.swept_.moments[0] = swept;
-            close();
-            SolveResult again = solve_excess(solve, before);
+            of_.source->rhs.assign(closed.begin(), closed.end());
+            SolveResult again = solve_excess(solve, before, excess);
+            my_.take_excess(swept, excess);
             again.iterations += report_.solves.back().iterations;
             report_.solves.back() = std::move(again);
         }
+        release(of_.source->rhs);
         report_.change.push_back(mixing_.after(my_.swept_.moments));
         ++report_.iterations;
         report_.converged = report_.change.back() < my_.o_.change;
-        if (!ends()) mixing_.next(my_.swept_.moments);
+        if (ends())
+            put_phi(swept, excess);
+        else
+            mixing_.next(my_.swept_.moments);
         report_.seconds.push_back(seconds_ + seconds + seconds_since(start_));
     }
 
@@ -208,32 +227,49 @@ private:
     double norm(const std::vector<double>& v) const { return std::sqrt(dot(my_.p1_.blocks(), v.data(), v.data())); }
     /// The next solve of this iteration: from the last excess, and from what the solves of the channels before have
     /// changed.
-    SolveResult solve_excess(const SolveOptions& options, const std::vector<Run*>& before)
+    SolveResult solve_excess(const SolveOptions& options, const std::vector<Run*>& before, std::vector<double>& excess)
     {
         Fields alike;
         for (const Run* other : before)
             if (other->changes_.size() > changes_.size()) alike.push_back(&other->changes_[changes_.size()]);
-        std::vector<float>& change = changes_.emplace_back(my_.p1_.blocks().slots(), 0.0f);
-        if (!excess_.empty()) each_active(my_.p1_.blocks(), [&](size_t slot) { change[slot] = -float(excess_[slot]); });
-        SolveResult result = solve_p1(my_.p1_, *of_.multigrid, *of_.source, excess_, options, alike);
-        each_active(my_.p1_.blocks(), [&](size_t slot) { change[slot] += float(excess_[slot]); });
-        my_.take_excess(excess_, *of_.phi);
+        std::vector<float>* change = nullptr;
+        if (followed_) {
+            change = &changes_.emplace_back(my_.p1_.blocks().slots(), 0.0f);
+            for (size_t slot = 0; slot < excess.size(); ++slot) (*change)[slot] = -float(excess[slot]);
+        }
+        release(excess_);
+        SolveResult result = solve_p1(my_.p1_, *of_.multigrid, *of_.source, excess, options, alike);
+        if (change) each_active(my_.p1_.blocks(), [&](size_t slot) { (*change)[slot] += float(excess[slot]); });
+        excess_.assign(excess.begin(), excess.end());
         return result;
     }
-    void close()
+    /// Gives the solver's scratch fields to moments that are freed after close(), or back. False: not possible.
+    bool exchange_scratch()
     {
-        of_.source->rhs = rhs_;
-        of_.source->outflow = outflow_;
-        my_.close(*of_.source);
+        auto& moments = my_.swept_.moments;
+        std::vector<float>*last[2] = {&moments.back(), &moments[moments.size() - 2]},
+        *scratch[2] = {&of_.multigrid->scratch(0), &of_.multigrid->scratch(1)};
+        for (int n = 0; n < 2; ++n)
+            if (last[n]->empty() == scratch[n]->empty()) return false;
+        for (int n = 0; n < 2; ++n) last[n]->swap(*scratch[n]);
+        return true;
+    }
+    /// phi = phi_L + `excess`.
+    void put_phi(const std::vector<float>& swept, const std::vector<double>& excess)
+    {
+        of_.phi->assign(swept.size(), 0.0);
+        each_active(my_.p1_.blocks(), [&](size_t slot) { (*of_.phi)[slot] = fluence_of(swept[slot]) + excess[slot]; });
     }
 
     const Channel of_;
     SecondMoment& my_;
     SolveOptions options_;
-    const std::vector<double> rhs_;  // before the parts of a sweep
-    const std::vector<std::array<double, 6>> outflow_;
+    const bool followed_;
+    bool lends_scratch_ = false;
+    std::vector<float> rhs_;       // before the parts of a sweep: take_replaced()
+    std::vector<double> outflow_;  // the same
     double of_phi_ = 0, seconds_ = 0;
-    std::vector<double> excess_;
+    std::vector<float> excess_;                // from which the next solve starts
     std::vector<std::vector<float>> changes_;  // of the excess, by each solve of this iteration
     Mixing mixing_;
     bool has_planes_ = false;
@@ -247,7 +283,7 @@ std::vector<ClosureReport> SecondMoment::run(const std::vector<Channel>& channel
     std::vector<std::unique_ptr<Run>> runs;
     int iterations = 0;
     for (const Channel& channel : channels) {
-        runs.push_back(std::make_unique<Run>(channel, options));
+        runs.push_back(std::make_unique<Run>(channel, options, channels.size() > 1));
         iterations = std::max(iterations, channel.closure->o_.iterations);
     }
     for (int k = 0; k < iterations; ++k) {

@@ -1,5 +1,6 @@
 #include "vdbcloud/sweep/aprons.h"
 
+#include "vdbcloud/core/release.h"
 #include "vdbcloud/sweep/patch_light.h"
 
 #include <algorithm>
@@ -43,24 +44,33 @@ void Aprons::clear_cache(size_t directions, int width)
     width_ = size_t(width);
 }
 
-void Aprons::set_channels(int channels)
+void Aprons::set_channels(int channels, size_t places)
 {
     channels_ = size_t(channels);
-    const size_t size = blocks_.count() * width_ * channels_;
-    if (downstream_.size() != size) downstream_ = {};  // without a copy
-    downstream_.resize(size);
+    downstream_.resize(places * width_ * channels_);
 }
 
-void Aprons::start(const std::array<int, 3>& sign, const std::vector<const PatchLight*>& below)
+void Aprons::start(const std::array<int, 3>& sign, const std::vector<int32_t>& place,
+                   const std::vector<const PatchLight*>& below)
 {
     below_ = below;
+    place_ = &place;
     outer_of_.resize(blocks_.count());
+    const std::array<int, 3> back{-sign[0], -sign[1], -sign[2]};
     int32_t count = 0;
-    for (size_t b = 0; b < blocks_.count(); ++b)
-        for (int a = 0; a < 3; ++a)
-            outer_of_[b][a] = size_t(blocks_.neighbours(b)[2 * a + (sign[a] > 0)]) < blocks_.count() ? -1 : count++;
+    for (size_t b = 0; b < blocks_.count(); ++b) {
+        // A ray through an edge or a corner meets a face that may touch another block.
+        const Upstream beyond = upstream(back, b);
+        for (int a = 0; a < 3; ++a) {
+            bool open = false;
+            for (size_t axes = 1; axes < 8; ++axes) open = open || (axes >> a & 1 && beyond[axes] < 0);
+            outer_of_[b][size_t(a)] = open ? count++ : -1;
+        }
+    }
     outer_.resize(size_t(count) * 64 * width_ * channels_);
 }
+
+void Aprons::release() { vdbcloud::release(downstream_, outer_); }
 
 Aprons::Upstream Aprons::upstream(const std::array<int, 3>& sign, size_t block) const
 {
@@ -84,12 +94,10 @@ void Aprons::load_sigma(const Traversal& traversal, const float* sigma, const Up
     }
 }
 
-const float* Aprons::face(size_t block, int face, int axis, int d, size_t channel) const
+const float* Aprons::face(size_t block, int axis, int d, size_t channel) const
 {
-    // A ray through an edge may meet a face that touches another block.
     const int32_t outer = outer_of_[block][size_t(axis)];
-    return outer < 0 ? downstream_[at(block, d) + channel].radiance[size_t(face)].data()
-                     : &outer_[(at(size_t(outer), d) + channel) * 64];
+    return outer < 0 ? zeros : &outer_[(at(size_t(outer), d) + channel) * 64];
 }
 
 namespace {
@@ -159,7 +167,7 @@ void Aprons::put_light(const Patch& patch, const VoidRays::Hit& hit, int i, int 
         if (!(hit.axes >> axis & 1)) continue;
         const auto entry = face_entry(traversal, k, hit.at, 1.0 / __builtin_popcount(unsigned(hit.axes)));
         for (size_t n = 0; n < patch.channels; ++n)
-            patch.radiance[n][to] += value(entry, face(size_t(hit.block), k, axis, patch.d, patch.first + n));
+            patch.radiance[n][to] += value(entry, face(size_t(hit.block), axis, patch.d, patch.first + n));
     }
 }
 
@@ -247,7 +255,7 @@ uint64_t Aprons::from_near_blocks(const SweepPath& path, int d, int region, size
         if (found < 0) continue;
         for (size_t c = 0; c < channels_; ++c) {
             const float* faces[3];
-            for (int k = 0; k < 3; ++k) faces[k] = face(size_t(found), k, path.traversal.axis[size_t(k)], d, c);
+            for (int k = 0; k < 3; ++k) faces[k] = face(size_t(found), path.traversal.axis[size_t(k)], d, c);
             const VoidBeam::Entry* entry = &beam.entries[crossing.first_entry];
             for (uint32_t n = 0; n < crossing.entries; ++n, ++entry)
                 if (unmet >> entry->ray & 1) radiance[c][entry->ray] += value(*entry, faces[entry->face]);
@@ -332,10 +340,17 @@ void Aprons::load(const SweepPath& path, int d, size_t block, const Upstream& up
 void Aprons::leave(const SweepPath& path, int d, size_t block, const Scratch* s)
 {
     for (size_t k = 0; k < 3; ++k) {
-        const int32_t outer = outer_of_[block][size_t(path.traversal.axis[k])];
-        for (size_t c = 0; c < channels_ && outer >= 0; ++c)
-            block_sweep::leave_face(path.traversal, int(k), d, s[c], faces(block, d)[c].radiance[k],
-                                    &outer_[(at(size_t(outer), d) + c) * 64]);
+        const int axis = path.traversal.axis[k], side = 2 * axis + (path.traversal.sign[k] > 0);
+        const int32_t outer = outer_of_[block][size_t(axis)];
+        const bool into_void = size_t(blocks_.neighbours(block)[size_t(side)]) == blocks_.count();
+        for (size_t c = 0; c < channels_ && outer >= 0; ++c) {
+            const std::array<float, 64>& radiance = faces(block, d)[c].radiance[k];
+            float* to = &outer_[(at(size_t(outer), d) + c) * 64];
+            if (into_void)
+                block_sweep::leave_face(path.traversal, int(k), d, s[c], radiance, to);
+            else
+                std::copy(radiance.begin(), radiance.end(), to);
+        }
     }
 }
 

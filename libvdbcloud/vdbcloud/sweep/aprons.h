@@ -17,7 +17,8 @@ struct SweepPath {
 };
 
 /// Radiance and sources that pass from block to block, for the directions of the current batch and all channels. Rays
-/// through the void are followed once for all channels.
+/// through the void are followed once for all channels. What a block passes to those beside it is kept until these are
+/// done (Order::place), and what rays through the void may meet until the batch ends.
 ///
 /// Threads: load() and leave() of different blocks, after leave() of the blocks upstream.
 class Aprons {
@@ -27,12 +28,15 @@ public:
 
     /// Clears cached ray ends. Call when the direction set changes. A batch has `width` directions at most.
     void clear_cache(size_t directions, int width);
-    /// Call before the first octant of a run.
-    void set_channels(int channels);
-    /// Call before the batches of an octant, with the signs of its steps by axis.
+    /// Call before the first octant of a run. `places`: the most of all orders.
+    void set_channels(int channels, size_t places);
+    /// Call before the batches of an octant, with the signs of its steps by axis and the places of the blocks.
     /// `below`: by channel, the patch of ground that rays from the sky of this octant come from, after reflect();
     /// empty: none.
-    void start(const std::array<int, 3>& sign, const std::vector<const PatchLight*>& below = {});
+    void start(const std::array<int, 3>& sign, const std::vector<int32_t>& place,
+               const std::vector<const PatchLight*>& below = {});
+    /// Frees what the next run overwrites.
+    void release();
 
     using Upstream = std::array<int32_t, 8>;  ///< the blocks upstream across axes given as bits; -1: none
     Upstream upstream(const std::array<int, 3>& sign, size_t block) const;
@@ -42,7 +46,7 @@ public:
     /// Aprons of radiance and source of direction d of the batch, for each channel: `inflow` and `s` by channel.
     void load(const SweepPath&, int d, size_t block, const Upstream&, const float* inflow, block_sweep::Scratch* s);
     /// What goes on from a block to those that follow, by channel: to be filled between load() and leave().
-    block_sweep::DownstreamFaces* faces(size_t block, int d) { return &downstream_[at(block, d)]; }
+    block_sweep::DownstreamFaces* faces(size_t block, int d) { return &downstream_[at(size_t((*place_)[block]), d)]; }
     /// Takes what goes on from a block into the void, for each channel.
     void leave(const SweepPath&, int d, size_t block, const block_sweep::Scratch* s);
 
@@ -62,9 +66,9 @@ public:
 
 private:
     struct Patch;
-    /// Place of the first channel.
-    size_t at(size_t block, int d) const { return (block * width_ + size_t(d)) * channels_; }
-    const float* face(size_t block, int face, int axis, int d, size_t channel) const;
+    /// Where the first channel of a place or of a kept face is.
+    size_t at(size_t number, int d) const { return (number * width_ + size_t(d)) * channels_; }
+    const float* face(size_t block, int axis, int d, size_t channel) const;
     void put_sky(const Patch&, int i, int j) const;
     void put_light(const Patch&, const VoidRays::Hit&, int i, int j) const;
     bool fill_patch(Patch&, const int* lo, const int* hi) const;
@@ -75,10 +79,11 @@ private:
     const VoidRays& rays_;
     std::vector<const PatchLight*> below_;  // by channel; empty: none
     size_t width_ = 0, channels_ = 1;
-    std::vector<block_sweep::DownstreamFaces> downstream_;  // block by block, `width_` each, by channel
-    // By axis: the number of a block's downstream face that looks into the void, or -1.
+    const std::vector<int32_t>* place_ = nullptr;           // by block
+    std::vector<block_sweep::DownstreamFaces> downstream_;  // by place, `width_` each, by channel
+    // By axis: the number of a block's downstream face that rays through the void may meet, or -1.
     std::vector<std::array<int32_t, 3>> outer_of_;
-    std::vector<float> outer_;        // radiance that leaves such faces, 64 each, `width_` each, by channel
+    std::vector<float> outer_;        // radiance on such faces, 64 each, `width_` each, by channel
     std::vector<uint16_t> ray_ends_;  // by direction and block: see through_void()
 };
 

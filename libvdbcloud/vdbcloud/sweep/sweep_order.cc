@@ -23,6 +23,27 @@ std::vector<Pass> passes(int axis, const PatchLight* ground)
     return all;
 }
 
+namespace {
+
+/// Sets the places of the blocks. Blocks depend on those of their own level and of the two before.
+void set_places(Order& order)
+{
+    const auto begin = [&](size_t level) { return order.column[order.tile[order.level[level]]]; };
+    order.place.resize(order.block.size());
+    std::vector<int32_t> free;
+    for (size_t level = 0; level + 1 < order.level.size(); ++level) {
+        for (size_t n = level < 3 ? 0 : begin(level - 3); level >= 3 && n < begin(level - 2); ++n)
+            free.push_back(order.place[size_t(order.block[n])]);
+        for (size_t n = begin(level); n < begin(level + 1); ++n) {
+            if (free.empty()) free.push_back(int32_t(order.places++));
+            order.place[size_t(order.block[n])] = free.back();
+            free.pop_back();
+        }
+    }
+}
+
+}  // namespace
+
 Order order_of(const Blocks& blocks, const Sign& sign, int axis, int bits)
 {
     struct Keyed {
@@ -58,6 +79,7 @@ Order order_of(const Blocks& blocks, const Sign& sign, int axis, int bits)
     order.level.push_back(order.tile.size());
     order.tile.push_back(order.column.size());
     order.column.push_back(keyed.size());
+    set_places(order);
     return order;
 }
 

@@ -31,11 +31,16 @@ struct Order {
     std::vector<size_t> column;  ///< begin of each column in `block`, and the end
     std::vector<size_t> tile;    ///< begin of each tile in `column`, and the end
     std::vector<size_t> level;   ///< begin of each level in `tile`, and the end
+    /// By block: where its light is kept, 0 .. places - 1. A place serves another block three levels on, when no block
+    /// follows that is beside it.
+    std::vector<int32_t> place;
+    size_t places = 0;
 
     bool enough() const { return tile.size() > 6 * level.size(); }  ///< for threads
     size_t bytes() const
     {
-        return block.size() * sizeof(int32_t) + (column.size() + tile.size() + level.size()) * sizeof(size_t);
+        return (block.size() + place.size()) * sizeof(int32_t) +
+               (column.size() + tile.size() + level.size()) * sizeof(size_t);
     }
 };
 

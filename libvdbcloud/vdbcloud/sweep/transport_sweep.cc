@@ -65,7 +65,10 @@ struct TransportSweep::Impl {
         const auto [along, bits] = sweep_order::axis_and_bits(blocks);
         axis = along;
         for (int octant = 0; octant < 8; ++octant)
-            if (!(octant & bit_of(axis))) order[octant] = sweep_order::order_of(blocks, signs(octant), axis, bits);
+            if (!(octant & bit_of(axis))) {
+                order[octant] = sweep_order::order_of(blocks, signs(octant), axis, bits);
+                places = std::max(places, order[octant].places);
+            }
     }
 
     void run(const std::vector<float>& sigma_t, bool emission, const std::vector<SweepChannel>&);
@@ -75,6 +78,7 @@ struct TransportSweep::Impl {
     void sweep_batches(const Pass& pass, const std::vector<Batch*>& each, bool first);
     void clear_inactive(SweepResult& result) const;
     std::vector<std::vector<PlaneTallies*>> planes_alike() const;
+    size_t bytes() const;
 
     const VoxelIndex& index;
     const Blocks& blocks;
@@ -83,6 +87,7 @@ struct TransportSweep::Impl {
     std::vector<FaceTallies> tallies;  // by channel
     int axis;                          // of the columns
     Order order[8];                    // by the first octant of a pass
+    size_t places = 0;                 // of the order that has most
     std::vector<Vec3d> known;          // directions that the batches are of
     std::vector<Batch> batches[8];
     // Of the run:
@@ -92,6 +97,7 @@ struct TransportSweep::Impl {
     std::vector<SweepChannel> channels;
     std::vector<std::unique_ptr<PlaneTallies>> planes;  // by channel; null: not asked for
     std::vector<std::unique_ptr<PatchLight>> grounds;   // by channel; empty: none
+    size_t held = 0;                                    // bytes() of the last run
 };
 
 void TransportSweep::Impl::start()
@@ -105,7 +111,7 @@ void TransportSweep::Impl::start()
             if (!of_octant.empty() && of_octant[0].paths.size() > group) width = batch;
         for (Aprons& each : aprons) each.clear_cache(set->count(), int(width));
     }
-    for (Aprons& each : aprons) each.set_channels(int(channels.size()));
+    for (Aprons& each : aprons) each.set_channels(int(channels.size()), places);
     tallies.resize(channels.size(), tallies[0]);
     planes.clear();
     grounds.clear();
@@ -279,7 +285,7 @@ void TransportSweep::Impl::run(const std::vector<float>& sigma, bool of_emission
         }
         size_t count = 0;
         for (size_t n = 0; n < pass.size(); ++n) {
-            aprons[n].start(signs(pass[n]), below);
+            aprons[n].start(signs(pass[n]), order[pass[0] & ~bit_of(axis)].place, below);
             count = std::max(count, batches[pass[n]].size());
         }
         for (size_t k = 0; k < count; ++k) {
@@ -304,6 +310,8 @@ void TransportSweep::Impl::run(const std::vector<float>& sigma, bool of_emission
         if (planes[c]) planes[c]->write();
         if (planes[c] && ground) grounds[c]->write(index.spacing(), *channels[c].planes);
     }
+    held = bytes();
+    for (Aprons& each : aprons) each.release();
     tallies.erase(tallies.begin() + 1, tallies.end());
     planes.clear();
     grounds.clear();
@@ -342,17 +350,18 @@ void TransportSweep::run(const std::vector<float>& sigma_t, bool emission, const
                     channels.begin() + std::ptrdiff_t(std::min(channels.size(), c + at_once))});
 }
 
-size_t TransportSweep::bytes() const
+size_t TransportSweep::Impl::bytes() const
 {
-    if (periodic_) return periodic_->bytes();
-    size_t total = impl_->rays.bytes() + impl_->tallies[0].bytes();
-    for (const Aprons& each : impl_->aprons) total += each.bytes();
+    size_t total = rays.bytes() + tallies[0].bytes();
+    for (const Aprons& each : aprons) total += each.bytes();
     for (int octant = 0; octant < 8; ++octant) {
-        total += impl_->order[octant].bytes();
-        for (const Batch& each : impl_->batches[octant])
+        total += order[octant].bytes();
+        for (const Batch& each : batches[octant])
             for (const SweepPath& path : each.paths) total += path.bytes();
     }
     return total;
 }
+
+size_t TransportSweep::bytes() const { return periodic_ ? periodic_->bytes() : impl_->held; }
 
 }  // namespace vdbcloud

@@ -130,7 +130,7 @@ public:
     /// once. The values of each are, bit by bit, those of a run of its own.
     void run(const std::vector<float>& sigma_t, bool emission, const std::vector<SweepChannel>&);
 
-    /// Bytes of one run, source and moments not included.
+    /// Bytes of the last run, source and moments not included.
     size_t bytes() const;
 
 private:
