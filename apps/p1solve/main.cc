@@ -72,7 +72,16 @@ void solve(app::App& app, P1solveOptions& o)
     app::tell_darkness(app, lights, glows(report));
     if (!light.phi) app.warnings()("no voxel above 0: nothing to scatter in");
     if (o.series.order > 0 && light.phi) add_series(app, o, file, *density, emission.get(), medium, lights, light);
-    if (light.phi) app::tell_accuracy(app, "multiple scattering", accuracy_of(report, lights), *light.phi);
+    Accuracy accuracy = accuracy_of(report, lights);
+    if (o.voxel_error) {
+        const auto phase = app.phase("voxel_error");
+        Workload work;
+        add_voxel_error(app, accuracy,
+                        voxel_error(*density, tint.get(), emission.get(), medium, lights, o.scatter, light,
+                                    app.progress("voxel error"), work));
+        app.add_work(work);
+    }
+    if (light.phi) app::tell_accuracy(app, "multiple scattering", accuracy, *light.phi);
     put_collided_light(file, light);
     remove_grids(file, [](const std::string& name) {
         return schema::has_role(name, schema::Role::Heating) || schema::has_role(name, schema::Role::GroundRadiance);

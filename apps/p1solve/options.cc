@@ -111,6 +111,11 @@ void declare_accuracy(app::App& app, P1solveOptions& o)
         app.add_option("--disc-samples", o.scatter.disc_samples, "directions over the disc of a sun with a diameter")
             ->check(app::within(1, 1024))
             ->group(accuracy);
+    app.add_flag(
+           "--voxel-error", o.voxel_error,
+           "solve on voxels of twice and four times the edge, too, and report the error of phi that the size of the "
+           "voxels makes; takes up to a seventh longer")
+        ->group(accuracy);
     app.add_option(
            "--reentry-rays", o.scatter.reentry_rays,
            "rays used to estimate light that leaves one part of the medium and hits another, and for P1 alone the "

@@ -22,7 +22,7 @@ struct P1solveOptions : app::StageOptions {
     app::Option rays_per_voxel, delta, disc_samples, keep_moments, heating, ground;
     double ground_albedo = 0;  ///< where `ground` is given
     std::string flux_map;      ///< .exr to write; empty: none
-    bool allow_unconverged = false, series_raw = false;
+    bool allow_unconverged = false, series_raw = false, voxel_error = false;
     SeriesOptions series;
 
     P1solveOptions() { series.order = 0; }

@@ -106,6 +106,15 @@ void fill_report(app::App& app, const ScatterReport& report)
         r["channels"][channels[c]] = described(report.channel[c], report.top, report.endless_ground);
 }
 
+void add_voxel_error(app::App& app, Accuracy& accuracy, const VoxelError& voxels)
+{
+    accuracy.add("voxel_error", voxels.error);
+    app.report()["voxel_error"] = {{"estimate", voxels.error},
+                                   {"order", voxels.order},
+                                   {"against_twice_the_edge", voxels.twice},
+                                   {"twice_against_four_times", voxels.four}};
+}
+
 app::Plan plan_of(app::App& app, const P1solveOptions& o, const app::MediumInput& in, const Vec3SGrid* tint,
                   const Vec3SGrid* emission, const std::vector<Light>& lights)
 {
@@ -135,6 +144,11 @@ app::Plan plan_of(app::App& app, const P1solveOptions& o, const app::MediumInput
             plan.work += relit.work;
             plan.work.add("write_byte", series.value_bytes);
         }
+    }
+    if (o.voxel_error) {
+        const ScatterPlan voxels = voxel_error_plan(density, tint, emission, in.medium, lights, o.scatter, count);
+        plan.work += voxels.work;
+        plan.bytes = std::max(plan.bytes, scatter.grid_bytes + voxels.bytes);
     }
     if (!count) return plan;
     for (const Light& light : lights) {

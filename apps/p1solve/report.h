@@ -4,11 +4,16 @@
 #include "options.h"
 #include "plan.h"
 
+#include "vdbcloud/scatter/voxel_error.h"
+
 namespace vdbcloud {
 
 /// Adds counts and memory to the report, and for each channel the solver's history, energy budget, sweeps and range of
 /// phi.
 void fill_report(app::App&, const ScatterReport&);
+
+/// Adds the error of the voxels to what bounds the error of the solution, and what it comes from to the report.
+void add_voxel_error(app::App&, Accuracy&, const VoxelError&);
 
 /// Memory of a run, and under --dry-run its events. `tint`, `emission`: null for none.
 app::Plan plan_of(app::App&, const P1solveOptions&, const app::MediumInput&, const Vec3SGrid* tint,

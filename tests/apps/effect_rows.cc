@@ -266,6 +266,7 @@ const std::vector<ToolEffects>& tool_effects()
              {"--tolerance 0.5", S::Values, "", "", true},
              {"--max-iterations 1", S::Status, "", "", true},
              {"--rung 2", S::Values, "", "", true},
+             {"--voxel-error", S::Metadata, "", "", true},
              {"--allow-unconverged", S::Status, "--max-iterations 1", "", true},
              {"--rays-per-voxel 1", S::Values, "", "--sky 1"},
              {"--rays-per-voxel 1", S::Elsewhere, "the row before", "--periodic x"},

@@ -152,7 +152,7 @@ TEST_F(Stages, EverythingTheProgramsWriteIsInTheFormatsPage)
     write_text(scratch / "boxes.txt", "0 0 0  8 8 8  1 0\n3 3 3  5 5 5  1 1\n");
     const std::string glowing =
         stage("vdbimport", scratch / "boxes.txt", "glowing.vdb", with({"--boxes", "--cell", "1,1,1"}, report()));
-    stage("p1solve", glowing, "lit.glowing.vdb", with({"--albedo", "0.5"}, report()));
+    stage("p1solve", glowing, "lit.glowing.vdb", with({"--albedo", "0.5", "--voxel-error"}, report()));
     const std::string above =
         stage("p1solve", glowing, "above.vdb",
               with({"--albedo", "0.5", "--sun", "0,1,0", "--periodic", "xz", "--ground-albedo", "0.3"}, report()));

@@ -27,6 +27,7 @@ const std::vector<AccuracyKind>& accuracy_kinds()
         {"change", "last change of the light by a sweep, rms"},
         {"contraction", "ratio of the last changes"},
         {"sweep_error", "estimate of what further sweeps would change"},
+        {"voxel_error", "estimate of the error of phi by the size of the voxels, rms"},
         {"defect", "power that enters less what leaves and is absorbed"},
         {"faces_against_lines", "power that the suns lose, by voxel faces over by lines, less 1"},
         {"lost_at_voids", "share of the outflow that would enter again"},
