@@ -127,6 +127,7 @@ TEST(FinestLevel, SmoothsWithTheChebyshevPolynomialAndSumsTheResidualOverGroups)
     Vector b(blocks.slots(), 0.0), residual(blocks.slots(), 0.0);
     apply(a, u, b);
     FinestLevel level(a);
+    level.make_fields();
     std::vector<float> coarse_b(level.groups().count(), -7.0f);
     level.descend(b, coarse_b);
     const Vector left = smoothed_error(jacobi_scaled(a), u);

@@ -96,6 +96,7 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
     const ExposedBeam at_exposed(p1, depths, extinction);
     const double unit = p1.hbar() * p1.hbar();
     const bool forward = p1.mean_cosine() != 0;
+    if (forward) p1.stencil();  // for q1_share()
 
     // U on lower faces and on exposed upper faces, and U - free.common(): where a medium is thin, what a cell loses is
     // a difference that U keeps to few digits.

@@ -105,18 +105,20 @@ std::vector<ChannelGroup> Scattering::groups() const
 void Scattering::note_bytes(const P1Operator& p1, size_t sources, size_t besides)
 {
     const size_t slots = index_.blocks().slots();
-    size_t now = p1.stencil().bytes() + slots * (4 + 8 * sources) + besides + exposed_.size() * sizeof(ExposedVoxel);
+    size_t now = p1.bytes() + slots * (4 + 8 * sources) + besides + exposed_.size() * sizeof(ExposedVoxel);
     for (const auto& beam : kept_)
         if (beam)
             now += 4 * slots * (beam->centres.empty() ? 3 : 4) + exposed_.size() * sizeof(beam->depths.exposed[0]) +
                    beam->depths.boxed.size() * sizeof(beam->depths.boxed[0]);
-    if (medium_.phase.mean_cosine() != 0) now += 12 * slots * sources;
+    if (medium_.phase.mean_cosine() != 0) now += 24 * slots * sources;
     report_.bytes = std::max(report_.bytes, now);
 }
 
 std::vector<P1Source> Scattering::p1_sources(const P1Operator& p1, const ChannelGroup& group, const Progress& progress)
 {
-    std::vector<P1Source> sources(group.solves.size(), source_of(p1));
+    find_one_beam(p1, progress);  // while there are no sources yet
+    std::vector<P1Source> sources;
+    for (size_t k = 0; k < group.solves.size(); ++k) sources.push_back(source_of(p1));
     std::vector<std::pair<P1Source*, int>> lit;
     for (size_t k = 0; k < sources.size(); ++k) lit.emplace_back(&sources[k], group.solves[k].channel);
     add_beams(p1, lit, progress);

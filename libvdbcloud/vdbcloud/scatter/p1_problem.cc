@@ -46,8 +46,13 @@ P1Operator::P1Operator(const VoxelIndex& index, const std::vector<float>& densit
                        const std::vector<ExposedVoxel>& exposed, const P1Medium& medium)
     : P1Cells(index, density, medium), exposed_(exposed)
 {
+}
+
+const Stencil& P1Operator::stencil() const
+{
+    if (stencil_) return *stencil_;
     const P1Closure closure = p1_closure();
-    const Blocks& of = index.blocks();
+    const Blocks& of = blocks();
     const auto stencil = std::make_shared<Stencil>(of);
     each_active(of, [&](size_t slot) {
         const double own = sigma_tr(slot);
@@ -55,14 +60,15 @@ P1Operator::P1Operator(const VoxelIndex& index, const std::vector<float>& densit
             const size_t to = beside(of, slot, 2 * a + 1);
             if (!of.active(to) || to == slot) continue;
             const double d = closure.divergence * closure.gradient * 2 / (own + sigma_tr(to));  // harmonic mean of D
-            stencil->face[a][slot] = float(d / index.spacing()[a] * face_area(a));
+            stencil->face[a][slot] = float(d / index().spacing()[a] * face_area(a));
         }
         stencil->extra[slot] = float(sigma_a(slot) * hbar());
     });
-    for (const ExposedVoxel& voxel : exposed)
+    for (const ExposedVoxel& voxel : exposed_)
         for (int face = 0; face < 6; ++face)
             if (voxel.faces >> face & 1) stencil->extra[voxel.slot] += float(conductance(voxel, face));
     stencil_ = stencil;
+    return *stencil_;
 }
 
 namespace {
@@ -76,8 +82,10 @@ P1Medium of_degree(P1Medium medium, int degree)
 }  // namespace
 
 P1Operator::P1Operator(const P1Operator& of, int degree)
-    : P1Cells(of.index(), of.density(), of_degree(of.medium(), degree)), exposed_(of.exposed_), stencil_(of.stencil_)
+    : P1Cells(of.index(), of.density(), of_degree(of.medium(), degree)), exposed_(of.exposed_)
 {
+    of.stencil();
+    stencil_ = of.stencil_;
 }
 
 double P1Operator::q1_share(int axis, size_t slot) const

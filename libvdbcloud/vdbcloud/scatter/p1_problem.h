@@ -116,11 +116,13 @@ public:
     P1Operator(const P1Operator&, int degree);
 
     const std::vector<ExposedVoxel>& exposed() const { return exposed_; }
-    const Stencil& stencil() const { return *stencil_; }
+    /// The first call builds the matrix: not by several threads at once.
+    const Stencil& stencil() const;
+    size_t bytes() const { return stencil_ ? stencil_->bytes() : 0; }
 
     /// q of Q1 / sigma_tr = q U through the upper face of a cell to its active neighbour: the mean of q1_factor() over
     /// that of sigma_tr. Computed as a multiple of the matrix's own coefficient of the face, whose rounding to float
-    /// then scales diffusion and this flux alike.
+    /// then scales diffusion and this flux alike. Requires that stencil() was called.
     double q1_share(int axis, size_t slot) const;
     /// w of one exposed face (Blocks::Face): the voxel's; on a ground, where the medium ends in a plane, (1 - albedo) /
     /// (1 + albedo).
@@ -132,7 +134,7 @@ public:
 
 private:
     const std::vector<ExposedVoxel>& exposed_;
-    std::shared_ptr<const Stencil> stencil_;
+    mutable std::shared_ptr<const Stencil> stencil_;
 };
 
 /// Right-hand side and bookkeeping of one channel. All powers are in units of radiance x (world unit)^2.

@@ -129,8 +129,8 @@ double bytes_of_sweeps(const Counts& n, const ScatterOptions& o, double g)
     const double depth = g == 0 ? 8 : 5, pairs = std::clamp(double(o.closure.iterations) - 3, 0.0, depth);
     const double history = double(mixing_bytes(1, g)) * (2 * pairs + 3) / (2 * depth + 3);
     // Matrix and hierarchy, density, extinction, the limit of diffusion, exposed faces.
-    const double further = g == 0 ? 27 : 45;  // of a matrix that takes the hierarchy of another
-    const double common = 16 + 28 + 12 + 6 + further * (n.matrices - 1);
+    const double further = g == 0 ? 23 : 41;  // of a matrix that takes the hierarchy of another
+    const double common = 16 + 24 + 12 + 6 + further * (n.matrices - 1);
     // Of each channel: uncollided light; P1's source with its fluxes, which channels that share their beams share, and
     // the fluence from which sweeps start.
     const double uncollided = 4 * n.terms + (g == 0 ? 0 : 4 * n.beams);
@@ -148,11 +148,12 @@ double bytes_of_sweeps(const Counts& n, const ScatterOptions& o, double g)
 /// Memory of the arrays [bytes a voxel of the blocks].
 double bytes_a_voxel(const Counts& n, const ScatterOptions& o, double g)
 {
-    // Matrix and hierarchy with their vectors; for each source 8 bytes, and 12 of the flux where it has a part.
-    const double matrix = 45 + 4 + 12, source = n.anisotropic ? 20 : 8;
-    const double kept = 4 + (n.anisotropic ? 12 : 0);  // of a channel that is solved
+    // Matrix and hierarchy with their vectors; for each source 8 bytes, and 24 of the flux where it has a part.
+    const double matrix = 41 + 4 + 12, source = n.anisotropic ? 32 : 8;
+    const double kept = 4 + (n.anisotropic ? 12 : 0);                       // of a channel that is solved
+    const double depths = n.groups > 1 && n.beams <= 4 ? 12 * n.beams : 0;  // for the groups that follow
     // The hierarchy is freed before the flux of the last channel.
-    double peak = matrix + source * n.at_once + kept * (n.solves - 1) + (n.at_once > 1 ? 28 : 8);
+    double peak = matrix + depths + source * n.at_once + kept * (n.solves - 1) + (n.at_once > 1 ? 28 : 8);
     if (n.sweeps) {
         peak = bytes_of_sweeps(n, o, g);
     } else if (o.flux_map || n.ground_cells > 0) {

@@ -62,6 +62,9 @@ private:
         std::vector<float> centres;
         std::optional<LineDepths> lines;
     };
+    KeptBeam find_beam(const BeamMedium&, const Light&, bool with_centres, const Progress&);
+    /// Finds the depths of a beam that is alone for add_beams(), so that they need no memory beside sources.
+    void find_one_beam(const P1Operator& p1, const Progress&);
     bool keeps_beams(const P1Operator& p1) const;
     bool sweeps_take_beams() const { return o_.closure.iterations > 0 || o_.flux_map || endless_; }
     /// How often add_beams() will be called.

@@ -9,6 +9,27 @@
 
 namespace vdbcloud {
 
+Scattering::KeptBeam Scattering::find_beam(const BeamMedium& medium, const Light& light, bool with_centres,
+                                           const Progress& progress)
+{
+    std::atomic<size_t> products{0};
+    std::vector<float> centres;
+    BeamDepths depths =
+        medium.depths(exposed_, light, o_.rays_per_voxel, with_centres ? &centres : nullptr, progress, &products);
+    KeptBeam beam{std::move(depths), std::move(centres), {}};
+    if (light->common_direction() && o_.line_rays) beam.lines = medium.lines(light);
+    note_work("beam_voxel", 1);
+    report_.work.add("lattice_product", double(products));
+    return beam;
+}
+
+void Scattering::find_one_beam(const P1Operator& p1, const Progress& progress)
+{
+    kept_.resize(beams_.size());
+    if (beams_.size() != 1 || kept_[0]) return;
+    kept_[0].emplace(find_beam(beam_medium(p1), beams_[0], keeps_beams(p1) && sweeps_take_beams(), progress));
+}
+
 void Scattering::add_beams(const P1Operator& p1, const std::vector<std::pair<P1Source*, int>>& sources,
                            const Progress& progress, const BeamNote& note)
 {
@@ -22,21 +43,12 @@ void Scattering::add_beams(const P1Operator& p1, const std::vector<std::pair<P1S
         const Progress part =
             progress ? Progress([&](double f) { return progress((double(l) + f) / double(beams_.size())); })
                      : Progress();
-        std::optional<KeptBeam> own;
-        std::optional<KeptBeam>& beam = keeps ? kept_[l] : own;
+        std::optional<KeptBeam>& beam = kept_[l];
         if (!beam) {
             if (!medium) medium.emplace(beam_medium(p1));
-            std::atomic<size_t> products{0};
-            std::vector<float> centres;
-            BeamDepths depths =
-                medium->depths(exposed_, light, o_.rays_per_voxel,
-                               note || (keeps && sweeps_take_beams()) ? &centres : nullptr, part, &products);
-            beam.emplace(KeptBeam{std::move(depths), std::move(centres), {}});
-            if (light->common_direction() && o_.line_rays) beam->lines = medium->lines(light);
-            note_work("beam_voxel", 1);
-            report_.work.add("lattice_product", double(products));
-            if (l + 1 == beams_.size()) medium.reset();  // what follows needs its memory
+            beam.emplace(find_beam(*medium, light, note || (keeps && sweeps_take_beams()), part));
         }
+        if (l + 1 == beams_.size()) medium.reset();
         add_boxed_depths(p1, beam->depths);
         note_bytes(p1, sources.size(), 20 * index_.blocks().slots());
         std::vector<std::pair<P1Source*, double>> channels;
@@ -44,12 +56,13 @@ void Scattering::add_beams(const P1Operator& p1, const std::vector<std::pair<P1S
         add_beam(p1, beam->depths, extinction, channels);
         if (note) note(beam->depths, beam->centres, extinction, towards_[l]);
         note_work("beam_voxel", 1);
-        if (!beam->lines) continue;
-        const double lost = lost_power(*beam->lines, extinction);
+        const double lost = beam->lines ? lost_power(*beam->lines, extinction) : 0;
         for (const auto& [source, channel] : sources) {
+            if (!beam->lines) continue;
             auto& lines = report_.channel[channel].lines;
             lines = std::max(lines, 0.0) + lost * light.strength()[channel];
         }
+        if (!keeps) beam.reset();
     }
     if (--beam_uses_ <= 0) kept_.clear();
     const bool lamps =
@@ -99,7 +112,7 @@ void Scattering::add_closed_beams(const P1Operator& fine, int c, SecondMoment& c
 bool Scattering::keeps_beams(const P1Operator& p1) const
 {
     constexpr size_t most = 4;
-    return p1.uniform_albedo() && beams_.size() <= most && (beam_uses_ > 1 || !kept_.empty());
+    return p1.uniform_albedo() && beams_.size() <= most && beam_uses_ > 1;
 }
 
 int Scattering::uses_of_beams(const std::vector<ChannelGroup>& groups) const

@@ -34,9 +34,10 @@ VDBCLOUD_INLINE RowLinks row_links(const StencilArrays& a, size_t block, int x, 
             zp};
 }
 
-/// Calls row(slot, v, product) for each row of eight voxels of a block, x slowest: `slot` its first, v its values of a
-/// field `value` (value.row(slot) of eight values, value.one(slot)), product = (A v) there. The function must be
-/// always_inline. A row and the links above it are loaded once for itself and the next row along y.
+/// Calls row(slot, v, product, diagonal) for each row of eight voxels of a block, x slowest: `slot` its first, v its
+/// values of a field `value` (value.row(slot) of eight values, value.one(slot)), product = (A v) there, and A's
+/// diagonal. The function must be always_inline. A row and the links above it are loaded once for itself and the next
+/// row along y.
 template<typename T, typename Value, typename Function>
 VDBCLOUD_INLINE void over_rows(const StencilArrays& arrays, size_t block, const Value& value, const Function& row)
 {
@@ -66,12 +67,13 @@ VDBCLOUD_INLINE void over_rows(const StencilArrays& arrays, size_t block, const 
             Floats link_below = __builtin_shufflevector(link_above, link_above, 0, 0, 1, 2, 3, 4, 5, 6);
             link_below[0] = a.z[zm + y];
             const Row<T> after = as<T>(next);
+            const Floats extra = load(a.extra + slot), link_xm = load(a.x + xm + y), link_xp = load(a.x + slot);
             row(slot, own,
-                as<T>(load(a.extra + slot)) * own +
-                    ((pull(load(a.x + xm + y), own, as<T>(value.row(xm + y))) +
-                      pull(load(a.x + slot), own, as<T>(value.row(xp + y)))) +
+                as<T>(extra) * own +
+                    ((pull(link_xm, own, as<T>(value.row(xm + y))) + pull(link_xp, own, as<T>(value.row(xp + y)))) +
                      (pull(link_before, own, before) + pull(link, own, after)) +
-                     (pull(link_below, own, as<T>(below)) + pull(link_above, own, as<T>(above)))));
+                     (pull(link_below, own, as<T>(below)) + pull(link_above, own, as<T>(above)))),
+                extra + (((link_xm + link_xp) + (link_before + link)) + (link_below + link_above)));
             before = own;
             own = after;
             centre = next;

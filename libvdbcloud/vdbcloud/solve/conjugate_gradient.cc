@@ -24,7 +24,7 @@ VDBCLOUD_INLINE double apply_split(const StencilArrays& a, size_t block, const T
 {
     Doubles lanes{};
     over_rows<double>(
-        a, block, Values<T>{x}, [&](size_t slot, Doubles v, Doubles product) __attribute__((always_inline)) {
+        a, block, Values<T>{x}, [&](size_t slot, Doubles v, Doubles product, Floats) __attribute__((always_inline)) {
             const Floats high = as<float>(product);
             store(y.high + slot, high);
             store(y.low + slot, as<float>(product - as<double>(high)));

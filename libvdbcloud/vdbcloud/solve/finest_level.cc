@@ -14,42 +14,50 @@ namespace {
 
 VDBCLOUD_INLINE Floats floats(const double* from) { return as<float>(load(from)); }
 
-/// The first smoothing step from a zero guess, for over_rows().
-struct FirstStep {
-    const float* inverse;
-    const double* b;
-    VDBCLOUD_INLINE Floats row(size_t slot) const { return all(first_step) * load(inverse + slot) * floats(b + slot); }
-    VDBCLOUD_INLINE float one(size_t slot) const { return first_step * inverse[slot] * float(b[slot]); }
-};
+/// 1 / diagonal, 0 where there is none.
+VDBCLOUD_INLINE Floats inverse(const Floats& diagonal) { return diagonal > 0 ? all(1.0f) / diagonal : Floats{}; }
 
-/// Both smoothing steps from a zero guess, in one pass.
-VDBCLOUD_CLONES void smooth_from_zero(const StencilArrays& a, const float* inverse, const double* b, float* x,
-                                      size_t block)
+/// The first step from a zero guess.
+VDBCLOUD_CLONES void smooth_zero(const StencilArrays& a, const double* b, float* x, size_t block)
+{
+    for (int x_in = 0; x_in < 8; ++x_in)
+        for (int y = 0; y < 8; ++y) {
+            const size_t row = block * 512 + size_t(x_in * 64 + y * 8);
+            const RowLinks c = row_links(a, block, x_in, y);
+            const Floats diagonal = load(a.extra + row) + (((c.xm + c.xp) + (c.ym + c.yp)) + (c.zm + c.zp));
+            store(x + row, all(first_step) * inverse(diagonal) * floats(b + row));
+        }
+}
+
+/// The second step after the first step from a zero guess.
+VDBCLOUD_CLONES void smooth_second_from_zero(const StencilArrays& a, const double* b, const float* x1, float* x,
+                                             size_t block)
 {
     over_rows<float>(
-        a, block, FirstStep{inverse, b}, [=](size_t row, Floats v, Floats product) __attribute__((always_inline)) {
-            store(x + row, all(1 + keep) * v + all(second_step) * load(inverse + row) * (floats(b + row) - product));
+        a, block,
+        Values<float>{x1}, [=](size_t row, Floats v, Floats product, Floats diagonal) __attribute__((always_inline)) {
+            store(x + row, all(1 + keep) * v + all(second_step) * inverse(diagonal) * (floats(b + row) - product));
         });
 }
 
 /// The first step from x to y.
-VDBCLOUD_CLONES void smooth_first(const StencilArrays& a, const float* inverse, const double* b, const float* x,
-                                  float* y, size_t block)
+VDBCLOUD_CLONES void smooth_first(const StencilArrays& a, const double* b, const float* x, float* y, size_t block)
 {
     over_rows<float>(
-        a, block, Values<float>{x}, [=](size_t row, Floats v, Floats product) __attribute__((always_inline)) {
-            store(y + row, v + all(first_step) * load(inverse + row) * (floats(b + row) - product));
+        a, block,
+        Values<float>{x}, [=](size_t row, Floats v, Floats product, Floats diagonal) __attribute__((always_inline)) {
+            store(y + row, v + all(first_step) * inverse(diagonal) * (floats(b + row) - product));
         });
 }
 
 /// The second step: x1 is the result of the first step, x its start and then the end. Returns x . b.
-VDBCLOUD_CLONES double smooth_second(const StencilArrays& a, const float* inverse, const double* b, const float* x1,
-                                     float* x, size_t block)
+VDBCLOUD_CLONES double smooth_second(const StencilArrays& a, const double* b, const float* x1, float* x, size_t block)
 {
     Doubles xb{};
     over_rows<float>(
-        a, block, Values<float>{x1}, [&](size_t row, Floats v, Floats product) __attribute__((always_inline)) {
-            const Floats step = load(inverse + row) * (floats(b + row) - product);
+        a, block,
+        Values<float>{x1}, [&](size_t row, Floats v, Floats product, Floats diagonal) __attribute__((always_inline)) {
+            const Floats step = inverse(diagonal) * (floats(b + row) - product);
             const Floats end = v + all(keep) * (v - load(x + row)) + all(second_step) * step;
             store(x + row, end);
             xb += as<double>(end) * load(b + row);
@@ -63,24 +71,12 @@ VDBCLOUD_CLONES void restrict_residual(const StencilArrays& a, const double* b, 
 {
     alignas(32) float residual[512];
     over_rows<float>(
-        a, block, Values<float>{x}, [&](size_t row, Floats, Floats product) __attribute__((always_inline)) {
+        a, block, Values<float>{x}, [&](size_t row, Floats, Floats product, Floats) __attribute__((always_inline)) {
             store(residual + row % 512, floats(b + row) - product);
         });
     for (int g = 0; g < groups; ++g) sums[g] = 0;
     for (int i = 0; i < 512; ++i)
         if (group[i] != VoxelGroups::none) sums[group[i]] += residual[i];
-}
-
-/// 1 / diagonal of a block, 0 where there is none.
-VDBCLOUD_CLONES void inverse_diagonal(const StencilArrays& a, size_t block, float* inverse)
-{
-    for (int x = 0; x < 8; ++x)
-        for (int y = 0; y < 8; ++y) {
-            const RowLinks c = row_links(a, block, x, y);
-            const size_t row = block * 512 + size_t(x * 64 + y * 8);
-            const Floats diagonal = load(a.extra + row) + (((c.xm + c.xp) + (c.ym + c.yp)) + (c.zm + c.zp));
-            store(inverse + row, diagonal > 0 ? all(1.0f) / diagonal : Floats{});
-        }
 }
 
 template<typename F>
@@ -96,22 +92,17 @@ void each_block(const Blocks& blocks, const F& f)
 FinestLevel::FinestLevel(const Stencil& a)
     : a_(a), groups_(std::make_shared<VoxelGroups>(group_voxels(a))), fields_(std::make_shared<Fields>())
 {
-    fields_->x.assign(a.blocks->slots(), 0.0f);
-    fields_->other.assign(a.blocks->slots(), 0.0f);
-    find_inverse();
 }
 
 FinestLevel::FinestLevel(const Stencil& a, const FinestLevel& like)
     : a_(a), groups_(like.groups_), fields_(like.fields_), owns_(false)
 {
-    find_inverse();
 }
 
-void FinestLevel::find_inverse()
+void FinestLevel::make_fields()
 {
-    inverse_.assign(a_.blocks->slots(), 0.0f);
-    const StencilArrays arrays = arrays_of(a_);
-    each_block(*a_.blocks, [&](size_t block) { inverse_diagonal(arrays, block, inverse_.data()); });
+    fields_->x.assign(a_.blocks->slots(), 0.0f);
+    fields_->other.assign(a_.blocks->slots(), 0.0f);
 }
 
 std::vector<float> FinestLevel::next_extra(const FinestLevel& like, std::vector<float> extra) const
@@ -129,13 +120,14 @@ std::vector<float> FinestLevel::next_extra(const FinestLevel& like, std::vector<
     return extra;
 }
 
-size_t FinestLevel::bytes() const { return 4 * inverse_.size() + (owns_ ? 8 * inverse_.size() + groups_->bytes() : 0); }
+size_t FinestLevel::bytes() const { return owns_ ? 8 * fields_->x.size() + groups_->bytes() : 0; }
 
 void FinestLevel::descend(const std::vector<double>& residual, std::vector<float>& coarse_b)
 {
     const StencilArrays a = arrays_of(a_);
-    float* x = fields_->x.data();
-    each_block(*a_.blocks, [&](size_t block) { smooth_from_zero(a, inverse_.data(), residual.data(), x, block); });
+    float *x = fields_->x.data(), *other = fields_->other.data();
+    each_block(*a_.blocks, [&](size_t block) { smooth_zero(a, residual.data(), other, block); });
+    each_block(*a_.blocks, [&](size_t block) { smooth_second_from_zero(a, residual.data(), other, x, block); });
     each_block(*a_.blocks, [&](size_t block) {
         const int first = groups_->first[block], rows = groups_->first[block + 1] - first;
         restrict_residual(a, residual.data(), x, groups_->of.data() + block * 512, coarse_b.data() + first, rows,
@@ -153,10 +145,9 @@ double FinestLevel::ascend(const std::vector<double>& residual, const std::vecto
         for (size_t slot = block * 512; slot < block * 512 + 512; ++slot)
             if (of[slot] != VoxelGroups::none) x[slot] += from[of[slot]];
     });
-    each_block(*a_.blocks, [&](size_t block) { smooth_first(a, inverse_.data(), residual.data(), x, other, block); });
-    return ordered_sum(a_.blocks->count(), [&](size_t block) {
-        return smooth_second(a, inverse_.data(), residual.data(), other, x, block);
-    });
+    each_block(*a_.blocks, [&](size_t block) { smooth_first(a, residual.data(), x, other, block); });
+    return ordered_sum(a_.blocks->count(),
+                       [&](size_t block) { return smooth_second(a, residual.data(), other, x, block); });
 }
 
 }  // namespace vdbcloud

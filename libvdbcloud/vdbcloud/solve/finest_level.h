@@ -12,6 +12,8 @@ public:
     /// The groups of `like`, whose stencil has the same links. The two share groups and fields.
     FinestLevel(const Stencil&, const FinestLevel& like);
 
+    /// Before the first descend(): the fields, which the making of coarser levels does not need.
+    void make_fields();
     const VoxelGroups& groups() const { return *groups_; }
     /// Extra of the groups, given that of the groups of `like`.
     std::vector<float> next_extra(const FinestLevel& like, std::vector<float> extra) const;
@@ -30,12 +32,10 @@ private:
     struct Fields {
         std::vector<float> x, other;
     };
-    void find_inverse();
     const Stencil& a_;
     std::shared_ptr<const VoxelGroups> groups_;
     std::shared_ptr<Fields> fields_;
     bool owns_ = true;
-    std::vector<float> inverse_;
 };
 
 }  // namespace vdbcloud

@@ -19,10 +19,9 @@ template<typename T>
 VDBCLOUD_INLINE void find_image(const StencilArrays& a, size_t block, const T* v, double* image)
 {
     over_rows<double>(
-        a, block,
-        Values<T>{v}, [=](size_t slot, const Doubles&, const Doubles& product) __attribute__((always_inline)) {
-            store(image + slot % 512, product);
-        });
+        a, block, Values<T>{v},
+        [=](size_t slot, const Doubles&, const Doubles& product, const Floats&)
+            __attribute__((always_inline)) { store(image + slot % 512, product); });
 }
 
 /// A v of one block.

@@ -32,9 +32,12 @@ struct Multigrid::Levels {
             graph = std::move(next);
             graphs.emplace_back(graph);
         }
-        if (graph.size() > 4 * direct_size) return;
-        direct.emplace(graph);
-        coarsest = std::move(graph);
+        if (graph.size() <= 4 * direct_size) {
+            direct.emplace(graph);
+            coarsest = std::move(graph);
+        }
+        graph = {};
+        finest.make_fields();
     }
 
     Levels(const Stencil& fine, const Levels& like) : finest(fine, like.finest), voxels(like.voxels)

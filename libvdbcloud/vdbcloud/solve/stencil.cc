@@ -23,7 +23,8 @@ VDBCLOUD_CLONES double apply_block(const StencilArrays& a, size_t block, const d
 {
     Doubles lanes{};
     over_rows<double>(
-        a, block, Values<double>{x}, [&](size_t slot, Doubles v, Doubles product) __attribute__((always_inline)) {
+        a, block,
+        Values<double>{x}, [&](size_t slot, Doubles v, Doubles product, Floats) __attribute__((always_inline)) {
             store(y + slot, product);
             lanes += v * product;
         });
