@@ -163,7 +163,11 @@ void declare_sampling(app::App& app, RenderOptions& o)
     of_several(app.add_option("--filter-width", o.sampling.filter_width,
                               "full width of the filter [pixels]; 0: the filter's own, 1 for box, else 3"))
         ->check(app::within(0, 64));
-    of_several(app.add_option("--seed", o.sampling.seed, "number of the pattern of samples; another for each frame"));
+    app.add_option("--seed", o.sampling.seed,
+                   "number of the pattern of samples, and of the paths of --certify; another for each frame")
+        ->only_with([&o] { return o.sampling.samples > 1 || traces_paths(o) || !o.certify.empty(); },
+                    "--samples above 1 or --certify")
+        ->group(group);
     declare_passes(app, o, group);
     declare_certificate(app, o, group);
 }

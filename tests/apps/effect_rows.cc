@@ -341,6 +341,7 @@ const std::vector<ToolEffects>& tool_effects()
              {"--filter gaussian", S::Values, "--samples 4", ""},
              {"--filter-width 3", S::Values, "--samples 4", ""},
              {"--seed 5", S::Values, "--samples 4", ""},
+             {"--seed 5", S::Values, "--certify 90%", ""},
              {"--aov none", S::Values, "", "-o out.png"},
              {"--background 1,0,0", S::Values, "", "", true},
              {"--sky-zenith 1", S::Values, "", "--background 1,0,0"},
