@@ -266,6 +266,27 @@ uint64_t Aprons::from_near_blocks(const SweepPath& path, int d, int region, size
     return unmet;
 }
 
+namespace {
+
+/// Calls f(lo, hi) for rectangles that the rays of a region, as bits, fall into. `line`: they lie in one row.
+template<typename F>
+void for_rectangles(bool line, uint64_t rays, const F& f)
+{
+    while (rays) {
+        const int first = __builtin_ctzll(rays), row = first / 8, column = first % 8;
+        uint64_t across = 0;  // the run of the first ray, in the lowest row
+        int last = column;
+        for (; last < 8 && rays >> (row * 8 + last) & 1; ++last) across |= uint64_t(1) << last;
+        int end = row;
+        for (; end < 8 && (rays >> (end * 8) & across) == across; ++end) rays &= ~(across << (end * 8));
+        const int lo[2] = {line ? column : row, line ? 0 : column};
+        const int hi[2] = {line ? last - 1 : end - 1, line ? 0 : last - 1};
+        f(lo, hi);
+    }
+}
+
+}  // namespace
+
 /// Radiance that reaches a region of the apron where its block is missing.
 ///
 /// Blocks near the region come first (VoidBeam); rays that meet none of them are traced through the void. Cached in
@@ -301,18 +322,9 @@ void Aprons::through_void(const SweepPath& path, int d, int region, size_t block
         return;
     }
     bool sky = true;
-    if (unmet == all) {
-        const int lo[2] = {0, 0}, hi[2] = {runs[0] < 0 ? 0 : 7, runs[1] < 0 ? 0 : 7};
-        sky = fill_patch(patch, lo, hi);
-    } else {
-        for (int n = 0; n < count; ++n) {
-            if (!(unmet >> n & 1)) continue;
-            const int i = runs[1] < 0 ? n : n / 8, j = runs[1] < 0 ? 0 : n % 8;
-            const VoidRays::Hit& hit = patch.trace(rays_, i, j);
-            put_light(patch, hit, i, j);
-            sky = sky && hit.block < 0;
-        }
-    }
+    for_rectangles(runs[1] < 0, unmet, [&](const int* lo, const int* hi) {
+        if (!fill_patch(patch, lo, hi)) sky = false;
+    });
     if (sky) ends = uint16_t(ends | sky_beyond);
 }
 

@@ -87,9 +87,9 @@ VDBCLOUD_CLONES void take_region(const Traversal& traversal, int region, const f
             for (int j = 0; j < 8; ++j) to[i * 8 + j] = values[i * stride[0] + j * stride[1]];
 }
 
-void fetch(const Rows& rows, int terms, float* const* moments)
+void fetch(const Rows& rows, int from, int to, float* const* moments)
 {
-    for (int k = 0; k < terms; ++k)
+    for (int k = from; k < to; ++k)
         for (int n = 0; n < rows.lines; ++n) __builtin_prefetch(moments[k] + rows.line[n] * 16, 1);
 }
 
@@ -121,7 +121,7 @@ VDBCLOUD_CLONES void prepare(const Traversal& traversal, int d, Scratch& s)
     std::memcpy(q, to, sizeof to);
 }
 
-void find_lit(const Traversal& traversal, const BlockMask& mask, Scratch& s)
+VDBCLOUD_CLONES void find_lit(const Traversal& traversal, const BlockMask& mask, Scratch& s)
 {
     if (std::all_of(mask.begin(), mask.end(), [](uint64_t word) { return !~word; })) return s.lit.fill(255);
     // Bit r + 1 of active[p + 1]: row r of plane p, with the apron's value at its upstream end.
@@ -139,15 +139,13 @@ void find_lit(const Traversal& traversal, const BlockMask& mask, Scratch& s)
     }
     const int p = traversal.before[0] + 1, r = traversal.before[1] + 1;
     const auto& apron = s.sigma_before.region;
-    const auto any = [](const float* values, int n) {
-        return std::any_of(values, values + n, [](float sigma) { return sigma != 0; });
-    };
     for (int n = 0; n < 8; ++n) {
-        active[p] |= uint32_t(any(apron[0] + n * 8, 8) || apron[4][n] != 0) << (n + 1);
-        active[n + 1] |= uint32_t(any(apron[1] + n * 8, 8) || apron[5][n] != 0) << r;
-        for (int i = 0; i < 8; ++i) active[n + 1] |= uint32_t(apron[2][n * 8 + i] != 0) << (i + 1);
+        active[p] |= uint32_t(any(load(apron[0] + n * 8)) || apron[4][n] != 0) << (n + 1);
+        active[n + 1] |= uint32_t(any(load(apron[1] + n * 8)) || apron[5][n] != 0) << r;
+        const Lanes beside = load(apron[2] + n * 8);
+        for (int i = 0; i < 8 && any(beside); ++i) active[n + 1] |= uint32_t(beside[i] != 0) << (i + 1);
     }
-    active[p] |= uint32_t(any(apron[3], 8) || apron[6][0] != 0) << r;
+    active[p] |= uint32_t(any(load(apron[3])) || apron[6][0] != 0) << r;
     for (int n = 0; n < 8; ++n) {
         const uint32_t up = active[n + 1 - traversal.sign[0]];
         const uint32_t aside = traversal.sign[1] > 0 ? up << 1 : up >> 1;
@@ -229,21 +227,39 @@ void leave_face(const Traversal& traversal, int face, int d, const Scratch& s, c
 
 namespace {
 
-template<int groups, bool first>
-VDBCLOUD_INLINE void accumulate_groups(const Rows& rows, float* to, const float* weight, const Scratch& s)
+/// Several terms at once, so that radiance is loaded once for them. `weight`: of each term `batch`.
+template<int groups, bool first, int terms>
+VDBCLOUD_INLINE void accumulate_terms(const Rows& rows, float* const* to, const float* weight, const Scratch& s)
 {
-    Lanes w[groups * group];
-    for (int d = 0; d < groups * group; ++d) w[d] = all(weight[d]);
+    constexpr int directions = groups * group;
+    Lanes w[terms][directions];
+    for (int k = 0; k < terms; ++k)
+        for (int d = 0; d < directions; ++d) w[k][d] = all(weight[k * batch + d]);
     for (int r = 0; r < rows.count; ++r) {
         const int i = rows.row[r] * 8;
-        const auto sum = [&](int g) {
-            return (w[g] * load(s.out[g] + i) + w[g + 1] * load(s.out[g + 1] + i)) +
-                   (w[g + 2] * load(s.out[g + 2] + i) + w[g + 3] * load(s.out[g + 3] + i));
-        };
-        Lanes total = sum(0);
-        if (groups == 2) total += sum(group * (groups - 1));
-        store(to + i, first ? total : load(to + i) + total);
+        Lanes out[directions];
+        for (int d = 0; d < directions; ++d) out[d] = load(s.out[d] + i);
+        for (int k = 0; k < terms; ++k) {
+            const auto sum = [&](int g) {
+                return (w[k][g] * out[g] + w[k][g + 1] * out[g + 1]) +
+                       (w[k][g + 2] * out[g + 2] + w[k][g + 3] * out[g + 3]);
+            };
+            Lanes total = sum(0);
+            if (groups == 2) total += sum(group * (groups - 1));
+            store(to[k] + i, first ? total : load(to[k] + i) + total);
+        }
     }
+}
+
+template<int groups, bool first>
+VDBCLOUD_INLINE void accumulate_all(const Rows& rows, int terms, float* const* to, const float* weight,
+                                    const Scratch& s)
+{
+    constexpr int at_once = groups == 1 ? 3 : 1;  // as many as fit into the registers
+    int k = 0;
+    for (; k + at_once <= terms; k += at_once)
+        accumulate_terms<groups, first, at_once>(rows, to + k, weight + k * batch, s);
+    for (; k < terms; ++k) accumulate_terms<groups, first, 1>(rows, to + k, weight + k * batch, s);
 }
 
 }  // namespace
@@ -252,16 +268,13 @@ VDBCLOUD_CLONES void accumulate(const Rows& rows, int n, int terms, bool first, 
                                 const float* weight, const Scratch& s)
 {
     static_assert(group == 4 && batch == 2 * group);
-    for (int k = 0; k < terms; ++k) {
-        const float* w = weight + k * batch;
-        if (first && rows.count < 64) std::memset(moments[k], 0, 512 * sizeof(float));
-        if (n > group)
-            first ? accumulate_groups<2, true>(rows, moments[k], w, s)
-                  : accumulate_groups<2, false>(rows, moments[k], w, s);
-        else
-            first ? accumulate_groups<1, true>(rows, moments[k], w, s)
-                  : accumulate_groups<1, false>(rows, moments[k], w, s);
-    }
+    for (int k = 0; k < terms && first && rows.count < 64; ++k) std::memset(moments[k], 0, 512 * sizeof(float));
+    if (n > group)
+        first ? accumulate_all<2, true>(rows, terms, moments, weight, s)
+              : accumulate_all<2, false>(rows, terms, moments, weight, s);
+    else
+        first ? accumulate_all<1, true>(rows, terms, moments, weight, s)
+              : accumulate_all<1, false>(rows, terms, moments, weight, s);
 }
 
 VDBCLOUD_CLONES void leave(int n, const float* radiance, const float* sigma, const float* q, float length,

@@ -99,8 +99,8 @@ void take_region(const Traversal&, int region, const float* values, float* to);
 const float* region_of(const Traversal&, int region, const FaceValues& neighbour);
 constexpr int pitch_of_faces = 8;  ///< Apron::pitch of region_of()
 
-/// Prefetches the active rows of arrays.
-void fetch(const Rows&, int terms, float* const* arrays);
+/// Prefetches the active rows of the arrays from .. to - 1.
+void fetch(const Rows&, int from, int to, float* const* arrays);
 /// s.q[d] = sum over terms k of basis[k * batch + d] source[k], each a pointer to the block's 512 values; in the
 /// natural order. For the directions 0 .. n - 1 and others up to a multiple of `group`.
 void expand(const Rows&, int n, int terms, const float* const* source, const float* basis, Scratch& s);

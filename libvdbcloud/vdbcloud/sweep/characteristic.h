@@ -14,6 +14,14 @@ VDBCLOUD_INLINE Lanes ramp_series(Lanes t)
            tt * ((all(1.0f / 8) - t * all(1.0f / 30)) + tt * (all(1.0f / 144) - t * all(1.0f / 840)));
 }
 
+/// (1 - e^-t) / t by its series, for t below `series_below`.
+VDBCLOUD_INLINE Lanes mean_series(Lanes t)
+{
+    const Lanes tt = t * t;
+    return (all(1.0f) - t * all(0.5f)) + tt * ((all(1.0f / 6) - t * all(1.0f / 24)) +
+                                               tt * ((all(1.0f / 120) - t * all(1.0f / 720)) + tt * all(1.0f / 5040)));
+}
+
 /// (m - 2 r) / t by its series, m = (1 - e^-t) / t, r = (m - e^-t) / t, for t below `series_below`.
 VDBCLOUD_INLINE Lanes lean_series(Lanes t)
 {
@@ -32,11 +40,22 @@ template<bool emission>
 struct Passage {
     VDBCLOUD_INLINE Passage(Lanes sigma_u, Lanes sigma, Lanes half)
     {
-        const Lanes t = (sigma_u + sigma) * half, series = ramp_series(t), by_exp = exp_minus(at_most(t, 80.0f));
-        // 1 - e^-t has its own rounding where t is small, and both add up to 1: a furnace stays exact.
-        const auto thin = t < all(series_below);
-        lost_ = thin ? t * (t * series + by_exp) : all(1.0f) - by_exp;
-        e_ = thin ? all(1.0f) - lost_ : by_exp;
+        const Lanes t = (sigma_u + sigma) * half;
+        // Where t is small 1 - e^-t has its own rounding, and both add up to 1: a furnace stays exact. Most rows are
+        // thin or thick as a whole, and a lane does not depend on what others take.
+        const Ints thin = t < all(series_below);
+        Lanes ramp = all(0.0f);
+        if (any(thin)) {
+            lost_ = t * mean_series(t);
+            e_ = all(1.0f) - lost_;
+            ramp = t * ramp_series(t);
+        }
+        const bool some_thick = any(~thin);
+        if (some_thick) {
+            const Lanes by_exp = exp_minus(at_most(t, 80.0f));
+            lost_ = thin ? lost_ : all(1.0f) - by_exp;
+            e_ = thin ? e_ : by_exp;
+        }
         if constexpr (emission) {
             take_emission(sigma_u, sigma, all(2.0f) * half);
         } else {
@@ -47,7 +66,7 @@ struct Passage {
             of_source_ = inverse_both * length;
             begins_ = sigma_u > all(0.0f);
             ends_ = sigma > all(0.0f);
-            const Lanes ramp = thin ? t * series : lost_ * (inverse_both * divisor) - e_;
+            if (some_thick) ramp = thin ? ramp : lost_ * (inverse_both * divisor) - e_;
             of_slope_ = ramp - (sigma - sigma_u) * half * (inverse * both);
         }
     }
@@ -78,7 +97,7 @@ private:
         of_slope_ = mean + sigma_u * length * lean;
         divisor_ = at_least(sigma_u + sigma, 1e-30f) * mean;
     }
-    Lanes e_, lost_, of_source_, of_slope_, divisor_;
+    Lanes e_{}, lost_{}, of_source_, of_slope_, divisor_;
     Ints begins_, ends_;
 };
 

@@ -54,6 +54,15 @@ VDBCLOUD_INLINE Lanes at_least(Lanes x, float limit)
     return of_bits(a < b ? b : a);
 }
 
+/// Whether any bit is set.
+template<typename Row>
+VDBCLOUD_INLINE bool any(const Row& x)
+{
+    uint64_t bits[4];
+    std::memcpy(bits, &x, sizeof bits);
+    return (bits[0] | bits[1] | bits[2] | bits[3]) != 0;
+}
+
 /// Transposes 8 x 8: rows of `from` (stride 8) become columns.
 VDBCLOUD_INLINE void transpose(const float* from, int from_stride, float* to, int to_stride)
 {

@@ -4,7 +4,6 @@
 #include "vdbcloud/sweep/characteristic.h"
 
 #include <cmath>
-#include <cstring>
 
 namespace vdbcloud::plane_kernel {
 
@@ -22,13 +21,6 @@ VDBCLOUD_INLINE void put(float* to, Lanes value, bool contiguous)
 {
     if (contiguous) return store(to, value);
     for (int i = 0; i < 8; ++i) to[8 * i] = value[i];
-}
-
-VDBCLOUD_INLINE bool any(Lanes x)
-{
-    uint64_t bits[4];
-    std::memcpy(bits, &x, sizeof bits);
-    return (bits[0] | bits[1] | bits[2] | bits[3]) != 0;
 }
 
 }  // namespace

@@ -161,8 +161,6 @@ void TransportSweep::Impl::sweep_block(const Batch& with, bool first, int octant
         for (int k = 0; k < set->source_terms; ++k) source[k] = (*channels[c].source)[size_t(k)].data() + block * 512;
         for (int k = 0; k < set->moment_terms; ++k)
             moments[c][k] = channels[c].result->moments[size_t(k)].data() + block * 512;
-        if (set->moment_terms <= 16 && !first)
-            block_sweep::fetch(rows, set->moment_terms, moments[c]);  // they are needed last
         block_sweep::expand(rows, n_paths, set->source_terms, source, with.basis.data(), all[c]);
         padded[c] = tallies[c].any(block) || planes[c];
     }
@@ -180,6 +178,9 @@ void TransportSweep::Impl::sweep_block(const Batch& with, bool first, int octant
         last = &path.traversal;
         float inflow[block_sweep::most_channels];
         for (size_t c = 0; c < count; ++c) {
+            if (set->moment_terms <= 16 && !first)  // they are needed last, and the cache takes a few lines at once
+                block_sweep::fetch(rows, set->moment_terms * n / n_paths, set->moment_terms * (n + 1) / n_paths,
+                                   moments[c]);
             block_sweep::prepare(path.traversal, n, all[c]);
             inflow[c] = channels[c].set->inflow.empty() ? 0.0f : channels[c].set->inflow[path.number];
         }
