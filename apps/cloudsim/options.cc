@@ -190,11 +190,13 @@ void declare_numerics(App& app, Options& o)
     const auto huge = [&o] { return o.huge_dt; };
     auto time_schemes = sim::time_scheme_words.choices();
     time_schemes.pop_back();  // huge steps are a flag of their own
-    numerics.keep("accuracy", app.add_choice<sim::Accuracy>("--accuracy", o.accuracy,
-                                                            {{"fast", sim::Accuracy::Fast},
-                                                             {"default", sim::Accuracy::Default},
-                                                             {"accurate", sim::Accuracy::Accurate}},
-                                                            "a choice of the following"));
+    numerics.keep("accuracy",
+                  app.add_choice<sim::Accuracy>(
+                      "--accuracy", o.accuracy,
+                      {{"small", sim::Accuracy::Small},
+                       {"default", sim::Accuracy::Default},
+                       {"accurate", sim::Accuracy::Accurate}},
+                      "a choice of the following. small: half of the memory, of lower order, no time saved"));
     numerics.choice<sim::Precision>("precision", VDBCLOUD_MEMBER(precision), sim::precision_words.choices(),
                                     "precision of the fields");
     numerics.choice<sim::TimeScheme>("time-scheme", VDBCLOUD_MEMBER(time_scheme), time_schemes,

@@ -296,7 +296,7 @@ TEST(Cloudsim, AccuracyBeatsTheSchemesOfThePreset)
     holds(
         parameters(with(own, {"--accuracy", "accurate"})),
         {"time_scheme = rk3", "scalar_scheme = limited5", "momentum_scheme = upwind5", "dt = 0", "precision = double"});
-    holds(parameters(with(own, {"--accuracy", "fast"})),
+    holds(parameters(with(own, {"--accuracy", "small"})),
           {"time_scheme = rk2", "scalar_scheme = koren", "momentum_scheme = upwind5", "dt = 0"});
     holds(parameters(with(own, {"--accuracy", "accurate", "--time-scheme", "euler"})),
           {"time_scheme = euler", "scalar_scheme = limited5"});

@@ -93,7 +93,7 @@ void dry_rk3(benchmark::State& state)
     run_steps(state, p, int(state.range(1)));
 }
 
-void fast_preset(benchmark::State& state)
+void small_preset(benchmark::State& state)
 {
     Parameters p = cloudy(int(state.range(0)));
     p.time_scheme = TimeScheme::Rk2;
@@ -165,7 +165,7 @@ BENCHMARK(moist_rk3_double)
 BENCHMARK(cumulus)->Args({64, 1})->Iterations(4)->UseRealTime()->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
 BENCHMARK(dry_rk3)->Args({128, 1})->Iterations(10)->UseRealTime()->MeasureProcessCPUTime()->Unit(
     benchmark::kMillisecond);
-BENCHMARK(fast_preset)
+BENCHMARK(small_preset)
     ->Args({128, 1})
     ->Iterations(10)
     ->UseRealTime()

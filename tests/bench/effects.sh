@@ -54,4 +54,4 @@ sponge=0
 row "wind relaxation on" --wind-relaxation 1000
 row "anelastic on" --anelastic on
 row "double" --precision double
-row "--accuracy fast" --accuracy fast
+row "--accuracy small" --accuracy small

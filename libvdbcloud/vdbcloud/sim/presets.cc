@@ -144,7 +144,7 @@ void apply(Accuracy accuracy, Parameters& p)
     p.precision = own.precision, p.cfl = own.cfl, p.dt = own.dt;
     p.time_scheme = own.time_scheme, p.scalar_scheme = own.scalar_scheme, p.momentum_scheme = own.momentum_scheme;
     switch (accuracy) {
-    case Accuracy::Fast: p.time_scheme = TimeScheme::Rk2, p.scalar_scheme = ScalarScheme::Koren, p.cfl = 0.5; break;
+    case Accuracy::Small: p.time_scheme = TimeScheme::Rk2, p.scalar_scheme = ScalarScheme::Koren, p.cfl = 0.5; break;
     case Accuracy::Accurate: p.precision = Precision::Double, p.cfl = 0.3; break;
     default: break;
     }

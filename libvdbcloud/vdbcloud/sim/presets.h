@@ -22,7 +22,7 @@ Preset preset(const std::string& name);
 Sounding sounding_named(const std::string& name);
 
 enum class Accuracy {
-    Fast,      ///< second-order stages, third-order scalars
+    Small,     ///< second-order stages and third-order scalars: half of the memory, no time saved
     Default,   ///< third-order stages, fifth-order fluxes
     Accurate,  ///< the same in double, smaller steps
 };
