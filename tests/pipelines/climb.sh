@@ -105,6 +105,12 @@ before=$(wc -l < fake/calls)
 climb -n ERROR=1%
 [ "$(wc -l < fake/calls)" = "$before" ] || fail "make -n runs a program"
 
+# A pipeline whose pictures are put together climbs for each part that has rungs, and in an empty folder, too.
+make -n -C "$top/pipelines/multiple-scattering" BIN="$FAKE" OUT="$folder/both" ERROR=2% VDBCLOUD_REAL= > said 2>&1 || fail "$(cat said)"
+[ "$(grep -c 'climb.sh .* cumulus ' said)" = 1 ] || fail "expected a climb for cumulus.png"
+[ "$(grep -c 'climb.sh' said)" = 1 ] || fail "a picture that is put together climbs"
+expect '--mosaic'
+
 for wrong in 5 'x%' '0%' '' '-1%' '$(shell touch ran)%' "5%'; touch ran; '" '`touch ran`%' '5%;touch ran'; do
     [ -z "$wrong" ] || ! climb ERROR="$wrong" || fail "ERROR='$wrong': expected a refusal"
     [ -z "$wrong" ] || expect "ERROR = '$wrong'"
