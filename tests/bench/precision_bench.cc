@@ -84,7 +84,7 @@ void study()
                 4 * finest, 4 * finest, reference.seconds);
     std::printf("# method cells CPU_s MB error_of_q_l error_of_w steps divergence water_drift\n");
     const std::vector<std::pair<std::string, std::function<void(Parameters&)>>> methods{
-        {"small", accuracy(Accuracy::Small)},         {"default", accuracy(Accuracy::Default)},
+        {"small", accuracy(Accuracy::Small)},       {"default", accuracy(Accuracy::Default)},
         {"accurate", accuracy(Accuracy::Accurate)}, {"forward-upwind", paper},
         {"huge-dt-10s", huge(10, false)},           {"huge-dt-10s-MacCormack", huge(10, true)}};
     for (const auto& [name, change] : methods) {
