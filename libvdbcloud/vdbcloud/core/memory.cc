@@ -2,6 +2,10 @@
 
 #include "vdbcloud/core/control_groups.h"
 
+#include <stdlib.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -85,6 +89,13 @@ std::optional<MemoryLeft> memory_left()
     for (const std::string& folder : control_groups("memory"))
         if (const auto in_group = left_in_group(folder)) limit(*in_group, "the control group");
     return left;
+}
+
+void give_back_free_memory()
+{
+#ifdef __GLIBC__
+    malloc_trim(0);
+#endif
 }
 
 }  // namespace vdbcloud

@@ -1,5 +1,6 @@
 // The iteration of sweeps and solves, for several channels at once.
 #include "vdbcloud/core/constants.h"
+#include "vdbcloud/core/memory.h"
 #include "vdbcloud/core/release.h"
 #include "vdbcloud/scatter/active_slots.h"
 #include "vdbcloud/scatter/mixing.h"
@@ -296,6 +297,7 @@ std::vector<ClosureReport> SecondMoment::run(const std::vector<Channel>& channel
         for (Run* each : at_work) sweeps.push_back(each->before());
         const auto start = std::chrono::steady_clock::now();
         sweep(sweeps);
+        give_back_free_memory();  // of the sweep, before the balance of cells, which takes most
         const double seconds = seconds_since(start) / double(at_work.size());
         std::vector<Run*> before;
         for (Run* each : at_work) {
