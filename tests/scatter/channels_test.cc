@@ -3,6 +3,7 @@
 
 #include "support/voxel_field.h"
 #include "vdbcloud/scatter/multiple_scattering.h"
+#include "vdbcloud/scatter/p1_problem.h"
 #include "vdbcloud/scatter/streaming.h"
 
 #include "vdbcloud/core/vdb.h"
@@ -126,6 +127,24 @@ TEST(Channels, StartFromThoseBeforeWithinTheTolerance)
         };
         EXPECT_LT(iterations(closure), 0.85 * iterations(one.channel[0].closure)) << c;
     }
+}
+
+TEST(Channels, OfEqualSigmaTrShareLinksAndAbsorbByThemselves)
+{
+    const auto grid = billowing();
+    const VoxelIndex index(*grid);
+    const auto density = index.gather(*grid);
+    const auto exposed = exposed_voxels(index, density);
+    const P1Medium white{40, 1, nullptr, test::hg(0), true}, grey{40, 0.9, nullptr, test::hg(0), true};
+    const P1Operator first(index, density, exposed, white), alone(index, density, exposed, grey), early(first, grey);
+    EXPECT_EQ(early.stencil().extra, alone.stencil().extra);  // built before that of `first`
+    EXPECT_NE(&early.stencil().face, &first.stencil().face);
+    const P1Operator second(first, grey), scaled(second, 3);
+    EXPECT_EQ(&second.stencil().face, &first.stencil().face);
+    EXPECT_EQ(second.stencil().face, alone.stencil().face);
+    EXPECT_EQ(second.stencil().extra, alone.stencil().extra);
+    EXPECT_EQ(&scaled.stencil(), &second.stencil());
+    EXPECT_EQ(4 * second.bytes(), first.bytes());
 }
 
 TEST(Channels, DoNotDependOnThreads)

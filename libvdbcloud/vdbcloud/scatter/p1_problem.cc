@@ -48,27 +48,34 @@ P1Operator::P1Operator(const VoxelIndex& index, const std::vector<float>& densit
 {
 }
 
-const Stencil& P1Operator::stencil() const
+void P1Operator::link(Stencil& stencil) const
 {
-    if (stencil_) return *stencil_;
     const P1Closure closure = p1_closure();
-    const Blocks& of = blocks();
-    const auto stencil = std::make_shared<Stencil>(of);
-    each_active(of, [&](size_t slot) {
+    each_active(blocks(), [&](size_t slot) {
         const double own = sigma_tr(slot);
         for (int a = 0; a < 3; ++a) {
-            const size_t to = beside(of, slot, 2 * a + 1);
-            if (!of.active(to) || to == slot) continue;
+            const size_t to = beside(blocks(), slot, 2 * a + 1);
+            if (!blocks().active(to) || to == slot) continue;
             const double d = closure.divergence * closure.gradient * 2 / (own + sigma_tr(to));  // harmonic mean of D
-            stencil->face[a][slot] = float(d / index().spacing()[a] * face_area(a));
+            stencil.face[a][slot] = float(d / index().spacing()[a] * face_area(a));
         }
-        stencil->extra[slot] = float(sigma_a(slot) * hbar());
     });
+}
+
+const Stencil& P1Operator::stencil() const
+{
+    if (matrix_->stencil) return *matrix_->stencil;
+    matrix_->shares = matrix_->like && matrix_->like->stencil;
+    if (matrix_->shares)
+        matrix_->stencil.emplace(*matrix_->like->stencil);
+    else
+        link(matrix_->stencil.emplace(blocks()));
+    std::vector<float>& extra = matrix_->stencil->extra;
+    each_active(blocks(), [&](size_t slot) { extra[slot] = float(sigma_a(slot) * hbar()); });
     for (const ExposedVoxel& voxel : exposed_)
         for (int face = 0; face < 6; ++face)
-            if (voxel.faces >> face & 1) stencil->extra[voxel.slot] += float(conductance(voxel, face));
-    stencil_ = stencil;
-    return *stencil_;
+            if (voxel.faces >> face & 1) extra[voxel.slot] += float(conductance(voxel, face));
+    return *matrix_->stencil;
 }
 
 namespace {
@@ -82,16 +89,20 @@ P1Medium of_degree(P1Medium medium, int degree)
 }  // namespace
 
 P1Operator::P1Operator(const P1Operator& of, int degree)
-    : P1Cells(of.index(), of.density(), of_degree(of.medium(), degree)), exposed_(of.exposed_)
+    : P1Cells(of.index(), of.density(), of_degree(of.medium(), degree)), exposed_(of.exposed_), matrix_(of.matrix_)
 {
-    of.stencil();
-    stencil_ = of.stencil_;
+}
+
+P1Operator::P1Operator(const P1Operator& like, const P1Medium& medium)
+    : P1Cells(like.index(), like.density(), medium), exposed_(like.exposed_)
+{
+    matrix_->like = like.matrix_;
 }
 
 double P1Operator::q1_share(int axis, size_t slot) const
 {
     const size_t above = blocks().neighbour(slot, 2 * axis + 1);
-    const double face = stencil_->face[axis][slot];
+    const double face = stencil().face[axis][slot];
     // No diffusion crosses a period of one voxel; in a medium beyond the range of float it is too small to matter.
     if (face < std::numeric_limits<float>::min())
         return (q1_factor(slot) + q1_factor(above)) / (sigma_tr(slot) + sigma_tr(above));

@@ -114,11 +114,14 @@ public:
                const P1Medium& medium);
     /// The same matrix, without a copy, in the delta scaling of another degree: scaling leaves the matrix as it is.
     P1Operator(const P1Operator&, int degree);
+    /// Another medium of equal sigma_tr in the same cells: if the matrix of `like` is built first, the two share links.
+    P1Operator(const P1Operator& like, const P1Medium& medium);
 
     const std::vector<ExposedVoxel>& exposed() const { return exposed_; }
     /// The first call builds the matrix: not by several threads at once.
     const Stencil& stencil() const;
-    size_t bytes() const { return stencil_ ? stencil_->bytes() : 0; }
+    /// Of what this matrix does not share with another medium's.
+    size_t bytes() const { return !matrix_->stencil ? 0 : stencil().bytes() / (matrix_->shares ? 4 : 1); }
 
     /// q of Q1 / sigma_tr = q U through the upper face of a cell to its active neighbour: the mean of q1_factor() over
     /// that of sigma_tr. Computed as a multiple of the matrix's own coefficient of the face, whose rounding to float
@@ -133,8 +136,14 @@ public:
     double boundary_flux(const ExposedVoxel& voxel, int face, double a, double c = 0) const;
 
 private:
+    void link(Stencil&) const;
     const std::vector<ExposedVoxel>& exposed_;
-    mutable std::shared_ptr<const Stencil> stencil_;
+    struct Matrix {
+        std::shared_ptr<const Matrix> like;  // null: none
+        bool shares = false;                 // the links of `like`
+        std::optional<Stencil> stencil;
+    };
+    std::shared_ptr<Matrix> matrix_ = std::make_shared<Matrix>();
 };
 
 /// Right-hand side and bookkeeping of one channel. All powers are in units of radiance x (world unit)^2.

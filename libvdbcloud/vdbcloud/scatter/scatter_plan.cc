@@ -129,7 +129,7 @@ double bytes_of_sweeps(const Counts& n, const ScatterOptions& o, double g)
     const double depth = g == 0 ? 8 : 5, pairs = std::clamp(double(o.closure.iterations) - 3, 0.0, depth);
     const double history = double(mixing_bytes(1, g)) * (2 * pairs + 3) / (2 * depth + 3);
     // Matrix and hierarchy, density, extinction, the limit of diffusion, exposed faces.
-    const double further = g == 0 ? 23 : 41;  // of a matrix that takes the hierarchy of another
+    const double further = g == 0 ? 11 : 41;  // of a matrix that takes the hierarchy of another
     const double common = 16 + 24 + 12 + 6 + further * (n.matrices - 1);
     // Of each channel: uncollided light; P1's source with its fluxes, which channels that share their beams share, and
     // the fluence from which sweeps start.

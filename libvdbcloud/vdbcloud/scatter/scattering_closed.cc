@@ -28,7 +28,9 @@ Scattering::ClosedMatrix Scattering::closed_matrix(const ChannelGroup& group,
     P1Medium medium = medium_of(group.solves[0].channel);
     const auto closes = closing(medium);
     medium.limiter = &closes->limiter;
-    P1Operator p1(index_, density_, closes->exposed, medium);
+    const auto same = std::find_if(others.begin(), others.end(), [&](const auto& o) { return o->closing == closes; });
+    P1Operator p1 =
+        same == others.end() ? P1Operator(index_, density_, closes->exposed, medium) : P1Operator((*same)->p1, medium);
     note_work("p1_setup_voxel", 1);
     follow_emission(p1, group);
     const auto like = std::find_if(others.begin(), others.end(), [&](const auto& other) {
@@ -162,7 +164,7 @@ void Scattering::solve_closed(const std::vector<const ChannelGroup*>& groups, in
             swept.push_back({&*channel.closure, &hierarchy(matrix), &*channel.base, &channel.phi, &channel.planes});
             bytes += channel.closure->bytes() + 12 * slots;  // and the source's right side, and the last excess
         }
-        bytes += matrix.multigrid->bytes() + (matrices.size() > 1 ? matrix.p1.stencil().bytes() : 0);
+        bytes += matrix.multigrid->bytes() + (matrices.size() > 1 ? matrix.p1.bytes() : 0);
     }
     // Besides, of the channel that is solved: right side and excess, swept fluence, the solver's direction.
     note_bytes(channels[0]->fine, 0, bytes + (16 + 8 + 4) * slots);

@@ -41,7 +41,8 @@ VDBCLOUD_CLONES double dot_block(const double* a, const double* b)
 }  // namespace
 }  // namespace kernels
 
-Stencil::Stencil(const Blocks& of) : blocks(&of), extra(of.slots(), 0.0f)
+Stencil::Stencil(const Blocks& of)
+    : blocks(&of), links(std::make_shared<std::array<std::vector<float>, 3>>()), face(*links), extra(of.slots(), 0.0f)
 {
     for (auto& coefficients : face) coefficients.assign(of.slots(), 0.0f);
 }

@@ -2,6 +2,8 @@
 // Symmetric seven-point operators on sparse blocks of voxels. Knows coefficients, not what they stand for.
 #include "vdbcloud/voxels/blocks.h"
 
+#include <array>
+#include <memory>
 #include <vector>
 
 namespace vdbcloud {
@@ -12,12 +14,13 @@ namespace vdbcloud {
 ///
 /// c_ij between a voxel and the next one up an axis is kept at the lower voxel: face[axis][slot]. Slots that are not
 /// active have no coefficients, and fields are undefined there. Constants meet no rounding:
-/// A 1 = extra exactly.
+/// A 1 = extra exactly. A copy shares the links c_ij, and has an extra of its own.
 struct Stencil {
     explicit Stencil(const Blocks& blocks);
 
     const Blocks* blocks;
-    std::vector<float> face[3];
+    std::shared_ptr<std::array<std::vector<float>, 3>> links;
+    std::array<std::vector<float>, 3>& face;
     std::vector<float> extra;  ///< boundary conductance plus absorption, of the whole voxel
 
     size_t bytes() const;
