@@ -6,7 +6,7 @@
 set -euo pipefail
 bin=$(cd "$1" && pwd)
 shift
-[ $# -gt 0 ] || set -- cumulus multiple-scattering
+[ $# -gt 0 ] || set -- cumulus fractal-cumulus multiple-scattering
 top=$(cd "$(dirname "$0")/../.." && pwd)
 export PICTURE=${PICTURE:-small} TIME=${TIME:-300}
 out=$(mktemp -d)
@@ -38,10 +38,14 @@ for pipeline in "$@"; do
             lit=scatter
             [ -e "$folder/$name.scatter.vdb" ] || lit=light
             flags=()
-            [ "$PICTURE" = full ] || flags=(--resolution 128x128)
+            case $PICTURE,$pipeline in
+            full,*) ;;
+            *,fractal-cumulus | *,sunset) flags=(--resolution 160x90) ;;
+            *) flags=(--resolution 128x128) ;;
+            esac
             again=0
             "$bin/render" -q "$folder/$name.$lit.vdb" --config "$top/pipelines/$pipeline/camera.toml" "${flags[@]}" --rung "$rung" \
-                --seed 4711 --certify "${AGAIN:-120}" --json "$out/again.json" -o "$out/again.exr" || again=$?
+                --seed 4711 --certify "${AGAIN:-120}" --json "$out/again.json" -o "$out/again.exr" --png "$out/again.png" || again=$?
             [ $again = 0 ] || [ $again = 3 ] || exit 1
             measured=$(percent "$out/again.json")
         else

@@ -6,5 +6,5 @@ bin=$(cd "$1" && pwd)
 top=$(cd "$(dirname "$0")/../.." && pwd)
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
-make -s -C "$top/pipelines/cumulus" BIN="$bin" OUT="$folder"
-idiff -fail 0.01 -warn 0.01 "$folder/cumulus.png" "$top/docs/images/cumulus.png"
+make -s -C "$top/pipelines/fractal-cumulus" BIN="$bin" OUT="$folder"
+idiff -fail 0.01 -warn 0.01 "$folder/fractal-cumulus.png" "$top/docs/images/fractal-cumulus.png"
