@@ -6,7 +6,7 @@
 # OUT/NAME.path.exr is the same picture by light paths (docs/path.md): PARTS jobs of SPP samples a pixel, merged.
 #
 # Parameters are in .toml files beside the Makefile: a change of one makes again what depends on it and nothing else. A
-# pipeline that has a scatter.toml computes multiple scattering.
+# pipeline that has a scatter.toml computes multiple scattering. A Makefile sets sky_flags where a sky lights the medium.
 #
 #   RUNG=n          accuracy of the whole chain, from 0 to 6 (docs/rungs.md); what a .toml says beats it. Pipelines that
 #                   compare methods have settings of their own, and no rung
@@ -66,6 +66,11 @@ endif
 rung_flags := --rung $(strip $(call given,RUNG))
 rung_of_p1solve := $(shell awk -v n=$(RUNG) '$$1 == "p1solve" && $$2 == "--iterations" { print $$(n + 3) }' $(rung_file))
 endif
+# A rung decides whether there is multiple scattering, else the pipeline's scatter.toml does.
+scatter_toml := $(wildcard scatter.toml)
+lit := $(if $(if $(rung_flags),$(filter-out none,$(rung_of_p1solve)),$(scatter_toml)),scatter,light)
+# The sky of a pipeline travels from p1solve to render in the file. Without p1solve render is told.
+sky_of_render := $(if $(filter light,$(lit)),$(sky_flags))
 # $(call told,FILE,TEXT): writes TEXT to OUT/FILE.told unless it is there. While make reads its files, so that why works.
 told = $(if $(filter clean,$(MAKECMDGOALS)),,$(shell mkdir -p $(OUT); f=$(OUT)/$(1).told; \
     [ -e $$f ] && [ "$$(< $$f)" = $(call q,$(2)) ] || printf '%s\n' $(call q,$(2)) > $$f))
@@ -91,22 +96,18 @@ endif
 programs := $(shell realpath -- $(BIN) 2> /dev/null || echo $(BIN))
 $(call told,fractalgen,$(programs) $(density_flags))
 $(call told,illuminate,$(programs) $(rung_flags) $(light_flags))
-$(call told,p1solve,$(programs) $(rung_flags))
-$(call told,render,$(programs) $(rung_flags) $(render_flags) $(SPP) $(PARTS))
+$(call told,p1solve,$(programs) $(rung_flags) $(sky_flags))
+$(call told,render,$(programs) $(rung_flags) $(render_flags) $(sky_of_render) $(SPP) $(PARTS))
 $(foreach p,vdbimport exrmerge,$(call told,$(p),$(programs)))
 
 # $(call say,FILE): prints its absolute path.
 say = realpath -s -- $(1)
 
-# A rung decides whether there is multiple scattering, else the pipeline's scatter.toml does.
-scatter_toml := $(wildcard scatter.toml)
-lit := $(if $(if $(rung_flags),$(filter-out none,$(rung_of_p1solve)),$(scatter_toml)),scatter,light)
-
 $(OUT)/%.light.vdb: $(OUT)/%.density.vdb light.toml $(call tool,illuminate)
 	@$(call stage,illuminate $< --config light.toml $(rung_flags) $(light_flags) -o $@)
 
 $(OUT)/%.scatter.vdb: $(OUT)/%.light.vdb $(scatter_toml) $(call tool,p1solve)
-	@$(call stage,p1solve $< $(scatter_toml:%=--config %) $(rung_flags) -o $@)
+	@$(call stage,p1solve $< $(scatter_toml:%=--config %) $(sky_flags) $(rung_flags) -o $@)
 
 ifneq ($(and $(call given,ERROR),$(if $(call given,RUNG),,no rung)),)
 # Tries are made by other makes. This one runs none when it only lists commands.
@@ -120,7 +121,7 @@ $(OUT)/%.exr $(OUT)/%.png &: always
 else
 # climb.sh has the error measured, which does not change the picture. Status 3: not known as well as asked for.
 $(OUT)/%.exr $(OUT)/%.png &: $(OUT)/%.$(lit).vdb camera.toml $(call tool,render)
-	@$(call stage,render $< --config camera.toml $(rung_flags) $(render_flags) $(climb_flags) -o $(OUT)/$*.exr --png $(OUT)/$*.png)$(if $(climb_flags), || [ $$? = 3 ])
+	@$(call stage,render $< --config camera.toml $(sky_of_render) $(rung_flags) $(render_flags) $(climb_flags) -o $(OUT)/$*.exr --png $(OUT)/$*.png)$(if $(climb_flags), || [ $$? = 3 ])
 	@$(call say,$(OUT)/$*.png)
 	@for s in $(OUT)/$*.density.vdb $(OUT)/$*.light.vdb $(if $(filter scatter,$(lit)),$(OUT)/$*.scatter.vdb) $(OUT)/$*.exr $(OUT)/$*.png; do \
 	    if [ -e $$s.seconds ]; then printf '  %-24s %s s\n' $$(basename $$s) $$(cat $$s.seconds); fi; done
@@ -130,7 +131,7 @@ endif
 parts := $(shell seq 0 $$(($(PARTS) - 1)))
 define path_part
 $(OUT)/%.part$(1).exr: $(OUT)/%.$(lit).vdb camera.toml $(call tool,render)
-	@$$(call stage,render $$< --config camera.toml $$(render_flags) --integrator path --spp $(SPP) \
+	@$$(call stage,render $$< --config camera.toml $$(sky_of_render) $$(render_flags) --integrator path --spp $(SPP) \
 	    --spp-offset $$$$(($(1) * $(SPP))) --aov standard_error -o $$@ --png $$(@:.exr=.png))
 endef
 $(foreach k,$(parts),$(eval $(call path_part,$(k))))

@@ -71,6 +71,16 @@ TEST_F(Certify, ErrorOfSingleScatteringIsThatAgainstPaths)
     EXPECT_TRUE(c["reliable"]);
 }
 
+TEST_F(Certify, SeesTheSkyThatIsAskedForWhereNoFileHasOne)
+{
+    // Of an albedo of 0.99 the matter sends back nearly all of a uniform sky's light, and hides it as well.
+    const std::string sky = " --sky-zenith 3,3,3 --sky-horizon 3,3,3 --sky-ground 3,3,3";
+    const double without = certificate("lit.vdb --certify 5%")["luminance"];
+    const double with = certificate("lit.vdb --certify 5%" + sky)["luminance"];
+    EXPECT_GT(with - without, 0.85 * 3);
+    EXPECT_LT(with - without, 1.02 * 3);
+}
+
 TEST_F(Certify, IsToldStampedAndEqualForAnyThreads)
 {
     const RunResult r =

@@ -105,6 +105,17 @@ before=$(wc -l < fake/calls)
 climb -n ERROR=1%
 [ "$(wc -l < fake/calls)" = "$before" ] || fail "make -n runs a program"
 
+# The sky that lights a pipeline's medium reaches each rung: from p1solve in the file, or as options of render.
+for pipeline in fractal-cumulus sunset multiple-scattering; do
+    sky=$(sed -n 's/^sky_flags := .*\(--sky-\).*/\1/p' "$top/pipelines/$pipeline/Makefile")
+    [ -n "$sky" ] || fail "$pipeline has no sky"
+    for rung in 0 2 6; do
+        make -n -C "$top/pipelines/$pipeline" BIN="$FAKE" OUT="$folder/sky$rung" RUNG=$rung VDBCLOUD_REAL= > said 2>&1 || fail "$(cat said)"
+        reads=render
+        [ $rung != 2 ] || reads=p1solve
+        grep -q "/$reads .*--sky-zenith .*--rung $rung" said || fail "$pipeline on rung $rung: no sky for $reads: $(cat said)"
+    done
+done
 # A pipeline whose pictures are put together climbs for each part that has rungs, and in an empty folder, too.
 make -n -C "$top/pipelines/multiple-scattering" BIN="$FAKE" OUT="$folder/both" ERROR=2% VDBCLOUD_REAL= > said 2>&1 || fail "$(cat said)"
 [ "$(grep -c 'climb.sh .* cumulus ' said)" = 1 ] || fail "expected a climb for cumulus.png"
