@@ -178,18 +178,27 @@ TEST(VoxelError, TakesAPeriodOfSixteenVoxelsAndRefusesOthers)
     }
 }
 
-TEST(VoxelError, OfNoLightIsNone)
+TEST(VoxelError, OfNoLightAndOfNoCoarserVoxelsIsNone)
 {
     const Case dark{"", smooth, 8, 0};
-    const FloatGridPtr density = body(16, smooth);
-    ScatterReport report;
-    Workload work;
-    const auto light = scatter_p1(*density, nullptr, nullptr, medium_of(dark), {}, options_of(dark), {}, report);
-    EXPECT_EQ(voxel_error(*density, nullptr, nullptr, medium_of(dark), {}, options_of(dark), light, {}, work).error, 0);
+    const FloatGridPtr least = test::voxel_field(Vec3i(2), Vec3d(1.0), [](const Vec3i&) { return 1e-45; });
+    for (const auto& [density, lights] : {std::pair(body(16, smooth), std::vector<Light>()), {least, sun}}) {
+        ScatterReport report;
+        Workload work;
+        const auto light =
+            scatter_p1(*density, nullptr, nullptr, medium_of(dark), lights, options_of(dark), {}, report);
+        ASSERT_TRUE(light.phi);
+        const VoxelError found =
+            voxel_error(*density, nullptr, nullptr, medium_of(dark), lights, options_of(dark), light, {}, work);
+        EXPECT_EQ(found.error, 0);
+        EXPECT_EQ(found.order, 1);
+    }
 }
 
 TEST(CoarserMedium, KeepsMassAndWhatScatters)
 {
+    const FloatGridPtr least = test::voxel_field(Vec3i(2), Vec3d(1.0), [](const Vec3i&) { return 1e-45; });
+    EXPECT_TRUE(coarser(*least, nullptr, nullptr).density->empty()) << "an eighth of it is no float";
     // Off the corner of a block, an odd number of voxels, and a tile.
     const FloatGridPtr density = test::voxel_field(Vec3i(21, 9, 13), Vec3d(0.1, 0.2, 0.1), [](const Vec3i& p) {
         return 0.1 + (p.x() * 7 + p.y() * 3 + p.z()) % 5;

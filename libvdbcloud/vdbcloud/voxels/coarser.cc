@@ -54,7 +54,7 @@ CoarserMedium coarser(const FloatGrid& density, const Vec3SGrid* tint, const Vec
     if (emission) emissions.emplace(*emission, density, *to.density);
     auto sum = to.density->getAccessor();
     const auto add = [&](const openvdb::Coord& from, float value) {
-        if (!(value > 0)) return;
+        if (!(value / 8 > 0)) return;  // nothing, or below what a float holds
         const openvdb::Coord at = (from - first) >> 1;
         sum.setValueOn(at, sum.getValue(at) + value / 8);
         if (tints) tints->add(from, at, value / 8);
