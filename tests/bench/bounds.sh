@@ -35,18 +35,9 @@ for pipeline in "$@"; do
         folder=$out/$pipeline/rung$rung
         if grep -q '"rms_32x32"' "$folder/$name.json"; then
             certified=$(percent "$folder/$name.json")
-            lit=scatter
-            [ -e "$folder/$name.scatter.vdb" ] || lit=light
-            flags=()
-            case $PICTURE,$pipeline in
-            full,*) ;;
-            *,fractal-cumulus | *,sunset) flags=(--resolution 160x90) ;;
-            *) flags=(--resolution 128x128) ;;
-            esac
-            again=0
-            "$bin/render" -q "$folder/$name.$lit.vdb" --config "$top/pipelines/$pipeline/camera.toml" "${flags[@]}" --rung "$rung" \
-                --seed 4711 --certify "${AGAIN:-120}" --json "$out/again.json" -o "$out/again.exr" --png "$out/again.png" || again=$?
-            [ $again = 0 ] || [ $again = 3 ] || exit 1
+            rm "$folder/$name.exr"
+            make -s --no-print-directory -C "$top/pipelines/$pipeline" PLACED=1 BIN="$bin" OUT="$folder" RUNG="$rung" \
+                climb_flags="--seed 4711 --certify ${AGAIN:-120} --json $out/again.json" "$folder/$name.exr" > "$out/said"
             measured=$(percent "$out/again.json")
         else
             certified="noise of $(awk '$1 == "\"noise\":" { sub(/,$/, "", $2); printf "%.2g", 100 * $2 / 32; exit }' "$folder/$name.json") %"

@@ -1,0 +1,18 @@
+# A fractal cumulus as a pipeline whose folder has light.toml, scatter.toml and camera.toml, and whose Makefile sets sky_flags; the
+# picture has the folder's name. Pictures are 16:9.
+.PHONY: all
+all:
+# Three sweeps, unless RUNG or ERROR say otherwise.
+ifeq ($(value ERROR),)
+RUNG ?= 2
+endif
+ifeq ($(PICTURE),small)
+render_flags := --resolution 160x90
+endif
+include ../rules.mk
+cloud   := $(OUT)/$(notdir $(CURDIR))
+density := ../fractal-cumulus/density.toml
+all: $(cloud).png
+
+$(cloud).density.vdb: $(density) $(call tool,fractalgen)
+	@$(call stage,fractalgen --config $(density) $(density_flags) -o $@)
