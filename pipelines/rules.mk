@@ -5,10 +5,11 @@
 #
 # OUT/NAME.path.exr is the same picture by light paths (docs/path.md): PARTS jobs of SPP samples a pixel, merged.
 #
-# Parameters are in .toml files beside the Makefile: a change of one makes again what depends on it and nothing else. A
-# pipeline that has a scatter.toml computes multiple scattering. A Makefile sets sky_flags where a sky lights the medium.
+# scene.toml beside the Makefile has medium, lights, sky, camera and so on (docs/scene.md); the density has a file of its own, if
+# any, so that sources swap. Each program reads what it takes of the scene: OUT/PROGRAM.part. A change of one section makes
+# again what takes it and nothing else. A Makefile that sets scattering computes multiple scattering.
 #
-#   RUNG=n          accuracy of the whole chain, from 0 to 6 (docs/rungs.md); what a .toml says beats it. Pipelines that
+#   RUNG=n          accuracy of the whole chain, from 0 to 6 (docs/rungs.md); what scene.toml says beats it. Pipelines that
 #                   compare methods have settings of their own, and no rung
 #   ERROR=2% TIME=s climbs the rungs from the cheapest, and stops at the first whose error over blocks of 32 x 32 pixels is
 #                   at most ERROR, measured against light paths (climb.sh), in TIME seconds (default 600). RUNG beats ERROR
@@ -66,11 +67,8 @@ endif
 rung_flags := --rung $(strip $(call given,RUNG))
 rung_of_p1solve := $(shell awk -v n=$(RUNG) '$$1 == "p1solve" && $$2 == "--iterations" { print $$(n + 3) }' $(rung_file))
 endif
-# A rung decides whether there is multiple scattering, else the pipeline's scatter.toml does.
-scatter_toml := $(wildcard scatter.toml)
-lit := $(if $(if $(rung_flags),$(filter-out none,$(rung_of_p1solve)),$(scatter_toml)),scatter,light)
-# The sky of a pipeline travels from p1solve to render in the file. Without p1solve render is told.
-sky_of_render := $(if $(filter light,$(lit)),$(sky_flags))
+# A rung decides whether there is multiple scattering, else the pipeline does.
+lit := $(if $(if $(rung_flags),$(filter-out none,$(rung_of_p1solve)),$(scattering)),scatter,light)
 # $(call told,FILE,TEXT): writes TEXT to OUT/FILE.told unless it is there. While make reads its files, so that why works.
 told = $(if $(filter clean,$(MAKECMDGOALS)),,$(shell mkdir -p $(OUT); f=$(OUT)/$(1).told; \
     [ -e $$f ] && [ "$$(< $$f)" = $(call q,$(2)) ] || printf '%s\n' $(call q,$(2)) > $$f))
@@ -96,18 +94,27 @@ endif
 programs := $(shell realpath -- $(BIN) 2> /dev/null || echo $(BIN))
 $(call told,fractalgen,$(programs) $(density_flags))
 $(call told,illuminate,$(programs) $(rung_flags) $(light_flags))
-$(call told,p1solve,$(programs) $(rung_flags) $(sky_flags))
-$(call told,render,$(programs) $(rung_flags) $(render_flags) $(sky_of_render) $(SPP) $(PARTS))
+$(call told,p1solve,$(programs) $(rung_flags))
+$(call told,render,$(programs) $(rung_flags) $(render_flags) $(SPP) $(PARTS))
 $(foreach p,vdbimport exrmerge,$(call told,$(p),$(programs)))
+
+# $(call part,PROGRAM,SCENE,NAME): OUT/NAME.part holds what the program takes of a scene. It is replaced where that differs.
+part = $(if $(filter clean,$(MAKECMDGOALS)),,$(shell f=$(OUT)/$(3).part; mkdir -p $(OUT); \
+    if [ ! -x $(BIN)/$(1) ]; then touch $$f; \
+    elif $(BIN)/$(1) --scene $(2) --print-scene > $$f.new; then cmp -s $$f.new $$f && rm $$f.new || mv $$f.new $$f; \
+    else rm -f $$f.new; exit 1; fi)$(if $(filter-out 0,$(.SHELLSTATUS)),$(error $(2): refused by $(1))))
+ifneq ($(wildcard scene.toml),)
+$(foreach p,illuminate p1solve render,$(call part,$(p),scene.toml,$(p)))
+endif
 
 # $(call say,FILE): prints its absolute path.
 say = realpath -s -- $(1)
 
-$(OUT)/%.light.vdb: $(OUT)/%.density.vdb light.toml $(call tool,illuminate)
-	@$(call stage,illuminate $< --config light.toml $(rung_flags) $(light_flags) -o $@)
+$(OUT)/%.light.vdb: $(OUT)/%.density.vdb $(OUT)/illuminate.part $(call tool,illuminate)
+	@$(call stage,illuminate $< --scene scene.toml $(rung_flags) $(light_flags) -o $@)
 
-$(OUT)/%.scatter.vdb: $(OUT)/%.light.vdb $(scatter_toml) $(call tool,p1solve)
-	@$(call stage,p1solve $< $(scatter_toml:%=--config %) $(sky_flags) $(rung_flags) -o $@)
+$(OUT)/%.scatter.vdb: $(OUT)/%.light.vdb $(OUT)/p1solve.part $(call tool,p1solve)
+	@$(call stage,p1solve $< --scene scene.toml $(rung_flags) -o $@)
 
 ifneq ($(and $(call given,ERROR),$(if $(call given,RUNG),,no rung)),)
 # Tries are made by other makes. This one runs none when it only lists commands.
@@ -120,8 +127,8 @@ $(OUT)/%.exr $(OUT)/%.png &: always
 	@$(rules)climb.sh $(make_again) $(BIN) $(OUT) $* $(call q,$(call given,ERROR)) $(call q,$(call given,TIME))
 else
 # climb.sh has the error measured, which does not change the picture. Status 3: not known as well as asked for.
-$(OUT)/%.exr $(OUT)/%.png &: $(OUT)/%.$(lit).vdb camera.toml $(call tool,render)
-	@$(call stage,render $< --config camera.toml $(sky_of_render) $(rung_flags) $(render_flags) $(climb_flags) -o $(OUT)/$*.exr --png $(OUT)/$*.png)$(if $(climb_flags), || [ $$? = 3 ])
+$(OUT)/%.exr $(OUT)/%.png &: $(OUT)/%.$(lit).vdb $(OUT)/render.part $(call tool,render)
+	@$(call stage,render $< --scene scene.toml $(rung_flags) $(render_flags) $(climb_flags) -o $(OUT)/$*.exr --png $(OUT)/$*.png)$(if $(climb_flags), || [ $$? = 3 ])
 	@$(call say,$(OUT)/$*.png)
 	@for s in $(OUT)/$*.density.vdb $(OUT)/$*.light.vdb $(if $(filter scatter,$(lit)),$(OUT)/$*.scatter.vdb) $(OUT)/$*.exr $(OUT)/$*.png; do \
 	    if [ -e $$s.seconds ]; then printf '  %-24s %s s\n' $$(basename $$s) $$(cat $$s.seconds); fi; done
@@ -130,8 +137,8 @@ endif
 # Each part has samples of its own, so that any machine may make it. LAUNCH may hand it to a batch system.
 parts := $(shell seq 0 $$(($(PARTS) - 1)))
 define path_part
-$(OUT)/%.part$(1).exr: $(OUT)/%.$(lit).vdb camera.toml $(call tool,render)
-	@$$(call stage,render $$< --config camera.toml $$(sky_of_render) $$(render_flags) --integrator path --spp $(SPP) \
+$(OUT)/%.part$(1).exr: $(OUT)/%.$(lit).vdb $(OUT)/render.part $(call tool,render)
+	@$$(call stage,render $$< --scene scene.toml $$(render_flags) --integrator path --spp $(SPP) \
 	    --spp-offset $$$$(($(1) * $(SPP))) --aov standard_error -o $$@ --png $$(@:.exr=.png))
 endef
 $(foreach k,$(parts),$(eval $(call path_part,$(k))))

@@ -96,7 +96,9 @@ void declare_output(App& app, Options& o)
     output.keep("minutes",
                 app.add_option("--minutes", o.minutes, "simulated time [min]; else the preset's")->check(nonnegative));
     output.keep("every", app.add_option("--every", o.every, "time between frames, 10s or 0.5min; else the preset's"));
-    output.keep("up", app.add_choice<UpAxis>("--up", o.up, up_axis_choices(), "axis that points up in the files"));
+    output.keep(
+        "up",
+        app.add_choice<UpAxis>("--up", o.up, up_axis_choices(), "axis that points up in the files")->scene("medium"));
     output.keep("grids", app.add_option("--grids", o.grids,
                                         "grids to write, between commas: density,temperature,qt,vel,rain,dye; "
                                         "else all that the run has"));

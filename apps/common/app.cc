@@ -137,6 +137,7 @@ void App::declare_shared()
         }
     }
     declare_frames();
+    if (!s.scene_keys.empty()) declare_scene();
     declare_common();
 }
 
@@ -177,6 +178,23 @@ void App::declare_common()
     CLI::App::add_option("--completion", s.completion)->configurable(false)->group("");
 }
 
+void App::declare_scene()
+{
+    Shared& s = *shared_;
+    const auto of_scene_file = [](const Option& option) { return option.configurable(false).group("Scene"); };
+    of_scene_file(
+        add_option("--scene", s.scene,
+                   "read medium, lights, sky, camera and so on from FILE, which all programs of a picture share: "
+                   "each takes its keys, and refuses what is no key of any program. --config and the command "
+                   "line win"))
+        ->type_name("FILE");
+    s.files.push_back({Option(*this, get_option("--scene")), std::nullopt, false, true});
+    of_scene_file(
+        add_flag("--print-scene", s.print_scene,
+                 "print the part of the scene file that this program takes, in one form whatever the order of "
+                 "its lines, and exit; to see whether a change concerns this program"));
+}
+
 void App::add_work(const Workload& work) { shared_->work += work; }
 Workload App::take_work() { return std::exchange(shared_->work, {}); }
 
@@ -196,7 +214,9 @@ bool App::on_command_line(const CLI::Option* option) const
 
 std::string App::place(const CLI::Option* option) const
 {
-    return on_command_line(option) ? "" : shared_->toml->place(option);
+    if (on_command_line(option)) return "";
+    const auto found = shared_->scene_places.find(option);
+    return found == shared_->scene_places.end() ? shared_->toml->place(option) : found->second;
 }
 
 Progress App::progress(const std::string& label) { return shared_->meter.of(label); }
@@ -260,6 +280,7 @@ void App::begin()
     Shared& s = *shared_;
     check_frames();
     check_files();
+    leave_out_idle_scene();
     for (const Rule& rule : s.rules) rule.check();
     const bool tty = ::isatty(STDERR_FILENO);
     Meter::Mode mode = s.quiet || !tty ? Meter::Off : Meter::Bar;
@@ -301,8 +322,9 @@ bool App::parse_line(int argc, char** argv)
         return to_standard_output(versions.what()), false;
     } catch (const CLI::RequiredError&) {
         if (remaining_size() > 0) throw CLI::ExtrasError(remaining());
-        if (!s.print_config && s.completion.empty()) throw;
+        if (!s.print_config && !s.print_scene && s.completion.empty()) throw;
     }
+    if (s.completion.empty() && !read_scene()) return false;
     apply_rung();
     if (!s.completion.empty()) return to_standard_output(completion_script(*this, s.completion)), false;
     if (s.print_config) return to_standard_output(config_to_str(true, true)), false;

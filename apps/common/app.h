@@ -22,6 +22,8 @@
 
 namespace vdbcloud::app {
 
+struct SceneKey;  // scene_file.h
+
 /// Exit status: what a Makefile sees. Signals end as the shell shows them: 130, 143, 141.
 enum Exit { ok = 0, failed = 1, usage = 2, unconverged = 3 };
 
@@ -154,6 +156,9 @@ public:
     /// The events counted so far, which are forgotten.
     Workload take_work();
 
+    /// The options that are keys of scene files.
+    const std::vector<SceneKey>& scene_keys() const;
+
     bool dry_run() const;
     bool verbose() const;
     /// How many threads this run may use, at least 1.
@@ -183,6 +188,7 @@ public:
 
 private:
     friend class Option;
+    friend class SceneReader;
     struct Shared;
     struct Outcome {
         int status = ok;
@@ -191,8 +197,13 @@ private:
 
     void declare_shared();
     void declare_common();
+    void declare_scene();
     void declare_frames();
-    void apply_rung();  // sets what the user left to the rung
+    bool read_scene();  // false: its part is all that was asked for, and is printed
+    static void give(CLI::Option&, const std::vector<std::string>& words);  // as a file gives a value
+    void leave_out_idle_scene();              // values of the scene file that have no effect in this run
+    bool of_scene(const CLI::Option*) const;  // the scene file gave the value that is in force
+    void apply_rung();                        // sets what the user left to the rung
     bool given_beside_rung(const Option&) const;
     std::string set_by_rung(const std::string& message) const;  // what to add where the rung set what it names
     bool parse_line(int argc, char** argv);                     // false: all that was asked for is printed
@@ -207,7 +218,8 @@ private:
     void note(const std::string& phase, double wall, double cpu);  // into the report
     Outcome attempt(const std::function<void()>& work);
     bool on_command_line(const CLI::Option*) const;
-    std::string place(const CLI::Option*) const;  // "FILE: line N: " if the --config file gave the option, else nothing
+    std::string
+    place(const CLI::Option*) const;  // "FILE: line N: " if --config or --scene gave the option, else nothing
     std::string explain(const CLI::ParseError&) const;
     std::string reworded(const CLI::ParseError&) const;
     static std::string json_asked(int argc, char** argv);

@@ -2,49 +2,17 @@
 
 #include "nearest.h"
 #include "options.h"
+#include "toml_items.h"
 
 #include "vdbcloud/core/error.h"
 
-#include <toml++/toml.h>
-
-#include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <cstdint>
 #include <istream>
-#include <string_view>
 
 namespace vdbcloud::app {
 
 namespace {
-
-const std::string value_kinds = "a number, true, false, \"text\" or a [list]";
-
-[[noreturn]] void refuse(size_t line, const std::string& why)
-{
-    throw UsageError("line " + std::to_string(line) + ": " + why);
-}
-
-/// toml++ says what it was parsing and what is wrong there; what belongs there is said here.
-[[noreturn]] void refuse(const toml::parse_error& error)
-{
-    std::string why = printable(std::string(error.description()));
-    const std::string twice = "cannot redefine existing ", prefix = "Error while parsing ";
-    const size_t line = error.source().begin.line, quote = why.find('\'');
-    if (why.find(twice) != std::string::npos && quote != std::string::npos)
-        refuse(line, why.substr(quote, why.rfind('\'') - quote + 1) + " is set twice");
-    if (why.rfind(prefix, 0) == 0) why.erase(0, prefix.size());
-    refuse(line, why + "; expected lines key = value, the value " + value_kinds);
-}
-
-toml::table parsed(const std::string& text)
-{
-    try {
-        return toml::parse(std::string_view(text));
-    } catch (const toml::parse_error& error) {
-        refuse(error);
-    }
-}
 
 /// A number as TOML writes it, the same text for each way to write it; in quotes what exceeds TOML's integers.
 std::string toml_number(const std::string& word)
@@ -66,73 +34,6 @@ const CLI::Option* option_called(const CLI::App& app, const std::string& key)
     const CLI::Option* option = app.get_option_no_throw("--" + key);
     if (!option && key.size() == 1) option = app.get_option_no_throw("-" + key);
     return option ? option : app.get_option_no_throw(key);
-}
-
-/// The words of one `key = value`, as they would stand on the command line.
-class Item {
-public:
-    Item(const toml::key& key, const toml::node& value) : name(key.str()), line(key.source().begin.line), value_(&value)
-    {
-    }
-
-    std::vector<std::string> words(const CLI::Option& option) const
-    {
-        const bool flag = option.get_items_expected_max() == 0;
-        if (flag && !value_->is_boolean()) refuse(line, "'" + name + "': expected true or false");
-        const toml::array* list = value_->as_array();
-        if (!list) return {word(*value_)};
-        std::vector<std::string> all;
-        bool nested = false;
-        for (const toml::node& entry : *list) {
-            nested = nested || entry.is_array();
-            all.push_back(entry.is_array() ? joined(*entry.as_array()) : word(entry));
-        }
-        // [0.3, 1, 0.2] for an option of one word is the vector "0.3,1,0.2".
-        const bool vector = option.get_items_expected_max() == 1 && !nested && !all.empty() && number(all.front());
-        return vector ? std::vector<std::string>{joined(*list)} : all;
-    }
-
-    std::string name;
-    size_t line;
-
-private:
-    std::string word(const toml::node& node) const
-    {
-        if (const auto* text = node.as_string()) return text->get();
-        if (const auto* yes = node.as_boolean()) return yes->get() ? "true" : "false";
-        if (const auto* whole = node.as_integer()) return std::to_string(whole->get());
-        if (const auto* x = node.as_floating_point()) {
-            if (std::isfinite(x->get())) return shortest(x->get());
-            refuse(line, "'" + name + "': expected a finite number; text goes between quotes");
-        }
-        refuse(line, "'" + name + "': expected " + value_kinds);
-    }
-
-    std::string joined(const toml::array& list) const
-    {
-        std::string all;
-        for (const toml::node& entry : list) {
-            if (entry.is_array()) refuse(line, "'" + name + "': a list of lists of lists has no meaning here");
-            all += (all.empty() ? "" : ",") + word(entry);
-        }
-        return all;
-    }
-
-    const toml::node* value_;
-};
-
-/// What the file holds, in the order of its lines. Throws UsageError "line N: ...".
-std::vector<Item> items_of(const toml::table& table)
-{
-    std::vector<Item> items;
-    for (auto&& [key, value] : table) {
-        const Item& item = items.emplace_back(key, value);
-        if (value.is_table())
-            refuse(item.line,
-                   "'" + printable(item.name) + "' is a table: tables are not used here, only lines key = value");
-    }
-    std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) { return a.line < b.line; });
-    return items;
 }
 
 }  // namespace
@@ -189,23 +90,21 @@ std::string toml(const Setting& setting)
 std::vector<CLI::ConfigItem> Toml::from_config(std::istream& input) const
 {
     const std::string path = printable(app_.get_config_ptr()->results().back(), 4096);
-    constexpr size_t most = size_t(1) << 20;
-    std::string text(most + 1, ' ');
-    input.read(text.data(), std::streamsize(text.size()));
-    text.resize(size_t(input.gcount()));
-    if (input.bad()) throw IoError(path + ": cannot read it");
-    if (text.size() > most)
-        throw IoError(path + ": has more than " + std::to_string(most) + " bytes: expected a smaller configuration");
+    const std::string text = read_text(input, path);
     std::vector<CLI::ConfigItem> all;
     try {
-        const toml::table table = parsed(text);
-        for (const Item& item : items_of(table)) {
+        const toml::table table = parse_toml(text);
+        for (const TomlItem& item : items_of(table)) {
+            if (item.value().is_table())
+                refuse_line(item.line, "'" + printable(item.name) +
+                                           "' is a table: tables are not used here, only lines key = value");
             const CLI::Option* option = option_called(app_, item.name);
-            if (!option) refuse(item.line, "unknown key '" + printable(item.name) + "'" + suggestion(app_, item.name));
+            if (!option)
+                refuse_line(item.line, "unknown key '" + printable(item.name) + "'" + suggestion(app_, item.name));
             if (!option->get_configurable())
-                refuse(item.line, "'" + item.name + "' belongs on the command line, not in a file");
+                refuse_line(item.line, "'" + item.name + "' belongs on the command line, not in a file");
             if (!places_.emplace(option, path + ": line " + std::to_string(item.line) + ": ").second)
-                refuse(item.line, "'" + item.name + "' is set twice");
+                refuse_line(item.line, "'" + item.name + "' is set twice");
             CLI::ConfigItem& read = all.emplace_back();
             read.name = item.name;
             read.inputs = item.words(*option);

@@ -1,5 +1,7 @@
 #include "help.h"
 
+#include "scene_file.h"
+
 #include <sstream>
 #include <vector>
 
@@ -61,7 +63,17 @@ std::string names_of(const CLI::Option& option)
     return names;
 }
 
-std::string row(const CLI::Option& option, bool positional)
+/// "[sky] zenith" for a key of scene files, else nothing.
+std::string scene_place(const CLI::App& app, const CLI::Option& option)
+{
+    const auto* tool = dynamic_cast<const App*>(&app);
+    if (!tool) return {};
+    for (const SceneKey& key : tool->scene_keys())
+        if (key.option.cli() == &option) return shown(key);
+    return {};
+}
+
+std::string row(const CLI::Option& option, bool positional, const std::string& scene = {})
 {
     const std::string type = option.get_type_name();
     const size_t colon = type.find(':');
@@ -81,6 +93,7 @@ std::string row(const CLI::Option& option, bool positional)
     }
     if (!option.get_default_str().empty() && option.get_default_str() != "[]")
         add("default " + (option.get_items_expected_max() == 0 ? "on" : option.get_default_str()));
+    if (!scene.empty()) add("scene " + scene);
     const std::string text = option.get_description() + (facts.empty() ? "" : " (" + facts + ")");
 
     left += left.size() + 2 > column ? "\n" + std::string(column, ' ') : std::string(column - left.size(), ' ');
@@ -106,7 +119,7 @@ std::string Help::make_help(const CLI::App* app, std::string, CLI::AppFormatMode
         for (const CLI::Option* option : app->get_options(shown)) {
             if (option->get_group() != group || !option->nonpositional()) continue;
             if (group != common || all)
-                rows += row(*option, false);
+                rows += row(*option, false, scene_place(*app, *option));
             else
                 listed += (listed.empty() ? "" : " ") + ("--" + option->get_lnames().front());
         }

@@ -48,6 +48,7 @@ void declare_lights(App& app, LightOptions& o)
         of.numbers.resize(kind.parameters.size());
         const Option place =
             app.add_vec3s(option_of(kind), of.places, kind.place_help + std::string("; repeat for another"))
+                ->scene("lights")
                 ->group(group);
         for (size_t p = 0; p < kind.parameters.size(); ++p) {
             const LightParameter& parameter = kind.parameters[p];
@@ -55,10 +56,9 @@ void declare_lights(App& app, LightOptions& o)
                               help = parameter.help + std::string("; one for all ") + option_of(kind) +
                                      ", or one for each [" + shortest(parameter.otherwise) + "]";
             const auto limits = std::isfinite(parameter.most) ? within(parameter.least, parameter.most) : nonnegative;
-            if (parameter.colour)
-                app.add_rgbs(option, of.colours[p], help)->check(limits)->needs(place)->group(group);
-            else
-                app.add_option(option, of.numbers[p], help)->check(limits)->needs(place)->group(group);
+            const Option declared = parameter.colour ? app.add_rgbs(option, of.colours[p], help)
+                                                     : app.add_option(option, of.numbers[p], help);
+            declared->check(limits)->needs(place)->scene_light(place, shortest(parameter.otherwise))->group(group);
         }
     }
 }

@@ -42,6 +42,7 @@ void declare_parameter(App& app, const PhaseParameter& parameter, MediumOptions&
     option = app.add_option(std::string("--") + parameter.name, value, parameter.meaning + otherwise)
                  ->check(within(parameter.low + inside, parameter.high - inside))
                  ->default_str("")
+                 ->scene("medium")
                  ->group(group);
 }
 
@@ -121,12 +122,14 @@ void declare_medium(App& app, MediumOptions& o, MediumSource source)
                                           without_it(source, file ? "automatic" : "later programs choose one"))
                               ->check(nonnegative)
                               ->default_str("")
+                              ->scene("medium")
                               ->group(group);
     o.option.albedo =
         app.add_rgb("--albedo", o.albedo,
                     "share of extinguished light that is scattered, one number or r,g,b" + without_it(source, "1"))
             ->check(within(0, 1))
             ->default_str("")
+            ->scene("medium")
             ->group(group);
     std::vector<std::pair<std::string, std::string>> names;
     std::string meanings;
@@ -137,6 +140,7 @@ void declare_medium(App& app, MediumOptions& o, MediumSource source)
     o.option.phase = app.add_choice<std::string>("--phase", o.phase, names,
                                                  "phase function" + without_it(source, "henyey-greenstein") + meanings)
                          ->default_str("")
+                         ->scene("medium")
                          ->group(group);
     for (const PhaseForm& form : phase_table())
         for (const PhaseParameter& parameter : form.parameters) declare_parameter(app, parameter, o, source, group);

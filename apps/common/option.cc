@@ -33,6 +33,35 @@ Option Option::writes_frames(FileKind kind) const
     return app_->shared_->files.push_back({*this, kind, false, true}), *this;
 }
 
+namespace {
+
+/// The name without dashes, and without that of what it belongs to.
+std::string key_of(const std::string& option, const std::string& owner)
+{
+    const std::string name = option.substr(option.find_first_not_of('-')), prefix = owner + "-";
+    return name.rfind(prefix, 0) == 0 ? name.substr(prefix.size()) : name;
+}
+
+}  // namespace
+
+Option Option::scene(const std::string& section, const std::string& key) const
+{
+    const auto is_it = [&](const SceneSection& s) { return section == s.name; };
+    if (std::none_of(scene_sections().begin(), scene_sections().end(), is_it))
+        throw std::logic_error(name() + ": scene files have no section " + section);
+    app_->shared_->scene_keys.push_back({*this, section, key.empty() ? key_of(name(), section) : key, "", ""});
+    return *this;
+}
+
+Option Option::scene_light(const Option& light, const std::string& otherwise) const
+{
+    const std::string kind = key_of(light.name(), "");
+    app_->shared_->scene_keys.push_back({*this, "lights", key_of(name(), kind), kind, otherwise});
+    return *this;
+}
+
+bool Option::by_scene() const { return app_->of_scene(cli()); }
+
 std::string Option::name() const { return cli()->get_name(); }
 
 std::string Option::text() const
@@ -47,7 +76,8 @@ std::string Option::text() const
 bool Option::given() const
 {
     if (cli()->count() == 0) return false;
-    if (app_->on_command_line(option_)) return true;
+    const bool flag = option_->get_items_expected_max() == 0;
+    if (app_->on_command_line(option_) || (by_scene() && !flag)) return true;
     for (const Setting& setting : settings(*app_))
         if (setting.option == option_) return setting.words != default_words(setting);
     return true;
@@ -102,7 +132,7 @@ bool Option::by_rung() const
 
 void Option::check_effect(bool met, const std::string& wanted) const
 {
-    if (given() && !met) refuse(without(wanted, name()));
+    if (given() && !met && !by_scene()) refuse(without(wanted, name()));
 }
 
 }  // namespace vdbcloud::app

@@ -44,6 +44,17 @@ public:
     /// The same as writes_file(); the program itself puts numbers of frames into the name.
     Option writes_frames(FileKind) const;
 
+    /// The option is a key of scene files (--scene), in a section of scene_sections(). Without `key` the key is the
+    /// name of the option, less that of the section: zenith of [sky] is --sky-zenith. Options of several programs with
+    /// one key have one meaning. In a scene file an option without effect is left out, not refused: another program may
+    /// use it.
+    Option scene(const std::string& section, const std::string& key = {}) const;
+    /// The same for a parameter of a light in [[lights]], whose place is the option `light`. `otherwise`: its value
+    /// where a light gives none.
+    Option scene_light(const Option& light, const std::string& otherwise) const;
+    /// True if the scene file gave the value that is in force.
+    bool by_scene() const;
+
     /// No effect unless `other` was given.
     Option needs(const Option& other) const;
     /// No effect unless `met` once all options are read; `wanted` is what to add to the command: "--integrator steps".
@@ -58,9 +69,9 @@ public:
     /// True if --rung has set the value that is in force.
     bool by_rung() const;
 
-    /// True if the user gave the option on the command line, or in the --config file with another value than its
-    /// default: a file that --print-config wrote gives nothing that was not given. An option whose default has a
-    /// meaning that no value expresses has none: ->default_str("").
+    /// True if the user gave the option on the command line, in the scene file, or in the --config file with another
+    /// value than its default: a file that --print-config wrote gives nothing that was not given. An option whose
+    /// default has a meaning that no value expresses has none: ->default_str("").
     bool given() const;
     /// "--fov", or the name of a positional.
     std::string name() const;

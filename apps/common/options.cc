@@ -240,21 +240,27 @@ bool is_text(const CLI::Option& option)
 
 }  // namespace
 
+Setting setting_of(const CLI::Option* option, std::vector<std::string> words)
+{
+    Setting one{option, option->get_single_name(), std::move(words), Setting::One, false};
+    const bool several =
+        option->get_items_expected_max() > 1 || option->get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll;
+    if (option->get_items_expected_max() == 0)
+        one.kind = Setting::Flag;
+    else if (several)
+        one.kind = Setting::Many;
+    one.numeric = one.kind != Setting::Flag && !is_text(*option);
+    for (const std::string& word : one.words) one.numeric = one.numeric && numbers(word);
+    return one;
+}
+
 std::vector<Setting> settings(const CLI::App& app)
 {
     std::vector<Setting> all;
     for (const CLI::Option* option : app.get_options()) {
         if (!option->get_configurable()) continue;
-        Setting one{option, option->get_single_name(), {}, Setting::One, false};
-        const bool several = option->get_items_expected_max() > 1 ||
-                             option->get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll;
-        if (option->get_items_expected_max() == 0)
-            one.kind = Setting::Flag;
-        else if (several)
-            one.kind = Setting::Many;
-        one.words = option->count() > 0 ? option->reduced_results() : default_words(one);
-        one.numeric = one.kind != Setting::Flag && !is_text(*option);
-        for (const std::string& word : one.words) one.numeric = one.numeric && numbers(word);
+        Setting one = setting_of(option, option->count() > 0 ? option->reduced_results() : std::vector<std::string>());
+        if (option->count() == 0) one = setting_of(option, default_words(one));
         all.push_back(std::move(one));
     }
     return all;

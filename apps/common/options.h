@@ -88,6 +88,9 @@ struct Setting {
     bool numeric;  ///< words are numbers, or lists of numbers
 };
 
+/// `option` with these words as its value.
+Setting setting_of(const CLI::Option*, std::vector<std::string> words);
+
 /// Every option that describes the result (not --threads, --json and the like), in the order of declaration.
 std::vector<Setting> settings(const CLI::App&);
 

@@ -1,5 +1,6 @@
 #include "periodic_option.h"
 
+#include "formed.h"
 #include "inputs.h"
 
 #include "vdbcloud/core/error.h"
@@ -13,6 +14,23 @@
 
 namespace vdbcloud::app {
 
+namespace {
+
+/// Nothing if `asked` is of another form.
+std::optional<Axes> axes_of(const std::string& asked)
+{
+    Axes axes{};
+    if (asked == "none") return axes;
+    if (asked.empty() || asked.size() > 2) return std::nullopt;
+    for (const char letter : asked) {
+        if (letter < 'x' || letter > 'z' || axes[size_t(letter - 'x')]) return std::nullopt;
+        axes[size_t(letter - 'x')] = true;
+    }
+    return axes;
+}
+
+}  // namespace
+
 Option declare_periodic(App& app, std::string& text, const std::string& group)
 {
     return app
@@ -21,28 +39,15 @@ Option declare_periodic(App& app, std::string& text, const std::string& group)
             "axes of the grid along which the medium repeats without end, x, z, xz and so on, or none. The period "
             "is the extent of the density's active voxels. For layers and fields of clouds; without it the "
             "axes of the results in the file, else none")
+        .check(formed("none, or one or two of the letters x, y, z; light leaves the medium along the third axis",
+                      [](const std::string& axes) { return axes_of(axes).has_value(); }))
         .default_str("")
+        .scene("medium")
         .type_name("AXES")
         .group(group);
 }
 
 namespace {
-
-Axes axes_asked(const std::string& asked)
-{
-    Axes axes{};
-    if (asked == "none") return axes;
-    bool right = asked.size() <= 2;
-    for (const char letter : asked) {
-        right = right && letter >= 'x' && letter <= 'z' && !axes[size_t(letter - 'x')];
-        if (right) axes[size_t(letter - 'x')] = true;
-    }
-    if (!right)
-        throw UsageError("--periodic " + printable(asked) +
-                         ": expected none, or one or two of the letters x, y, z; light leaves the medium along the "
-                         "third axis");
-    return axes;
-}
 
 /// The results that depend on how the medium repeats.
 std::vector<GridBasePtr> results(const GridFile& file)
@@ -64,7 +69,7 @@ std::string described(const GridFile& file, const GridBase& grid)
 
 Axes periodic_axes(const std::string& asked, const std::vector<GridFile>& files)
 {
-    if (!asked.empty()) return axes_asked(asked);
+    if (!asked.empty()) return axes_of(asked).value();
     std::optional<Axes> axes;
     std::string first;
     for (const GridFile& file : files)

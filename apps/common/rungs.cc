@@ -102,6 +102,7 @@ void App::takes_rungs()
                                    "the same rung")
                         ->check(within(0, double(last)))
                         ->default_str("")
+                        ->scene("accuracy")
                         ->group("Accuracy");
 }
 

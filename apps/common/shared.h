@@ -4,6 +4,7 @@
 #include "config.h"
 #include "named_files.h"
 #include "progress.h"
+#include "scene_file.h"
 
 #include "vdbcloud/file/io.h"
 
@@ -11,6 +12,7 @@
 
 #include <atomic>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -33,7 +35,7 @@ struct NamedFile {
 
 /// Whether an option has an effect beside the values of the others.
 struct Rule {
-    const CLI::Option* option;
+    CLI::Option* option;
     std::function<bool()> holds;
     std::function<void()> check;  // throws if the option was given and has none
 };
@@ -44,16 +46,17 @@ struct App::Shared {
     std::vector<NamedFile> files;
     std::vector<Option> inputs;  // of a tool that can run without one, else empty
     std::vector<Rule> rules;
-    Option rung_option;            // of a program that takes rungs
-    std::vector<Rule> rung_rules;  // of options that a rung sets at times
+    Option rung_option;                // of a program that takes rungs
+    std::vector<Rule> rung_rules;      // of options that a rung sets at times
+    std::vector<SceneKey> scene_keys;  // options that are keys of scene files
 
     // Options.
     int threads = 0, verbosity = 0;
-    bool quiet = false, dry_run = false, werror = false, force = false, print_config = false;
+    bool quiet = false, dry_run = false, werror = false, force = false, print_config = false, print_scene = false;
     bool one_medium = false, half = false, no_clobber = false, trust_input = false;
     double max_input = 16;  // [GiB]
     int rung = 0;
-    std::string frames, json, keep = "all", completion;
+    std::string frames, json, scene, keep = "all", completion;
     int progress_choice = 0;  // auto, always, never, machine
     Compression compression = Compression::Blosc;
 
@@ -67,12 +70,13 @@ struct App::Shared {
     Meter meter;
     std::unique_ptr<tbb::global_control> limit;
     double wall_start = wall_seconds();
-    std::vector<Option> rung_set;           // options whose value is the rung's
-    std::vector<int> numbers;               // of --frames
-    std::optional<int> frame;               // the one that is worked on
-    std::set<std::string> used;             // grids --keep never drops
-    std::set<std::string> inherited_grids;  // names in what was read
-    std::set<std::string> traced_inputs;    // paths of inputs that bring a history
+    std::map<const CLI::Option*, std::string> scene_places;  // "FILE: line N: " of options that the scene file gave
+    std::vector<Option> rung_set;                            // options whose value is the rung's
+    std::vector<int> numbers;                                // of --frames
+    std::optional<int> frame;                                // the one that is worked on
+    std::set<std::string> used;                              // grids --keep never drops
+    std::set<std::string> inherited_grids;                   // names in what was read
+    std::set<std::string> traced_inputs;                     // paths of inputs that bring a history
 };
 
 /// Options and their values as an object, numbers as numbers.

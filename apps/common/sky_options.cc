@@ -15,19 +15,23 @@ void declare_sky_shape(App& app, SkyOptions& o, const std::string& group)
                                   "radiance of the sky straight up, one number or r,g,b; without it a clear blue day")
                           ->check(nonnegative)
                           ->default_str("")
+                          ->scene("sky")
                           ->group(group);
     o.option.horizon =
         app.add_rgb("--sky-horizon", o.horizon, "radiance of the sky along the horizon, one number or r,g,b")
             ->check(nonnegative)
             ->default_str("")
+            ->scene("sky")
             ->group(group);
     o.option.ground = app.add_rgb("--sky-ground", o.ground, "radiance of the ground straight down, one number or r,g,b")
                           ->check(nonnegative)
                           ->default_str("")
+                          ->scene("sky")
                           ->group(group);
     o.option.haze =
         app.add_option("--sky-haze", o.haze, "how narrow the bright band at the horizon is; larger is narrower")
             ->check(nonnegative)
+            ->scene("sky")
             ->group(group);
 }
 

@@ -20,6 +20,7 @@ Option declare_up(App& app, std::optional<UpAxis>& up, const std::string& group)
         .add_choice<std::optional<UpAxis>>("--up", up, up_axis_choices<std::optional<UpAxis>>(),
                                            "axis that points up; without it the file's, else y")
         .default_str("")
+        .scene("medium")
         .group(group);
 }
 

@@ -154,6 +154,7 @@ void declare(App& app, Options& o)
                                           "axis that points up; z for Blender, y for Houdini; without it that of the "
                                           "input or of --envelope-from, else y")
         ->default_str("")
+        ->scene("medium")
         ->group(space);
 
     declare_mountain(app, o);

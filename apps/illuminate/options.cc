@@ -20,7 +20,7 @@ void declare(app::App& app, IlluminateOptions& o)
     const auto lattice = [&o] { return o.accuracy.fidelity == Fidelity::Lattice; };
     const auto of_suns = [&](const app::Option& option) {
         o.of_suns.push_back(option);
-        return option.group(accuracy);
+        return option.scene("accuracy").group(accuracy);
     };
     of_suns(app.add_choice<Fidelity>("--fidelity", o.accuracy.fidelity,
                                      {{"lattice", Fidelity::Lattice}, {"exact", Fidelity::Exact}},
@@ -33,10 +33,12 @@ void declare(app::App& app, IlluminateOptions& o)
     app.add_option("--refine", o.accuracy.refine,
                    "points of the light grid in a voxel of density, along each axis; for sharp shadows in coarse grids")
         ->check(app::within(1, 8))
+        ->scene("accuracy")
         ->group(accuracy);
     o.disc_samples =
         app.add_option("--disc-samples", o.accuracy.disc_samples, "directions over the disc of a sun with a diameter")
             ->check(app::within(1, 1024))
+            ->scene("accuracy")
             ->group(accuracy);
     of_suns(app.add_option("--error-samples", o.accuracy.error_samples,
                            "voxels at which lattice and exact rays are compared, for --json; 0: none"))

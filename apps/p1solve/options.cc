@@ -14,14 +14,18 @@ void declare_closure(app::App& app, P1solveOptions& o)
     app.add_option("--iterations", c.iterations,
                    "transport sweeps at most; 0: P1 alone. 5 remove most of P1's error in a cloud")
         ->check(app::within(0, 1000))
+        ->scene("accuracy")
         ->group(group);
     const auto of_sweeps = [&](const app::Option& option) {
-        return option.only_with([&o] { return o.scatter.closure.iterations > 0; }, "--iterations above 0").group(group);
+        return option.only_with([&o] { return o.scatter.closure.iterations > 0; }, "--iterations above 0")
+            .scene("accuracy")
+            .group(group);
     };
     const auto of_directions = [&](const app::Option& option) {
         return option
             .only_with([&o] { return o.scatter.closure.iterations > 0 || !o.flux_map.empty(); },
                        "--iterations above 0 or --flux-map")
+            .scene("accuracy")
             .group(group);
     };
     of_directions(app.add_option("--directions", c.directions,
@@ -53,18 +57,22 @@ void declare_method(app::App& app, P1solveOptions& o)
     o.delta = app.add_choice<bool>("--delta", o.scatter.delta, {{"on", true}, {"off", false}},
                                    "on: delta-Eddington scaling of forward scattering; off: the paper's plain form, "
                                    "for comparison. No effect without a forward peak")
+                  ->scene("accuracy")
                   ->group(method);
     app.add_choice<P1Solver>(
            "--solver", o.scatter.solver, {{"multigrid", P1Solver::Multigrid}, {"relaxation", P1Solver::Relaxation}},
            "multigrid: conjugate gradients with a multigrid cycle; relaxation: the paper's, for comparison")
+        ->scene("accuracy")
         ->group(method);
     app.add_choice<bool>("--limiter", o.scatter.limiter, {{"none", false}, {"levermore-pomraning", true}},
                          "levermore-pomraning: no flux above the fluence, also where the medium is thin; the equations "
                          "are then not linear, and lights no longer add up")
+        ->scene("accuracy")
         ->group(method);
     app.add_option("--relaxation", o.scatter.relaxation, "factor of successive over-relaxation")
         ->check(app::within(0.1, 1.999))
         ->only_with([&o] { return o.scatter.solver == P1Solver::Relaxation; }, "--solver relaxation")
+        ->scene("accuracy")
         ->group(method);
 }
 
@@ -95,10 +103,12 @@ void declare_accuracy(app::App& app, P1solveOptions& o)
                    "stop when the relative residual and the relative error estimate fall below this value; solves "
                    "between sweeps follow the change")
         ->check(app::positive)
+        ->scene("accuracy")
         ->group(accuracy);
     app.add_option("--max-iterations", o.scatter.solve.max_iterations,
                    "iterations of the solver at most; status 3 if they do not suffice")
         ->check(app::within(1, 1000000))
+        ->scene("accuracy")
         ->group(accuracy);
     app.add_flag("--allow-unconverged", o.allow_unconverged,
                  "write the result and end with status 0 where the solver missed its tolerance")
@@ -106,10 +116,12 @@ void declare_accuracy(app::App& app, P1solveOptions& o)
     o.rays_per_voxel = app.add_option("--rays-per-voxel", o.scatter.rays_per_voxel,
                                       "rays of the light lattice along each axis; the error falls as the square")
                            ->check(app::within(1, 8))
+                           ->scene("accuracy")
                            ->group(accuracy);
     o.disc_samples =
         app.add_option("--disc-samples", o.scatter.disc_samples, "directions over the disc of a sun with a diameter")
             ->check(app::within(1, 1024))
+            ->scene("accuracy")
             ->group(accuracy);
     app.add_flag(
            "--voxel-error", o.voxel_error,
@@ -121,6 +133,7 @@ void declare_accuracy(app::App& app, P1solveOptions& o)
            "rays used to estimate light that leaves one part of the medium and hits another, and for P1 alone the "
            "planes that light leaves through, for --json; 0 disables both estimates")
         ->check(app::within(0, 10000000))
+        ->scene("accuracy")
         ->group(accuracy);
 }
 
@@ -180,6 +193,7 @@ void declare(app::App& app, P1solveOptions& o)
     app.add_option("--sky", o.sky,
                    "day: a clear sky whose brightness follows from the suns; or the radiance of a uniform sky, one "
                    "number or r,g,b; without it none")
+        ->scene("sky", "model")
         ->group("Lights");
     app::declare_sky_shape(app, o.sky_shape, "Lights");
     o.sky_shape.option.haze.only_with([&o] { return o.sky == "day" || app::sky_asked(o.sky_shape); }, "--sky day");
@@ -192,6 +206,7 @@ void declare(app::App& app, P1solveOptions& o)
                        "axes and gaps in the lowest layer give --iterations 5, too")
             ->check(app::within(0, 1))
             ->default_str("")
+            ->scene("solids")
             ->group("Lights");
     o.sky_shape.option.ground.not_with([&o] { return o.ground.given(); }, "--ground-albedo");
     declare_method(app, o);

@@ -77,52 +77,6 @@ Vec3d false_colour(double x)
 
 }  // namespace
 
-void declare_certificate(app::App& app, RenderOptions& o, const std::string& group)
-{
-    o.option.certify =
-        app.add_option(
-               "--certify", o.certify,
-               "measure the picture's error against light paths: for so many seconds (30), until the error over 32x32 "
-               "pixels is known to so much (0.5%), or whichever comes first (0.5%,30). Prints the error and its 95 % "
-               "interval; the .exr gets layers block_error and block_deviation")
-            ->not_with([&o] { return !shows_light_grids(o); }, "--integrator path, whose layer standard_error says it")
-            ->type_name("TEXT")
-            ->default_str("")
-            ->group(group);
-    app.add_flag("--correct", o.correct,
-                 "take the errors that --certify finds off the picture, shrunk by their noise; the certificate is then "
-                 "that of the corrected picture, by paths that its correction has not seen")
-        ->needs(o.option.certify)
-        ->group(group);
-    app.add_option("--error-png", o.error_png,
-                   "the errors of blocks of 8x8 pixels in false colours: red too bright, blue too dark")
-        ->needs(o.option.certify)
-        ->type_name("FILE")
-        ->writes_file(app::FileKind::Png)
-        ->configurable(false)
-        ->group(group);
-}
-
-CertifyOptions certify_options(const RenderOptions& o)
-{
-    const auto refuse = [&] {
-        throw UsageError("--certify " + printable(o.certify) +
-                         ": expected seconds (30), a half-width of the error (0.5%), or both (0.5%,30)");
-    };
-    CertifyOptions out;
-    out.correct = o.correct;
-    for (std::string word : app::split(o.certify, ',')) {
-        const bool share = !word.empty() && word.back() == '%';
-        if (share) word.pop_back();
-        const auto x = app::number(word);
-        double& to = share ? out.half_width : out.seconds;
-        if (!x || !(*x > 0) || !(*x < 1e9) || to > 0) refuse();
-        to = share ? *x / 100 : *x;
-    }
-    if (!(out.seconds > 0) && !(out.half_width > 0)) refuse();
-    return out;
-}
-
 double certificate_bytes(const RenderOptions& o, const LoadedScene& loaded, const Film& film)
 {
     return o.option.certify.given() ? render_bytes(film, loaded.scene, whole_paths()) : 0;

@@ -9,7 +9,7 @@ namespace vdbcloud {
 /// Declares --certify, --correct and --error-png.
 void declare_certificate(app::App&, RenderOptions&, const std::string& group);
 
-/// "30" [s], "0.5%", or "0.5%,30". Throws UsageError.
+/// "30" [s], "0.5%", or "0.5%,30".
 CertifyOptions certify_options(const RenderOptions&);
 
 /// Memory of the light paths beyond that of the picture [bytes].

@@ -44,7 +44,6 @@ void render(app::App& app, RenderOptions& o)
 {
     if (traces_paths(o)) o.integrator.kind = Integrator::Path;
     choose_samples(o);
-    if (o.option.certify.given()) certify_options(o);
     const ImageSize size = image_size(o);
     LoadedScene loaded = load_scene(app, o);
     const auto background = chosen_background(o, brightest_sun(loaded.scene.lights), loaded.up, loaded.sky);

@@ -1,6 +1,7 @@
 #include "options.h"
 
 #include "certify.h"
+#include "formed.h"
 
 #include "periodic_option.h"
 
@@ -13,6 +14,18 @@ namespace vdbcloud {
 
 namespace {
 
+/// The numbers of pixels in `text`, between characters `at`; none if one of them is no number of pixels.
+std::vector<int> pixels(const std::string& text, char at)
+{
+    std::vector<int> all;
+    for (const std::string& word : app::split(text, at)) {
+        const auto value = app::number(word);
+        if (!value || *value != std::floor(*value) || std::abs(*value) > 65536) return {};
+        all.push_back(int(*value));
+    }
+    return all;
+}
+
 void declare_camera(app::App& app, RenderOptions& o)
 {
     const char* group = "Camera";
@@ -22,43 +35,60 @@ void declare_camera(app::App& app, RenderOptions& o)
                        "position of the camera x,y,z, which may be inside the cloud; without it the cloud "
                        "is framed")
             ->default_str("")
+            ->scene("camera", "position")
             ->group(group);
     o.option.look_at = app.add_option("--look-at", o.camera.look_at,
                                       "point x,y,z in the middle of the picture; without it the cloud's middle")
                            ->default_str("")
+                           ->scene("camera")
                            ->group(group);
     o.option.direction =
         app.add_option("--direction", o.direction,
                        "direction x,y,z in which the camera looks; use it with framing, to see a cloud from any side")
             ->default_str("")
+            ->scene("camera")
             ->group(group);
     app.add_choice<Projection>("--projection", o.camera.projection,
                                {{"perspective", Projection::Perspective}, {"orthographic", Projection::Orthographic}},
                                "perspective: rays from one point; orthographic: parallel rays, for measurements")
+        ->scene("camera")
         ->group(group);
     app.add_option("--fov", o.camera.fov, "angle across the picture's width [degrees]")
         ->check(app::within(0.001, 179))
         ->only_with(perspective, "--projection perspective")
+        ->scene("camera")
         ->group(group);
     o.option.ortho_width =
         app.add_option("--ortho-width", o.camera.width, "width of the picture [world units]; without it framed")
             ->check(app::positive)
             ->only_with([&o] { return o.camera.projection == Projection::Orthographic; }, "--projection orthographic")
             ->default_str("")
+            ->scene("camera")
             ->group(group);
     app.add_option("--margin", o.framing.margin, "share of the picture that framing leaves free at each edge")
         ->check(app::within(0, 0.49))
         ->not_with([&o, perspective] { return perspective() && o.option.camera.given(); }, "--camera")
         ->not_with([&o] { return o.option.ortho_width.given(); }, "--ortho-width")
+        ->scene("camera")
         ->group(group);
     app::declare_up(app, o.up, group);
     app.add_option("--resolution", o.resolution, "size of the picture [pixels], WxH or one number for a square")
+        ->check(app::formed("WxH, such as 640x480, or one number of pixels",
+                            [](const std::string& text) {
+                                const size_t sides = pixels(text, 'x').size();
+                                return sides == 1 || sides == 2;
+                            }))
+        ->scene("picture")
         ->group(group);
     app.add_option("--pixel-aspect", o.pixel_aspect, "width of a pixel over its height; 2 for anamorphic film")
         ->check(app::positive)
+        ->scene("picture")
         ->group(group);
     app.add_option("--crop", o.crop,
                    "render only the pixels x0,y0 to x1,y1, the last ones not included; to try a detail")
+        ->check(app::formed("x0,y0,x1,y1, whole numbers of pixels",
+                            [](const std::string& text) { return text.empty() || pixels(text, ',').size() == 4; }))
+        ->scene("picture")
         ->group(group);
 }
 
@@ -76,23 +106,28 @@ void declare_integrator(app::App& app, RenderOptions& o, const char* group)
                "adaptive; steps: of fixed length, for comparison; path: unbiased Monte Carlo of all "
                "orders of scattering, the reference for the others. path reads density, colour, "
                "emission, lights and sky, and no grid of illuminate or p1solve")
+            ->scene("accuracy")
             ->group(group);
     app.add_option("--tolerance", o.integrator.tolerance, "error of romberg, relative to the brightest source")
         ->check(app::positive)
         ->only_with(by(Integrator::Romberg), "--integrator romberg")
+        ->scene("accuracy", "romberg-tolerance")
         ->group(group);
     app.add_option("--step", o.integrator.step, "length of the integrator's steps [voxel edges]")
         ->check(app::positive)
         ->only_with(by(Integrator::Steps), "--integrator steps")
+        ->scene("accuracy")
         ->group(group);
     app.add_option("--parts", o.integrator.parts, "steps of fourth order in each cell; more where a voxel is opaque")
         ->check(app::within(1, 64))
         ->only_with([&o] { return o.integrator.kind == Integrator::Cells && !traces_paths(o); }, "--integrator cells")
+        ->scene("accuracy")
         ->group(group);
     app.add_flag("--shadow-rays", o.integrator.shadow_rays,
                  "find the light at each point by a ray of its own: slow, without light grids, the measure of their "
                  "error")
         ->not_with([&o] { return traces_paths(o); }, "--integrator path")
+        ->scene("accuracy")
         ->group(group);
     app.add_option(
            "--gather", o.integrator.vertices,
@@ -103,6 +138,7 @@ void declare_integrator(app::App& app, RenderOptions& o, const char* group)
         ->only_with([&o] { return !o.option.integrator.given() || o.integrator.kind == Integrator::Path; },
                     "--integrator path")
         ->default_str("")
+        ->scene("accuracy")
         ->group(group);
     o.option.fidelity =
         app.add_choice<Fidelity>("--fidelity", o.light.fidelity,
@@ -110,6 +146,7 @@ void declare_integrator(app::App& app, RenderOptions& o, const char* group)
                                  "how the light grids are computed that the input lacks; exact: a ray for each voxel")
             ->not_with([&o] { return o.integrator.shadow_rays; }, "--shadow-rays")
             ->not_with([&o] { return !shows_light_grids(o); }, "--integrator path")
+            ->scene("accuracy")
             ->group(group);
 }
 
@@ -129,13 +166,15 @@ void declare_passes(app::App& app, RenderOptions& o, const char* group)
                    "pixels at most")
         ->check(app::positive)
         ->default_str("")
+        ->scene("accuracy")
         ->group(group);
     of_paths(
         app.add_option("--noise", o.integrator.passes.noise,
                        "end after the pass that brings the picture's noise to this: root mean square of the pixels' "
                        "standard errors over the mean of the picture, of luminance; --samples is then the most"))
         ->check(app::positive)
-        ->default_str("");
+        ->default_str("")
+        ->scene("accuracy");
 }
 
 void declare_sampling(app::App& app, RenderOptions& o)
@@ -150,9 +189,11 @@ void declare_sampling(app::App& app, RenderOptions& o)
             ->check(app::within(1, most_samples))
             ->no_rung_with([&o] { return ends_by_target(o); })
             ->default_str("")
+            ->scene("accuracy")
             ->group(group);
     const auto of_several = [&](const app::Option& option) {
         return option.only_with([&o] { return o.sampling.samples > 1 || traces_paths(o); }, "--samples above 1")
+            .scene("accuracy")
             .group(group);
     };
     of_several(app.add_choice<FilterKind>("--filter", o.sampling.filter,
@@ -167,6 +208,7 @@ void declare_sampling(app::App& app, RenderOptions& o)
                    "number of the pattern of samples, and of the paths of --certify; another for each frame")
         ->only_with([&o] { return o.sampling.samples > 1 || traces_paths(o) || !o.certify.empty(); },
                     "--samples above 1 or --certify")
+        ->scene("accuracy")
         ->group(group);
     declare_passes(app, o, group);
     declare_certificate(app, o, group);
@@ -187,12 +229,18 @@ void declare_picture(app::App& app, RenderOptions& o)
            "of "
            "each pixel; commas between, or again")
         ->only_with(exr, "an .exr for --output")
+        ->scene("picture")
         ->group(group);
     app.add_option(
            "--background", o.background,
            "none, sky, or r,g,b, drawn into .exr and .png. Without it the .exr has alpha, and the .png shows the "
            "sky: the one that lit the medium, else a clear blue day. With --integrator path the sky that lit the input "
            "lights the medium, or the one that --background sky or --sky-zenith, --sky-horizon, --sky-ground ask for")
+        ->check(app::formed("none, sky, or r,g,b",
+                            [](const std::string& text) {
+                                return text.empty() || text == "none" || text == "sky" || app::is_colour(text);
+                            }))
+        ->scene("picture")
         ->group(group);
     app::declare_sky_shape(app, o.sky, group);
     for (const app::Option& shape : {o.sky.option.zenith, o.sky.option.horizon, o.sky.option.ground, o.sky.option.haze})
@@ -209,28 +257,23 @@ void declare_picture(app::App& app, RenderOptions& o)
         of_png(app.add_option("--exposure", o.view.exposure,
                               "brightness of the .png [EV, +1 doubles]; without it found from the picture. Give it for "
                               "films, so that frames match"))
-            ->default_str("");
+            ->default_str("")
+            ->scene("picture");
     of_png(app.add_choice<ViewKind>("--view", o.view.kind,
                                     {{name(ViewKind::Filmic), ViewKind::Filmic},
                                      {name(ViewKind::Srgb), ViewKind::Srgb},
                                      {name(ViewKind::None), ViewKind::None}},
                                     "how the .png shows radiance; filmic: highlights rolled off, srgb: clipped, none: "
-                                    "linear"));
+                                    "linear"))
+        ->scene("picture");
     of_png(
         app.add_flag(
             "--progressive", o.progressive,
             "replace the .png while the picture is computed: one pixel of every 8x8, then of 4x4, 2x2 and all; light "
             "paths pass by pass. The picture at the end is the same. With --time-limit for a look in seconds"))
         ->configurable(false);
-    of_png(app.add_choice<int>("--png-bits", o.png_bits, {{"8", 8}, {"16", 16}}, "bits a channel of the .png"));
-}
-
-int pixels(const std::string& option, const std::string& word)
-{
-    const auto value = app::number(word);
-    if (!value || *value != std::floor(*value) || std::abs(*value) > 65536)
-        throw UsageError(option + ": '" + printable(word) + "' is no number of pixels");
-    return int(*value);
+    of_png(app.add_choice<int>("--png-bits", o.png_bits, {{"8", 8}, {"16", 16}}, "bits a channel of the .png"))
+        ->scene("picture");
 }
 
 std::vector<std::string> all_words(const RenderOptions& o)
@@ -245,6 +288,12 @@ std::vector<std::string> all_words(const RenderOptions& o)
 bool one_of(const std::string& word, std::initializer_list<const char*> words)
 {
     return std::any_of(words.begin(), words.end(), [&](const char* w) { return word == w; });
+}
+
+/// A scene file says which sky there is, not that the .exr shows it.
+bool of_scene(const app::SkyOptions& sky)
+{
+    return sky.option.zenith.by_scene() || sky.option.horizon.by_scene() || sky.option.ground.by_scene();
 }
 
 }  // namespace
@@ -275,6 +324,7 @@ void declare(app::App& app, RenderOptions& o)
             ->only_with([&o] { return traces_paths(o); }, "--integrator path")
             ->not_with([&o] { return o.integrator.vertices > 0; }, "--gather, which has the ground of the file")
             ->default_str("")
+            ->scene("solids")
             ->group("Medium");
     declare_camera(app, o);
     declare_sampling(app, o);
@@ -315,17 +365,13 @@ const std::string& shown_png(const RenderOptions& o) { return o.png.empty() ? o.
 ImageSize image_size(const RenderOptions& o)
 {
     ImageSize size;
-    const auto sides = app::split(o.resolution, 'x');
-    if (sides.size() > 2)
-        throw UsageError("--resolution " + printable(o.resolution) + ": expected WxH, such as 640x480");
-    size.width = pixels("--resolution", sides.front());
-    size.height = pixels("--resolution", sides.back());
+    const std::vector<int> sides = pixels(o.resolution, 'x');
+    size.width = sides.front();
+    size.height = sides.back();
     size.pixel_aspect = o.pixel_aspect;
     if (!o.crop.empty()) {
-        const auto edges = app::split(o.crop, ',');
-        if (edges.size() != 4) throw UsageError("--crop " + printable(o.crop) + ": expected x0,y0,x1,y1");
-        size.crop = {pixels("--crop", edges[0]), pixels("--crop", edges[1]), pixels("--crop", edges[2]),
-                     pixels("--crop", edges[3])};
+        const std::vector<int> edges = pixels(o.crop, ',');
+        size.crop = {edges[0], edges[1], edges[2], edges[3]};
         const PixelWindow& c = size.crop;
         if (c.x0 < 0 || c.y0 < 0 || c.x0 >= c.x1 || c.y0 >= c.y1 || c.x1 > size.width || c.y1 > size.height)
             throw UsageError("--crop " + printable(o.crop) + ": expected x0 < x1, y0 < y1, within 0,0," +
@@ -358,7 +404,7 @@ ChosenBackground chosen_background(const RenderOptions& o, const Vec3d& sun_irra
     if (o.background == "none") return out;
     if (o.background.empty() || o.background == "sky") {
         out.sky = app::with_asked(o.sky, lit_by ? *lit_by : Sky::clear_day(sun_irradiance, vector_of(up)));
-        out.in_exr = app::sky_asked(o.sky) || !o.background.empty();
+        out.in_exr = !o.background.empty() || (app::sky_asked(o.sky) && !of_scene(o.sky));
         return out;
     }
     out.sky = Sky::constant(app::colour_asked("--background", o.background, "none, sky, or r,g,b"));

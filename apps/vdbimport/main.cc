@@ -85,7 +85,7 @@ void declare(app::App& app, Options& o)
         ->not_with([&o] { return !o.thickness.empty(); }, "--thickness")
         ->not_with(boxes, "--boxes");
     app.add_option("--base", o.base, "height of the cloud's base [world unit]").not_with(boxes, "--boxes");
-    app.add_choice<UpAxis>("--up", o.up, app::up_axis_choices(), "axis that points up");
+    app.add_choice<UpAxis>("--up", o.up, app::up_axis_choices(), "axis that points up")->scene("medium");
     app::declare_medium(app, o.medium, app::MediumSource::None);
     app.examples(
         {{"a section of two columns and three layers, rendered",

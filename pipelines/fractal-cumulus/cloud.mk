@@ -1,5 +1,4 @@
-# A fractal cumulus as a pipeline whose folder has light.toml, scatter.toml and camera.toml, and whose Makefile sets sky_flags; the
-# picture has the folder's name. Pictures are 16:9.
+# A fractal cumulus as a pipeline whose folder has scene.toml; the picture has the folder's name. Pictures are 16:9.
 .PHONY: all
 all:
 # Three sweeps, unless RUNG or ERROR say otherwise.
@@ -9,6 +8,7 @@ endif
 ifeq ($(PICTURE),small)
 render_flags := --resolution 160x90
 endif
+scattering := yes
 include ../rules.mk
 cloud   := $(OUT)/$(notdir $(CURDIR))
 density := ../fractal-cumulus/density.toml

@@ -135,7 +135,8 @@ TEST_F(Certify, CorrectionIsThePictureLessItsError)
 TEST_F(Certify, WhatCannotBeIsRefusedInASentence)
 {
     const std::tuple<const char*, int, const char*> lines[] = {
-        {"lit.vdb --certify 5s -o x.exr", 2, "--certify 5s: expected seconds (30), a half-width of the error (0.5%)"},
+        {"lit.vdb --certify 5s -o x.exr", 2,
+         "--certify: '5s': expected seconds (30), a half-width of the error (0.5%)"},
         {"lit.vdb --certify 1,2 -o x.exr", 2, "expected seconds"},
         {"lit.vdb --certify 0% -o x.exr", 2, "expected seconds"},
         {"lit.vdb --certify '' -o x.exr", 2, "expected seconds"},

@@ -396,6 +396,8 @@ const std::vector<std::pair<std::string, std::string>>& shared_options()
         {"--force", "Run.*"},
         {"--config", "Config.*"},
         {"--print-config", "Config.*"},
+        {"--scene", "SceneFile.*"},
+        {"--print-scene", "SceneFile.*"},
         {"--version", "EveryTool.VersionNamesTheToolAndItsLibraries"},
         {"--help", "EveryTool.HelpReadsWell"},
         {"--help-all", "EveryTool.HelpReadsWell"},

@@ -75,11 +75,14 @@ std::vector<Hostile::Slot> Hostile::slots(const std::string& tool)
                                                              {"vdbdiff", "cloud.vdb cloud.vdb"},
                                                              {"vdbprobe", "cloud.vdb --grid density --at 1,1,1"}};
     const Slot config{"text", {tool + ".toml"}, complete.at(tool) + " --config @ --dry-run", false};
+    // A scene file, which every program reads that has an option of the picture.
+    const Slot scene{"text", {"scene.toml"}, complete.at(tool) + " --scene @ --dry-run", false};
     const std::string air = "--cells 4 --minutes 0.05 --every 2s -o out.vdb ", flux = "--heat-flux 0.1 --floor-map @";
     if (tool == "fractalgen")
         return {{"grids", grids, "--size 4 --envelope-from @ -o out.vdb"},
                 {"grids", grids, "@ --size 4 -o out.vdb"},
-                config};
+                config,
+                scene};
     if (tool == "cloudsim")
         return {{"grids", {"air.vdb", "cloud.vdb", "solved.vdb"}, air + "--init @"},
                 {"grids", grids, air + flux},
@@ -101,22 +104,26 @@ std::vector<Hostile::Slot> Hostile::slots(const std::string& tool)
         return {{"text", {"table.txt"}, "@ --cell 1,1,1 -o out.vdb"},
                 {"text", {"thickness.txt"}, "table.txt --thickness @ --cell 1,1,1 -o out.vdb"},
                 {"text", {"boxes.txt"}, "@ --boxes --cell 1,1,1 -o out.vdb"},
-                config};
+                config,
+                scene};
     if (tool == "illuminate")
         return {{"grids", grids, "@ --sun 0.3,1,0.2 -o out.vdb"},
                 {"grids", grids, "@ cloud.vdb -o out.vdb --lamp 9,1,1"},
-                config};
+                config,
+                scene};
     if (tool == "p1solve")
         return {{"grids", grids, "@ --reentry-rays 50 -o out.vdb"},
                 {"grids", grids, "@ --sun 0.3,1,0.2 --reentry-rays 50 --series 2 -o out.vdb"},
                 {"grids", grids, "cloud.vdb @ --sun 0,1,0 --iterations 1 --directions 8 -o out.vdb"},
-                config};
+                config,
+                scene};
     if (tool == "render")
         return {{"grids", grids, "@ --resolution 3 -o out.exr"},
                 {"grids", grids, "@ --resolution 2 --integrator path --spp 1 -o out.exr"},
                 {"grids", grids, "cloud.vdb @ --resolution 3 --sun 0,1,0 -o out.exr"},
                 {"grids", {"solved.vdb"}, "@ --resolution 2 --albedo 0.9995 --direction 0,-1,0 -o out.exr"},
-                config};
+                config,
+                scene};
     if (tool == "exrmerge") return {{"picture", {"part.exr"}, "@ part2.exr -o out.exr", false}, config};
     if (tool == "vdbdiff")
         return {{"grids", {"solved.vdb", "moments.vdb"}, "@ solved.vdb"},
@@ -170,6 +177,9 @@ Hostile::Hostile(Programs& programs, const std::string& folder) : programs_(prog
         write_text(folder_ + "/" + tool + ".toml", read_text(folder_ + "/stdout"));
     }
     for (const auto& [name, bytes] : made_pictures()) write_text(folder_ + "/" + name, bytes);
+    write_text(folder_ + "/scene.toml", "[medium]\nextinction = 2\ng = 0.5\n[[lights]]\nsun = [0, 1, 0]\ndiameter = 2\n"
+                                        "[sky]\nzenith = [0.1, 0.2, 0.3]\n[camera]\nfov = 30\n"
+                                        "[accuracy]\niterations = 1\ndirections = 8\n");
     write_text(folder_ + "/sounding.txt", "pressure 1000\n0 290 10 1 2\n500 291 9\n1500 299 3 0 0 # an inversion\n");
     write_text(folder_ + "/table.txt", "0 1 2 3\n1 2 0.5 1e-3\n# clear\n0 0 0 4\n");
     write_text(folder_ + "/thickness.txt", "0 1 2 3\n1 2 0.5 1\n1 1 1 4.5\n");

@@ -19,6 +19,7 @@ cat > fake/program <<'FAKE'
 #!/usr/bin/env bash
 set -eu
 [ "${1:-}" != --help ] || { echo --certify; exit 0; }
+case " $* " in *" --print-scene "*) exit 0;; esac
 name=$(basename "$0") rung= out= png= json= certify=
 echo "$name $*" >> "$FAKE/calls"
 while [ $# -gt 0 ]; do
@@ -105,15 +106,14 @@ before=$(wc -l < fake/calls)
 climb -n ERROR=1%
 [ "$(wc -l < fake/calls)" = "$before" ] || fail "make -n runs a program"
 
-# The sky that lights a pipeline's medium reaches each rung: from p1solve in the file, or as options of render.
+# The sky that lights a pipeline's medium reaches each rung: p1solve and render read the scene.
 for pipeline in fractal-cumulus sunset multiple-scattering; do
-    sky=$(sed -n 's/^sky_flags := .*\(--sky-\).*/\1/p' "$top/pipelines/$pipeline/Makefile")
-    [ -n "$sky" ] || fail "$pipeline has no sky"
+    grep -q "^\[sky\]" "$top/pipelines/$pipeline/scene.toml" || fail "$pipeline has no sky"
     for rung in 0 2 6; do
         make -n -C "$top/pipelines/$pipeline" BIN="$FAKE" OUT="$folder/sky$rung" RUNG=$rung VDBCLOUD_REAL= > said 2>&1 || fail "$(cat said)"
         reads=render
         [ $rung != 2 ] || reads=p1solve
-        grep -q "/$reads .*--sky-zenith .*--rung $rung" said || fail "$pipeline on rung $rung: no sky for $reads: $(cat said)"
+        grep -q "/$reads .*--scene scene.toml .*--rung $rung" said || fail "$pipeline on rung $rung: no sky for $reads: $(cat said)"
     done
 done
 # A pipeline whose pictures are put together climbs for each part that has rungs, and in an empty folder, too.

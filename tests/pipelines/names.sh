@@ -126,7 +126,7 @@ for pipeline in "$copy"/pipelines/*/; do
         (cd "$pipeline" && make PICTURE=small OUT=out/told -n -k all) > /dev/null 2>&1 || true
         [ $time = second ] || { sleep 0.01; touch "$folder/between"; sleep 0.01; }
     done
-    again=$(find "$pipeline" -name '*.told' -newer "$folder/between")
+    again=$(find "$pipeline" \( -name '*.told' -o -name '*.part' \) -newer "$folder/between")
     [ -z "$again" ] || fail "read twice, pipelines write anew: $again"
     [ -e "$pipeline/out/told/render.told" ] || fail "$pipeline: expected out/told/render.told"
 done
@@ -135,5 +135,5 @@ done
 [ "$(make -s --no-print-directory -C "$copy/pipelines/any" PICTURE=small render_flags='--resolution 16' DENSITY=B/smoke.vdb why | grep -c render)" -ge 1 ] ||
     fail "why does not know the pipeline of a user's density"
 make -s --no-print-directory -C "$copy/pipelines" clean > /dev/null
-left=$(find "$copy/pipelines" -name "*.vdb" -o -name "*.told")
+left=$(find "$copy/pipelines" -name "*.vdb" -o -name "*.told" -o -name "*.part")
 [ -z "$left" ] || fail "clean left $left"
