@@ -65,6 +65,7 @@ TEST(Registry, MapsEachNameToItsRole)
                                                              {"heating", Role::Heating},
                                                              {"ground_radiance", Role::GroundRadiance},
                                                              {"solid", Role::Solid},
+                                                             {"solid2", Role::Solid},
                                                              {"qt", Role::Water},
                                                              {"rain", Role::Rain},
                                                              {"dye", Role::Dye}};
@@ -73,8 +74,9 @@ TEST(Registry, MapsEachNameToItsRole)
         EXPECT_EQ(kind_of(name)->role, role) << name;
         EXPECT_TRUE(has_role(name, role)) << name;
     }
-    for (const char* name : {"blob", "", "densities", "flux_", "flux_density", "flux_rg", "sh_", "sh_shape", "sh_2m_r",
-                             "sh_2", "sh_20_a", "series_phi_", "series_phi_x", "series_", "transmittance_", "phi_2"})
+    for (const char* name :
+         {"blob", "", "densities", "flux_", "flux_density", "flux_rg", "sh_", "sh_shape", "sh_2m_r", "sh_2", "sh_20_a",
+          "series_phi_", "series_phi_x", "series_", "transmittance_", "phi_2", "solid_2"})
         EXPECT_FALSE(kind_of(name)) << name;
 }
 

@@ -60,6 +60,18 @@ inline constexpr const char* light_irradiance = "vdbcloud:light_irradiance";  //
 inline constexpr const char* light_angular_diameter = "vdbcloud:light_angular_diameter";  // double [degrees]
 inline constexpr const char* density_digest = "vdbcloud:density_digest";  // string: grid_digest() of that density
 
+// Metadata of a solid: its shape and its material (scene/solid.h).
+inline constexpr const char* solid_kind = "vdbcloud:solid_kind";        // "level set", "plane", "sphere" or "box"
+inline constexpr const char* solid_place = "vdbcloud:solid_place";      // vec3d [world]: a point, middle, lowest corner
+inline constexpr const char* solid_extent = "vdbcloud:solid_extent";    // vec3d: normal, radius, highest corner
+inline constexpr const char* solid_finish = "vdbcloud:solid_finish";    // "diffuse", "mirror" or "glossy"
+inline constexpr const char* solid_colour = "vdbcloud:solid_colour";    // vec3d, 0..1: reflectance
+inline constexpr const char* solid_checker = "vdbcloud:solid_checker";  // vec3d, 0..1: of every second cube
+inline constexpr const char* solid_checker_edge = "vdbcloud:solid_checker_edge";  // double [world unit]
+inline constexpr const char* solid_roughness = "vdbcloud:solid_roughness";        // double, 0..1
+// Of results: solids_digest() of the solids that stood in the light.
+inline constexpr const char* solids = "vdbcloud:solids";
+
 /// The names that vdbcloud and other programs use for the grid `name`, preferred first, `name` included.
 /// density|smoke|soot|voxel_fog_density, temperature|heat, flame|flames|fire, vel|v|velocity, Cd|color|colour|albedo.
 std::vector<std::string> aliases(const std::string& name);
