@@ -44,12 +44,12 @@ public:
 
     void operator()(const WorldRay& ray, RayResult& result) override
     {
-        constexpr double far = std::numeric_limits<double>::infinity();
         result.clear(scene_.lights.size());
         media_.set(ray);
+        result.hit = media_.hit();
         b_.t = -1;
         if (scene_.volumes.size() == 1) {
-            march_cells(scene_.volumes[0].density, media_.index_ray(0), 0, far,
+            march_cells(scene_.volumes[0].density, media_.index_ray(0), 0, media_.stop(),
                         [&](double t0, double t1, const float* corners, const Vec3i& cell) {
                             piece_of(0, t0, t1, corners, cell);
                             add(t0, t1, result);

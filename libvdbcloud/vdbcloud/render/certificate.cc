@@ -141,7 +141,7 @@ private:
 
     Vec3d seen(const RayResult& r, const WorldRay& ray, int i, int j) const
     {
-        Vec3d sum = r.multiple + r.emission + r.ground;
+        Vec3d sum = r.multiple + r.emission + r.ground + r.solid;
         for (const Vec3d& direct : r.direct) sum += direct;
         if (!sky_.dark() && !(r.to_ground < 1e30)) sum += attenuation(r.tau) * sky_.radiance(ray.direction);
         for (int c = 0; c < 3; ++c)

@@ -71,7 +71,7 @@ Vec3d EmissionMarch::unattenuated(const PathMedia& media, double end)
 /// that goes on is the transmittance over `roulette`, and light is brighter by the inverse of that part.
 Vec3d EmissionMarch::march(const PathMedia& media, double least, double roulette)
 {
-    const double end = scene_.media.repeats ? media.end() : far, deepest = -std::log(least);
+    const double end = scene_.media.repeats ? media.end() : media.stop(), deepest = -std::log(least);
     Vec3d all(0), tau(0);
     double behind = 0;
     for (double from = 0;;) {

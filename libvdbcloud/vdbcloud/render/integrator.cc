@@ -4,13 +4,15 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/core/words.h"
 #include "vdbcloud/render/coarse_first.h"
-#include "vdbcloud/render/ground_light.h"
 #include "vdbcloud/render/layer_places.h"
 #include "vdbcloud/render/media.h"
 #include "vdbcloud/render/path_image.h"
+#include "vdbcloud/render/surface_light.h"
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <cstring>
 #include <memory>
 
 namespace vdbcloud {
@@ -34,6 +36,27 @@ bool wants_by_name(const std::vector<std::string>& wanted, const std::string& la
     return std::find(wanted.begin(), wanted.end(), layer) != wanted.end();
 }
 
+void check(const IntegratorOptions& o)
+{
+    if (!(o.tolerance > 0)) throw InputError("tolerance " + std::to_string(o.tolerance) + ": expected > 0");
+    if (!(o.step > 0)) throw InputError("step " + std::to_string(o.step) + ": expected > 0");
+    if (o.vertices != 0 && o.vertices < 2)
+        throw InputError("vertices " + std::to_string(o.vertices) + ": expected 2 or more, or 0 for whole paths");
+    if (o.parts < 1) throw InputError("parts " + std::to_string(o.parts) + ": expected 1 or more");
+    if (o.solid_rays < 1) throw InputError("solid rays " + std::to_string(o.solid_rays) + ": expected 1 or more");
+}
+
+/// The random numbers of a sample of the film at x, y.
+PathRandom random_of(uint64_t seed, double x, double y)
+{
+    uint64_t bits[2];
+    std::memcpy(&bits[0], &x, sizeof x);
+    std::memcpy(&bits[1], &y, sizeof y);
+    return PathRandom(seed, int(std::floor(x)), int(std::floor(y)), hash_bits(bits[0], bits[1]));
+}
+
+}  // namespace
+
 std::unique_ptr<RayIntegrator> make_integrator(const PreparedScene& scene, const IntegratorOptions& options)
 {
     switch (options.kind) {
@@ -44,17 +67,6 @@ std::unique_ptr<RayIntegrator> make_integrator(const PreparedScene& scene, const
     }
     throw InputError("integrator: expected cells, romberg or steps");
 }
-
-void check(const IntegratorOptions& o)
-{
-    if (!(o.tolerance > 0)) throw InputError("tolerance " + std::to_string(o.tolerance) + ": expected > 0");
-    if (!(o.step > 0)) throw InputError("step " + std::to_string(o.step) + ": expected > 0");
-    if (o.vertices != 0 && o.vertices < 2)
-        throw InputError("vertices " + std::to_string(o.vertices) + ": expected 2 or more, or 0 for whole paths");
-    if (o.parts < 1) throw InputError("parts " + std::to_string(o.parts) + ": expected 1 or more");
-}
-
-}  // namespace
 
 const char* name(Integrator kind) { return kinds.word(kind); }
 
@@ -69,6 +81,7 @@ std::vector<LayerSpec> render_layers(const Scene& scene, const std::vector<std::
     possible.push_back({"multiscatter", rgb, true, Combine::Mean});
     possible.push_back({"emission", rgb, true, Combine::Mean});
     if (scene.ground) possible.push_back({"ground", rgb, true, Combine::Mean});
+    if (!scene.solids.empty()) possible.push_back({"solid", rgb, true, Combine::Mean});
     possible.push_back({"variance", {"Y"}, false, Combine::Mean});
     const bool path = kind == Integrator::Path;
     if (path) {
@@ -84,7 +97,7 @@ std::vector<LayerSpec> render_layers(const Scene& scene, const std::vector<std::
         if (!known)
             throw UsageError("layer '" + printable(w) +
                              "': expected all, direct, direct_<light>, multiscatter, "
-                             "emission, ground over a ground, transmittance, Z or variance" +
+                             "emission, ground over a ground, solid with solids, transmittance, Z or variance" +
                              (path ? ", standard_error or seconds" : "; standard_error and seconds need path"));
     }
     for (const auto& p : possible)
@@ -100,17 +113,16 @@ RenderCost render_image(Film& film, const Scene& scene, const CameraView& view, 
     check(options);
     if (options.kind == Integrator::Path) return render_paths(film, scene, view, sampling, options, progress);
     const PreparedScene prepared(scene, options);
-    const GroundLight ground(scene);
+    const SurfaceScene surfaces(scene, prepared, options);
     const LayerPlaces places(film, scene);
     std::atomic<uint64_t> rays{0}, cells{0}, lit{0}, unconverged{0};
 
     const SamplerFactory factory = [&]() -> SampleFunction {
-        std::shared_ptr<RayIntegrator> integrate = make_integrator(prepared, options);
+        auto integrate = std::make_shared<SurfaceLight>(surfaces);
         auto result = std::make_shared<RayResult>();
         return [&, integrate, result](double x, double y, double* out) {
             const WorldRay ray = view.ray(x, y);
-            (*integrate)(ray, *result);
-            ground.add(ray, *result);
+            (*integrate)(ray, random_of(sampling.seed, x, y), *result);
             places.put(*result, view, scene.background, x, y, ray.direction, out);
             rays.fetch_add(1, std::memory_order_relaxed);
             cells.fetch_add(result->cells, std::memory_order_relaxed);

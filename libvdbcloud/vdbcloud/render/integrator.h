@@ -9,6 +9,7 @@
 #include "vdbcloud/scene/ground.h"
 #include "vdbcloud/scene/light.h"
 #include "vdbcloud/scene/sky.h"
+#include "vdbcloud/scene/solid.h"
 
 #include <array>
 #include <cstdint>
@@ -38,7 +39,7 @@ struct Scene {
     std::vector<Volume> volumes;  ///< coefficients add where they overlap
     std::vector<Light> lights;    ///< unit directions; names are unique
     Sky background;               ///< seen behind the media; does not light them
-    Sky sky;                      ///< lights the media, for Integrator::Path alone; black: no sky
+    Sky sky;                      ///< lights the media, for Integrator::Path alone, and solids; black: no sky
     /// Index axes along which the media repeat without end, at most two. Each volume repeats by the rule of
     /// period_of(); volumes have equal periods in world space. Lights are at infinity, and not along these axes.
     std::array<bool, 3> periodic{false, false, false};
@@ -47,6 +48,9 @@ struct Scene {
     /// What the ground sends upwards, for all integrators but Path: radiance at the voxels of the layer on the ground,
     /// interpolated along the layer, and repeated as the media are. Beyond the grid the ground has its background.
     Vec3SGridPtr ground_radiance;
+    /// End rays and shadow the media: `transmittance` is that of light which solids do not hide. What lies within a
+    /// solid is not seen.
+    std::vector<Solid> solids;
 };
 
 enum class Integrator {
@@ -69,6 +73,9 @@ struct IntegratorOptions {
     /// Path: paths have at most so many vertices, >= 2, and their last ray sees the picture of Integrator::Cells, which
     /// needs transmittance grids and collided light: less noise, and a bias. 0: whole paths.
     int vertices = 0;
+    /// All but Path: rays over the directions above a point of a solid, by which its irradiance from media, sky and
+    /// other solids is found; light from suns and lamps is found apart. The noise falls as the square root.
+    int solid_rays = 16;
     PassOptions passes;  ///< Path: which samples, and how many; all: the time limit, and how the picture is shown
 };
 
@@ -76,7 +83,7 @@ struct IntegratorOptions {
 ///
 ///     ""               R G B A  premultiplied, WITHOUT the background; A = 1 - mean of T over r, g, b
 ///     "background"     R G B    background seen through the medium, T L_sky: picture = RGB + background, per sample.
-///                               None where the ray meets the ground; A is 1 there
+///                               None where the ray meets the ground or a solid; A is 1 there
 ///     "sky"            R G B    the same of the sky that lights the media; see certificate.h
 ///     "Z"              Z        depth along the view axis at which the mean T of the ray falls to 0.5; 1e30 if it does not
 ///     "transmittance"  R G B    T of the whole ray, without delta scaling; alpha and background use the scaled one
@@ -84,12 +91,13 @@ struct IntegratorOptions {
 ///     "multiscatter"   R G B    from phi and flux; Path: light scattered more than once, and the sky's scattered light
 ///     "emission"       R G B    not scattered
 ///     "ground"         R G B    from the ground, not scattered in the media; only where the scene has a ground
+///     "solid"          R G B    from solids, not scattered in the media; only where the scene has solids
 ///     "variance"       Y        made by expose()
 ///     "standard_error" R G B    Path alone: see passes.h
 ///     "seconds"        Y        Path alone: see passes.h
 ///
-/// RGB = sum of direct_* + multiscatter + emission + ground. "" and "background" always; the others if they are in
-/// `wanted`
+/// RGB = sum of direct_* + multiscatter + emission + ground + solid. "" and "background" always; the others if they are
+/// in `wanted`
 /// ("direct" stands for the layers of all lights, "all" for every layer but seconds, which depends on the clock).
 /// Path's layers are stored as float, so that pictures of different samples merge without loss. Throws UsageError
 /// naming what is not in this list.

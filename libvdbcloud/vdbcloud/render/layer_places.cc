@@ -29,6 +29,7 @@ LayerPlaces::LayerPlaces(const Film& film, const Scene& scene) : lighting_(scene
     multiple = place("multiscatter");
     emission = place("emission");
     ground = place("ground");
+    solid = place("solid");
     for (const auto& light : scene.lights) direct.push_back(place("direct_" + light.name));
 }
 
@@ -37,7 +38,7 @@ void LayerPlaces::put(const RayResult& result, const CameraView& view, const Sky
 {
     Vec3d through(std::exp(-result.tau[0]), std::exp(-result.tau[1]), std::exp(-result.tau[2]));
     if (result.to_ground < 1e30) through = Vec3d(0);
-    Vec3d sum = result.multiple + result.emission + result.ground;
+    Vec3d sum = result.multiple + result.emission + result.ground + result.solid;
     for (size_t l = 0; l < result.direct.size(); ++l) {
         sum += result.direct[l];
         put_colour(out, direct[l], result.direct[l]);
@@ -51,6 +52,7 @@ void LayerPlaces::put(const RayResult& result, const CameraView& view, const Sky
     put_colour(out, multiple, result.multiple);
     put_colour(out, emission, result.emission);
     put_colour(out, ground, result.ground);
+    put_colour(out, solid, result.solid);
     const double seen = std::min(result.half_way, result.to_ground);
     if (depth >= 0) out[depth] = seen < 1e30 ? view.depth(x, y, seen) : 1e30;
 }

@@ -15,7 +15,7 @@ struct LayerPlaces {
     void put(const RayResult&, const CameraView&, const Sky& background, double x, double y, const Vec3d& direction,
              double* out) const;
 
-    int beauty, background, sky, depth, transmittance, multiple, emission, ground;
+    int beauty, background, sky, depth, transmittance, multiple, emission, ground, solid;
     std::vector<int> direct;
 
 private:

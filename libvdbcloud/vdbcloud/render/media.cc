@@ -30,14 +30,40 @@ struct Repeat {
     Period in(const GridBase& grid) const { return period_in(period, of, grid); }
 };
 
-BrickMap light_depth_map(const GridBasePtr& grid, const Repeat& repeat)
+/// The same where the light is seen; 0 where it is hidden.
+float depth_where_seen(float transmittance) { return transmittance > 0 ? -std::log(transmittance) : 0.0f; }
+
+float seen(float transmittance) { return transmittance > 0 ? 1.0f : 0.0f; }
+
+BrickMap mapped(const GridBasePtr& grid, float outside, const BrickMap::Map& map, const Repeat& repeat)
 {
     if (const auto grey = openvdb::gridPtrCast<openvdb::FloatGrid>(grid))
-        return BrickMap(*grey, 0, depth_of, repeat.in(*grey));
+        return BrickMap(*grey, outside, map, repeat.in(*grey));
     if (const auto coloured = openvdb::gridPtrCast<openvdb::Vec3SGrid>(grid))
-        return BrickMap(*coloured, 0, depth_of, repeat.in(*coloured));
+        return BrickMap(*coloured, outside, map, repeat.in(*coloured));
     throw InputError("grid '" + printable(grid->getName()) + "': a transmittance of type " + grid->valueType() +
                      ": expected float or vec3s");
+}
+
+template<typename GridT>
+bool any_zero(const GridT& grid)
+{
+    for (auto v = grid.cbeginValueOn(); v; ++v)
+        if (*v == typename GridT::ValueType(0.0f)) return true;
+    return false;
+}
+
+/// Whether a light is hidden from some voxel.
+bool hides(const GridBasePtr& grid)
+{
+    if (const auto grey = openvdb::gridPtrCast<openvdb::FloatGrid>(grid)) return any_zero(*grey);
+    if (const auto coloured = openvdb::gridPtrCast<openvdb::Vec3SGrid>(grid)) return any_zero(*coloured);
+    return false;
+}
+
+bool any_hidden(const Volume& volume)
+{
+    return std::any_of(volume.transmittance.begin(), volume.transmittance.end(), hides);
 }
 
 std::unique_ptr<BrickMap> map_of(const Vec3SGridPtr& grid, float outside, const Repeat& repeat)
@@ -188,6 +214,7 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
         lamp.push_back(source ? std::optional(source->position) : std::nullopt);
     }
     near = near_of(scene);
+    if (!scene.solids.empty()) solids = std::make_shared<SolidRays>(scene.solids);
     for (const auto& volume : scene.volumes) {
         const Repeat repeat{period_of(*volume.density, scene.periodic), volume.density->transform()};
         auto& prepared = volumes.emplace_back(BrickMap(*volume.density, 0, {}, repeat.period));
@@ -206,11 +233,15 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
             throw InputError("a volume has " + std::to_string(volume.transmittance.size()) +
                              " transmittance grids: expected one for each of " + std::to_string(lights.size()) +
                              " lights");
-        if (is_plain(scene, options) && add_plain_fields(volume, depth_of, prepared)) continue;
+        const bool shadows = solids && any_hidden(volume);
+        if (is_plain(scene, options) && !shadows && add_plain_fields(volume, depth_of, prepared)) continue;
         if (volume.collided.phi) add_collided(volume.collided, repeat, prepared);
         if (!shadow_rays)
             for (const auto& t : volume.transmittance) {
-                prepared.light_depth.push_back(std::make_unique<BrickMap>(light_depth_map(t, repeat)));
+                const bool hidden = shadows && hides(t);
+                prepared.light_depth.push_back(
+                    std::make_unique<BrickMap>(mapped(t, 0, hidden ? depth_where_seen : depth_of, repeat)));
+                prepared.seen.push_back(hidden ? std::make_unique<BrickMap>(mapped(t, 1, seen, repeat)) : nullptr);
                 grey = grey && prepared.light_depth.back()->channels() == 1;
             }
         if (volume.emission) {

@@ -2,6 +2,7 @@
 // A scene's grids, prepared for sampling along rays by the integrators. Private to render/.
 #include "vdbcloud/optics/cell_march.h"
 #include "vdbcloud/optics/phase_function.h"
+#include "vdbcloud/optics/solid_rays.h"
 #include "vdbcloud/render/forward_peak.h"
 #include "vdbcloud/render/integrator.h"
 #include "vdbcloud/voxels/brick_map.h"
@@ -41,6 +42,9 @@ struct PreparedVolume {
     std::unique_ptr<ForwardPeak> peak;
     /// -log T towards each light through all volumes; known where density differs from 0.
     std::vector<std::unique_ptr<BrickMap>> light_depth;
+    /// Of each light that a solid hides from some voxel: 1 where the light is seen, 0 where it is hidden; light_depth
+    /// is then 0 at hidden voxels. Null for others.
+    std::vector<std::unique_ptr<BrickMap>> seen;
     /// In a plain scene (plain_cells.h), instead of light_depth, phi, flux and moments: depths of the lights, phi,
     /// fluxes and moments. Where flux and moments of the channels begin; -1: there is none.
     std::unique_ptr<FieldBricks> fields;
@@ -61,10 +65,11 @@ struct PreparedScene {
     /// a cusp at the lamp, and its interpolant exceeds it by h^2 / (6 r) in the mean, 2 % of a voxel at the distance
     /// near.
     std::vector<std::optional<Vec3d>> lamp;
-    double near = 0;           ///< [world]; 0 where rays do not know the extinction along their way
-    bool grey = true;          ///< all channels share one extinction: one exponential suffices
-    bool scaled = false;       ///< at least one volume is rendered delta-scaled
-    bool shadow_rays = false;  ///< depth towards lights by shadow rays, not from grids
+    std::shared_ptr<const SolidRays> solids;  ///< null: none
+    double near = 0;                          ///< [world]; 0 where rays do not know the extinction along their way
+    bool grey = true;                         ///< all channels share one extinction: one exponential suffices
+    bool scaled = false;                      ///< at least one volume is rendered delta-scaled
+    bool shadow_rays = false;                 ///< depth towards lights by shadow rays, not from grids
 };
 
 /// The scene along one ray. Holds an index-space ray per grid: keep one object per thread and call set() for each ray.
@@ -74,12 +79,15 @@ public:
     void set(const WorldRay&);
 
     const WorldRay& ray() const { return ray_; }
+    /// Where the ray ends on a solid, and the distance to there: infinity where it does not.
+    const std::optional<SolidHit>& hit() const { return hit_; }
+    double stop() const { return hit_ ? hit_->t : std::numeric_limits<double>::infinity(); }
     const IndexRay& index_ray(size_t volume) const { return rays_[first_[volume]]; }
-    /// The part of the ray, t >= 0, within which any volume can differ from 0; false if there is none. In a periodic
-    /// medium t1 is at most end().
+    /// The part of the ray, t >= 0, within which any volume can differ from 0; false if there is none. t1 is at most
+    /// end().
     bool bounds(double& t0, double& t1) const;
-    /// Beyond this distance no source is visible, because the optical depth of a volume exceeds `opaque`. Infinity
-    /// where there is no such place, and in media that do not repeat.
+    /// Beyond this distance no source is visible: stop(), and in media that repeat where the optical depth of a volume
+    /// exceeds `opaque`.
     double end() const;
 
     double density(size_t volume, double t) const;
@@ -114,6 +122,7 @@ private:
 
     const PreparedScene& scene_;
     WorldRay ray_;
+    std::optional<SolidHit> hit_;
     std::vector<IndexRay> rays_;  // for each volume: density, colour, emission, phi, flux r g b, then the lights
     std::vector<size_t> first_;
     std::vector<std::vector<double>> weights_;  // m_l' Y_lm(s) of each volume's moments
@@ -125,11 +134,14 @@ struct RayResult {
     Vec3d multiple{0, 0, 0};
     Vec3d emission{0, 0, 0};
     Vec3d ground{0, 0, 0};        ///< from the ground
-    double to_ground = 1e30;      ///< t at which the ray meets the ground, which hides what is behind it; 1e30: nowhere
-    Vec3d tau{0, 0, 0};           ///< optical depth of the whole ray, scaled where delta scaling applies
-    Vec3d true_tau{0, 0, 0};      ///< optical depth of the whole ray, unscaled
-    double half_way = 1e30;       ///< t at which the mean transmittance falls to 0.5
-    uint64_t cells = 0, lit = 0;  ///< as RenderCost
+    Vec3d solid{0, 0, 0};         ///< from solids
+    std::optional<SolidHit> hit;  ///< where the ray meets a solid
+    double to_ground =
+        1e30;            ///< t at which the ray meets the ground or a solid, which hide what is behind; 1e30: nowhere
+    Vec3d tau{0, 0, 0};  ///< optical depth of the whole ray, scaled where delta scaling applies
+    Vec3d true_tau{0, 0, 0};           ///< optical depth of the whole ray, unscaled
+    double half_way = 1e30;            ///< t at which the mean transmittance falls to 0.5
+    uint64_t cells = 0, lit = 0;       ///< as RenderCost
     uint64_t ends = 0, end_cells = 0;  ///< as RenderCost
     bool converged = true;
 
@@ -143,6 +155,8 @@ public:
     virtual void operator()(const WorldRay&, RayResult&) = 0;
 };
 
+/// Any of those below, by `kind`.
+std::unique_ptr<RayIntegrator> make_integrator(const PreparedScene&, const IntegratorOptions&);
 std::unique_ptr<RayIntegrator> make_cells_integrator(const PreparedScene&, const IntegratorOptions&);
 std::unique_ptr<RayIntegrator> make_romberg_integrator(const PreparedScene&, const IntegratorOptions&);
 std::unique_ptr<RayIntegrator> make_steps_integrator(const PreparedScene&, const IntegratorOptions&);

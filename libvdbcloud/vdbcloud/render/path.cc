@@ -33,6 +33,14 @@ Vec3d opacity(const Vec3d& tau)
     return {first, -std::expm1(-tau[1]), -std::expm1(-tau[2])};
 }
 
+/// How a collision scatters the light of a path: by the phase function, which is also the density of its sampler.
+struct Scattering {
+    const PhaseFunction& phase;
+    const Vec3d& incoming;
+    double value(const Vec3d& outgoing) const { return phase(std::clamp(incoming.dot(outgoing), -1.0, 1.0)); }
+    double density(const Vec3d& outgoing) const { return value(outgoing); }
+};
+
 /// A channel, with probability in proportion to `weight`.
 int chosen_channel(const Vec3d& weight, double u)
 {
@@ -60,6 +68,7 @@ void PathTracer::operator()(const WorldRay& ray, PathRandom random, RayResult& r
         return;
     }
     media_.set(ray);
+    const std::optional<Surface> seen_surface = surface();
     media_.depths(depths_);
     for (size_t v = 0; v < depths_.size(); ++v) result.tau += scene_.media.volumes[v].sigma_t * depths_[v];
     result.true_tau = result.tau;
@@ -93,16 +102,26 @@ void PathTracer::operator()(const WorldRay& ray, PathRandom random, RayResult& r
         for (int n = 0; n < branches; ++n)
             follow(path, x, ray.direction, hit.volume, seen, random, result.multiple, result);
     }
-    if (scene_.ground) see_ground(ray, random, result);
+    if (seen_surface) see_surface(*seen_surface, attenuation(result.tau), ray.direction, random, result);
 }
 
-/// What the ground sends along the camera ray, where the ray meets it.
-void PathTracer::see_ground(const WorldRay& ray, PathRandom& random, RayResult& result)
+/// The ground or the solid that ends media_'s ray.
+std::optional<PathTracer::Surface> PathTracer::surface() const
 {
-    const double to_ground = scene_.ground->distance(ray);
-    if (!(to_ground < far)) return;
-    result.to_ground = to_ground;
-    const Vec3d through = attenuation(result.tau);
+    std::optional<Surface> out;
+    if (const auto& hit = media_.hit())
+        out = {hit->t, hit->outside, hit->normal, &scene_.media.solids->material(hit->solid), true};
+    if (scene_.ground)
+        if (const double t = scene_.ground->distance(media_.ray()); t < media_.stop())
+            out = {t, media_.ray().at(t), scene_.ground->up, &scene_.of_ground, false};
+    return out;
+}
+
+/// What a surface sends along the camera ray, where the ray meets it.
+void PathTracer::see_surface(const Surface& surface, const Vec3d& through, const Vec3d& direction, PathRandom& random,
+                             RayResult& result)
+{
+    result.to_ground = surface.t;
     Path path;
     path.start = sum(through);
     if (!(path.start > 0)) return;
@@ -111,12 +130,23 @@ void PathTracer::see_ground(const WorldRay& ray, PathRandom& random, RayResult& 
     path.hero = chosen_channel(through, random.next());
     Leg leg;
     Collision hit;
-    if (!meet_ground(ray.at(to_ground), path, leg, random, result.ground) ||
-        !travel_on(path, leg, hit, random, result.ground))
-        return;
+    Vec3d& light = surface.solid ? result.solid : result.ground;
+    media_.set({surface.x, direction});
+    if (!meet_surface(surface, path, leg, random, light) || !collide_again(path, leg, hit, random, light)) return;
     ++result.cells;
-    const double seen = collide(hit, leg, path, random, result.ground, result);
-    follow(path, media_.ray().at(hit.t), media_.ray().direction, hit.volume, seen, random, result.ground, result);
+    const double seen = collide(hit, leg, path, random, light, result);
+    follow(path, media_.ray().at(hit.t), media_.ray().direction, hit.volume, seen, random, light, result);
+}
+
+/// The next collision of media_'s ray or, where the path comes to surfaces, of those that it goes on with. False if the
+/// path ends before.
+bool PathTracer::collide_again(Path& path, Leg& leg, Collision& hit, PathRandom& random, Vec3d& light)
+{
+    while (!travel_on(path, leg, hit, random, light)) {
+        const std::optional<Surface> next = surface();
+        if (!next || !meet_surface(*next, path, leg, random, light)) return false;
+    }
+    return true;
 }
 
 /// The path beyond a collision at x, with volume `v`, to its end. `light` takes what is not scattered once, by a light,
@@ -127,9 +157,7 @@ void PathTracer::follow(Path path, Vec3d x, Vec3d incoming, size_t v, double see
     while (survives(path, random)) {
         if (end_ && path.collisions + 1 == vertices_) return gather(path, x, incoming, v, random, light, result);
         const PreparedVolume& volume = scene_.media.volumes[v];
-        const auto phase = [&](const Vec3d& outgoing) {
-            return volume.phase(std::clamp(incoming.dot(outgoing), -1.0, 1.0));
-        };
+        const Scattering phase{volume.phase, incoming};
         for (size_t l = 0; l < scene_.lights.size(); ++l)
             if (scene_.is_lamp[l]) light += lamp_beyond(l, x, phase, path, random);
         const bool towards_emission = scene_.emission.sampled(x);
@@ -137,15 +165,16 @@ void PathTracer::follow(Path path, Vec3d x, Vec3d incoming, size_t v, double see
 
         const double u1 = random.next(), u2 = random.next();
         const Vec3d outgoing = volume.phase.sample(incoming, u1, u2);
-        Leg leg{scene_.has_lamp || towards_emission ? phase(outgoing) : 1, path.share, false, towards_emission, seen};
+        Leg leg;
+        leg.phase = scene_.has_lamp || towards_emission ? phase.density(outgoing) : 1;
+        leg.share = path.share;
+        leg.camera = false;
+        leg.towards_emission = towards_emission;
+        leg.seen = seen;
         leg.near_emission = towards_emission && !nears_end(path) ? density_near_emission(x, outgoing) : 0;
         media_.set({x, outgoing});
         Collision hit;
-        // A path may come to the ground any number of times.
-        while (!travel_on(path, leg, hit, random, light)) {
-            const double to_ground = scene_.ground ? scene_.ground->distance(media_.ray()) : far;
-            if (!(to_ground < far) || !meet_ground(media_.ray().at(to_ground), path, leg, random, light)) return;
-        }
+        if (!collide_again(path, leg, hit, random, light)) return;
         x = media_.ray().at(hit.t);
         incoming = media_.ray().direction;
         v = hit.volume;
@@ -166,39 +195,58 @@ bool PathTracer::travel_on(Path& path, const Leg& leg, Collision& hit, PathRando
     } else if (!scene_.emission.dark()) {
         light += path.worth() * leg.seen *
                  (scene_.media.grey && scene_.emission.often_met(media_.ray().origin)
-                      ? emission_.unattenuated(media_, collides ? hit.t : far)
+                      ? emission_.unattenuated(media_, collides ? hit.t : media_.stop())
                       : emission_.sampled(media_, dim_by_chance, random));
     }
     if (collides) return true;
-    const bool to_sky = !scene_.ground || !(scene_.ground->distance(media_.ray()) < far);
+    const bool to_sky = !surface();
     if (to_sky && scene_.sky.dark()) return false;
     if (!scene_.media.grey) attenuate(path, attenuation(media_.optical_depth(0, far)));
     if (to_sky) light += path.worth() * scene_.sky.radiance(media_.ray().direction);
     return false;
 }
 
-/// The path reaches the ground at x: its weight takes up the albedo, the lights are added, and media_ has the next ray,
-/// whose directions have the density cosine / pi. False if the path ends.
-bool PathTracer::meet_ground(const Vec3d& x, Path& path, Leg& leg, PathRandom& random, Vec3d& light)
+/// The path reaches a surface: its weight takes up the colour, the lights are added, and media_ has the next ray, whose
+/// directions have the density of the reflection. False if the path ends.
+bool PathTracer::meet_surface(const Surface& surface, Path& path, Leg& leg, PathRandom& random, Vec3d& light)
 {
-    const Ground& ground = *scene_.ground;
-    path.weight *= ground.albedo;
-    if (!(ground.albedo > 0)) return false;
-    const auto lambert = [&](const Vec3d& outgoing) { return std::max(outgoing.dot(ground.up), 0.0) / pi; };
-    for (size_t l = 0; l < scene_.lights.size(); ++l) light += path.worth() * light_at(l, x, lambert, random);
+    path.weight *= surface.material->reflectance(surface.x);
+    if (!(largest(path.weight) > 0)) return false;
+    const Reflection reflection(*surface.material, surface.normal, -media_.ray().direction);
+    if (reflection.mirror()) return see_image(surface, reflection.image(), path, leg, random, light);
+    const Vec3d& x = surface.x;
+    for (size_t l = 0; l < scene_.lights.size(); ++l) light += path.worth() * light_at(l, x, reflection, random);
     if (!survives(path, random)) return false;
     for (size_t l = 0; l < scene_.lights.size(); ++l)
-        if (scene_.is_lamp[l]) light += lamp_beyond(l, x, lambert, path, random);
+        if (scene_.is_lamp[l]) light += lamp_beyond(l, x, reflection, path, random);
     const bool towards_emission = scene_.emission.sampled(x);
-    if (towards_emission) light += emission_beyond(x, lambert, path, 1, random);
-    const double u = random.next(), angle = 2 * pi * random.next();
-    const Vec3d a = (std::abs(ground.up[0]) < 0.8 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).cross(ground.up).unit(),
-                b = ground.up.cross(a);
-    const Vec3d outgoing =
-        (std::sqrt(1 - u) * ground.up + std::sqrt(u) * (std::cos(angle) * a + std::sin(angle) * b)).unit();
-    leg = {lambert(outgoing), path.share, false, towards_emission};
+    if (towards_emission) light += emission_beyond(x, reflection, path, 1, random);
+    const double u = random.next(), v = random.next();
+    const Vec3d outgoing = reflection.sample(u, v);
+    const double value = reflection.value(outgoing), density = reflection.density(outgoing);
+    if (!(value > 0)) return false;
+    path.weight *= value / density;
+    leg = {density, path.share, false, false, towards_emission};
     leg.near_emission = towards_emission && !nears_end(path) ? density_near_emission(x, outgoing) : 0;
     media_.set({x, outgoing});
+    return true;
+}
+
+/// The path reaches a mirror, and media_ has the ray to its image: lamps and compact emission light points of that ray
+/// as they do on the camera ray. False if the path ends.
+bool PathTracer::see_image(const Surface& mirror, const Vec3d& image, Path& path, Leg& leg, PathRandom& random,
+                           Vec3d& light)
+{
+    if (!survives(path, random) || ++path.images > most_images) return false;
+    const WorldRay ray{mirror.x, image};
+    leg = {1, path.share, false, true};
+    for (size_t l = 0; l < scene_.lights.size(); ++l)
+        if (scene_.is_lamp[l]) light += path.worth() * lamp_on(l, ray, leg, 1, random);
+    if (scene_.emission.compact() && !nears_end(path)) {
+        leg.near_emission = 1;
+        light += path.worth() * emission_on(ray, leg, 1, random);
+    }
+    media_.set(ray);
     return true;
 }
 
@@ -229,9 +277,7 @@ double PathTracer::collide(const Collision& hit, const Leg& leg, Path& path, Pat
     path.weight *= media_.albedo(hit.volume, hit.t);
     ++path.collisions;
     const Vec3d& incoming = media_.ray().direction;
-    const auto phase = [&](const Vec3d& to_light) {
-        return volume.phase(std::clamp(to_light.dot(incoming), -1.0, 1.0));
-    };
+    const Scattering phase{volume.phase, incoming};
     for (size_t l = 0; l < scene_.lights.size(); ++l) {
         Vec3d light = path.worth() * light_at(l, media_.ray().at(hit.t), phase, random);
         if (scene_.is_lamp[l]) light *= path_density / (path_density + density_of_lamp_sampling(l, leg, hit.t));
@@ -253,8 +299,8 @@ bool PathTracer::survives(Path& path, PathRandom& random) const
     return true;
 }
 
-/// Radiance that a point of a volume or of the ground sends along the path from one light, over its albedo. `scatter`:
-/// probability density of the direction towards the light.
+/// Radiance that a point of a volume or of a surface sends along the path from one light, over its albedo. `scatter`: a
+/// Scattering or a Reflection.
 template<typename Scatter>
 Vec3d PathTracer::light_at(size_t light, const Vec3d& x, const Scatter& scatter, PathRandom& random)
 {
@@ -265,7 +311,7 @@ Vec3d PathTracer::light_at(size_t light, const Vec3d& x, const Scatter& scatter,
     // The part of a sun's disc that is below the horizon.
     if (scene_.ground && !(sight.distance < far) && sight.direction.dot(scene_.ground->up) < 0) return Vec3d(0.0);
     aside_.set({x, sight.direction});
-    return scatter(sight.direction) * from->irradiance(x) * from.strength() *
+    return scatter.value(sight.direction) * from->irradiance(x) * from.strength() *
            aside_.transmittance(sight.distance, random);
 }
 
@@ -276,7 +322,7 @@ double PathTracer::density_of_lamp_sampling(size_t light, const Leg& leg, double
     if (!media_.bounds(t0, t1)) return 0;
     const WorldRay& ray = media_.ray();
     const Vec3d lamp = scene_.lights[light]->source()->position;
-    const double direction = leg.camera ? 1 : density_near_lamp((lamp - ray.origin).unit(), ray.direction);
+    const double direction = leg.camera || leg.image ? 1 : density_near_lamp((lamp - ray.origin).unit(), ray.direction);
     return direction * EquiangularSampler(ray, lamp, t0, t1).density(t);
 }
 
@@ -311,7 +357,7 @@ Vec3d PathTracer::lamp_on(size_t light, const WorldRay& ray, const Leg& leg, dou
     return transmittance * scattered * from->irradiance(x) * from.strength() * aside_.transmittance(distance, random);
 }
 
-/// The same for the ray beyond a collision or a point of the ground, x, in a direction that prefers the lamp.
+/// The same for the ray beyond a collision or a point of a surface, x, in a direction that prefers the lamp.
 template<typename Scatter>
 Vec3d PathTracer::lamp_beyond(size_t light, const Vec3d& x, const Scatter& scatter, const Path& path,
                               PathRandom& random)
@@ -320,13 +366,12 @@ Vec3d PathTracer::lamp_beyond(size_t light, const Vec3d& x, const Scatter& scatt
     const double u = random.next(), v = random.next(), distance = to_lamp.length();
     if (!(distance > 0)) return Vec3d(0.0);
     const Vec3d direction = direction_near_lamp(to_lamp / distance, u, v);
-    const double density = scatter(direction);
-    const Leg leg{density, path.share, false};
-    return path.worth() * density *
+    const Leg leg{scatter.density(direction), path.share, false};
+    return path.worth() * scatter.value(direction) *
            lamp_on(light, {x, direction}, leg, density_near_lamp(to_lamp / distance, direction), random);
 }
 
-/// Emission that two rays beyond a collision or a point of the ground, x, bring to the path: that on a ray towards a
+/// Emission that two rays beyond a collision or a point of a surface, x, bring to the path: that on a ray towards a
 /// point that emits, of which the part `seen` counts, and that which a point of a ray close to a compact body of
 /// emission scatters.
 template<typename Scatter>
@@ -338,14 +383,15 @@ Vec3d PathTracer::emission_beyond(const Vec3d& x, const Scatter& scatter, const 
     const double distance = to.length();
     if (!(distance > 0)) return Vec3d(0.0);
     const WorldRay ray{x, to / distance};
-    const double phase = scatter(ray.direction), density = scene_.emission.density(ray);
+    const double value = scatter.value(ray.direction);
+    const double density = scatter.density(ray.direction) + scene_.emission.density(ray);
     aside_.set(ray);
-    Vec3d all = (seen * phase / (phase + density)) * emission_.sampled(aside_, dim_on_purpose, random);
+    Vec3d all = (seen * value / density) * emission_.sampled(aside_, dim_on_purpose, random);
     if (scene_.emission.compact() && !nears_end(path)) {
         const double v = random.next(), w = random.next();
         const Vec3d aside = direction_near_lamp((scene_.emission.centre() - x).unit(), v, w);
-        const double scattered = scatter(aside);
-        const Leg leg{scattered, path.share, false};
+        const double scattered = scatter.value(aside);
+        const Leg leg{scatter.density(aside), path.share, false};
         if (scattered > 0) all += scattered * emission_on({x, aside}, leg, density_near_emission(x, aside), random);
     }
     return path.worth() * all;

@@ -1,5 +1,6 @@
 #pragma once
 // Unbiased light transport by paths from the camera: the reference for the other integrators. Private to render/.
+#include "vdbcloud/optics/reflection.h"
 #include "vdbcloud/render/emission_march.h"
 #include "vdbcloud/render/path_end.h"
 #include "vdbcloud/render/path_media.h"
@@ -31,8 +32,9 @@ namespace vdbcloud {
 /// that get there by chance. Points that a compact body of emission lights are also sampled as those that a lamp
 /// lights.
 ///
-/// Ground. The part of the camera ray that passes the media goes on from the ground as a path of its own, with the
-/// transmittance as weight. A path that reaches the ground samples each light there and goes on by the cosine.
+/// Surfaces: the ground and solids. Rays end on them. The part of the camera ray that passes the media goes on from the
+/// surface as a path of its own, with the transmittance as weight. A path that reaches a surface samples each light
+/// there and goes on as the surface reflects; from a mirror it goes on as the camera ray began.
 ///
 /// Gathering. With `end`, a path has at most `vertices` - 1 collisions with media. At the last one it takes what the
 /// picture without noise shows along the ray that the phase function draws (path_end.h): the last vertex as an
@@ -46,14 +48,17 @@ public:
     explicit PathTracer(const PathScene&, const PathEndScene* end = nullptr, int vertices = 0);
 
     /// One sample. Sets direct (scattered once, by light), multiple (the sky's light and all light scattered more than
-    /// once), emission (not scattered), ground (that left the ground towards the camera and was not scattered after),
-    /// tau, true_tau, to_ground, and cells, which counts collisions. A ray from beneath the ground sees nothing.
+    /// once), emission (not scattered), ground and solid (that left them towards the camera and was not scattered
+    /// after), tau, true_tau, to_ground, hit, and cells, which counts collisions. A ray from beneath the ground sees
+    /// nothing.
     void operator()(const WorldRay&, PathRandom, RayResult&);
 
 private:
     /// Transmittance below which Russian roulette ends the march for emission: on rays that the phase function drew,
     /// and on rays that were drawn towards emission. A lower limit costs time in proportion to its logarithm on each
     /// ray.
+    /// Only white mirrors that face each other show more images: the light of what lies behind these is lost.
+    static constexpr int most_images = 256;
     static constexpr double dim_by_chance = 0.1, dim_on_purpose = 1e-4;
 
     /// A path up to its last collision.
@@ -63,6 +68,7 @@ private:
         Vec3d share{1, 1, 1};   // of each channel's path density in the sum
         double start = 1;       // the sum of the opacities
         int collisions = 0;     // with media
+        int images = 0;         // in mirrors
 
         Vec3d worth() const { return weight * share; }
     };
@@ -72,6 +78,7 @@ private:
         double phase = 1;      // density of its direction; 1 for a camera ray
         Vec3d share{1, 1, 1};  // times the extinction and transmittance of each channel: density of a collision
         bool camera = true;
+        bool image = false;             // it leaves a mirror: its direction was not drawn
         bool towards_emission = false;  // its start samples rays towards emission, too
         double seen = 1;                // the part of the emission seen along it that counts, as collide() returns it
         double near_emission = 0;       // density with which emission_on() samples its direction; 0: does not
@@ -86,10 +93,20 @@ private:
     /// Whether the path's next collision is its last. Points that compact emission lights are then not sampled: the
     /// last ray shows their light.
     bool nears_end(const Path& path) const { return end_ && path.collisions + 2 == vertices_; }
-    void see_ground(const WorldRay&, PathRandom&, RayResult&);
+    /// A point of the ground or of a solid.
+    struct Surface {
+        double t;
+        Vec3d x, normal;
+        const Material* material;
+        bool solid;
+    };
+    std::optional<Surface> surface() const;
+    void see_surface(const Surface&, const Vec3d& through, const Vec3d& direction, PathRandom&, RayResult&);
     void follow(Path, Vec3d x, Vec3d incoming, size_t v, double seen, PathRandom&, Vec3d& light, RayResult&);
     bool travel_on(Path&, const Leg&, Collision&, PathRandom&, Vec3d& light);
-    bool meet_ground(const Vec3d& x, Path&, Leg&, PathRandom&, Vec3d& light);
+    bool collide_again(Path&, Leg&, Collision&, PathRandom&, Vec3d& light);
+    bool meet_surface(const Surface&, Path&, Leg&, PathRandom&, Vec3d& light);
+    bool see_image(const Surface&, const Vec3d& image, Path&, Leg&, PathRandom&, Vec3d& light);
     template<typename Scatter>
     Vec3d light_at(size_t light, const Vec3d& x, const Scatter&, PathRandom&);
     double density_of_lamp_sampling(size_t light, const Leg&, double t) const;
@@ -104,7 +121,7 @@ private:
     Vec3d emission_on(const WorldRay&, const Leg&, double direction_density, PathRandom&);
     Vec3d emission_at(const Vec3d& x, const Vec3d& incoming, const PreparedVolume&, PathRandom&);
     void attenuate(Path&, const Vec3d& factor) const;
-    const RayResult& end_along(const WorldRay&, RayResult&);
+    const RayResult& end_along(const WorldRay&, PathRandom&, RayResult&);
     void gather(const Path&, const Vec3d& x, const Vec3d& incoming, size_t v, PathRandom&, Vec3d& light, RayResult&);
 
     const PathScene& scene_;

@@ -16,22 +16,25 @@ const Scene& with_multiple_scattering(const Scene& scene)
     return scene;
 }
 
+IntegratorOptions one_solid_ray()
+{
+    IntegratorOptions options;
+    options.solid_rays = 1;
+    return options;
+}
+
 }  // namespace
 
 PathEndScene::PathEndScene(const Scene& scene)
-    : media(with_multiple_scattering(scene), IntegratorOptions()), ground(scene)
+    : options(one_solid_ray()), media(with_multiple_scattering(scene), options), surfaces(scene, media, options)
 {
 }
 
-PathEnd::PathEnd(const PathEndScene& scene)
-    : scene_(scene), march_(make_cells_integrator(scene.media, IntegratorOptions()))
-{
-}
+PathEnd::PathEnd(const PathEndScene& scene) : march_(scene.surfaces) {}
 
-const RayResult& PathEnd::along(const WorldRay& ray)
+const RayResult& PathEnd::along(const WorldRay& ray, PathRandom random)
 {
-    (*march_)(ray, result_);
-    scene_.ground.add(ray, result_);
+    march_(ray, random, result_);
     return result_;
 }
 

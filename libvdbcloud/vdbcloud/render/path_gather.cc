@@ -12,9 +12,10 @@ constexpr double nowhere = 1e30;  // as RayResult::to_ground has it
 
 }  // namespace
 
-const RayResult& PathTracer::end_along(const WorldRay& ray, RayResult& result)
+const RayResult& PathTracer::end_along(const WorldRay& ray, PathRandom& random, RayResult& result)
 {
-    const RayResult& met = end_->along(ray);
+    // Solids take numbers of a stream of their own: without them the path's stay as they are.
+    const RayResult& met = end_->along(ray, scene_.media.solids ? random.branch() : random);
     ++result.ends;
     result.end_cells += met.cells;
     result.lit += met.lit;
@@ -36,8 +37,8 @@ void PathTracer::gather(const Path& path, const Vec3d& x, const Vec3d& incoming,
     double u1 = random.next(), u2 = random.next();
     WorldRay ray{x, phase.sample(incoming, u1, u2)};
     double density = scatter(ray.direction);
-    const RayResult& met = end_along(ray, result);
-    Vec3d sum = met.multiple + met.ground;
+    const RayResult& met = end_along(ray, random, result);
+    Vec3d sum = met.multiple + met.ground + met.solid;
     for (size_t l = 0; l < scene_.lights.size(); ++l) {
         const double other = sought(l) ? density_near_lamp(to_lamp(l).unit(), ray.direction) : 0;
         sum += density / (density + other) * met.direct[l];
@@ -52,7 +53,7 @@ void PathTracer::gather(const Path& path, const Vec3d& x, const Vec3d& incoming,
         ray.direction = direction_near_lamp(to_lamp(l).unit(), u1, u2);
         density = scatter(ray.direction);
         const double other = density_near_lamp(to_lamp(l).unit(), ray.direction);
-        if (density > 0) sum += density / (density + other) * end_along(ray, result).direct[l];
+        if (density > 0) sum += density / (density + other) * end_along(ray, random, result).direct[l];
     }
     if (towards_emission) {
         const double u = random.next(), in_x = random.next(), in_y = random.next(), in_z = random.next();
@@ -61,7 +62,7 @@ void PathTracer::gather(const Path& path, const Vec3d& x, const Vec3d& incoming,
             ray.direction = to.unit();
             density = scatter(ray.direction);
             if (density > 0)
-                sum += density / (density + scene_.emission.density(ray)) * end_along(ray, result).emission;
+                sum += density / (density + scene_.emission.density(ray)) * end_along(ray, random, result).emission;
         }
     }
     light += path.worth() * sum;

@@ -32,6 +32,7 @@ Scene true_medium(const Scene& scene)
 {
     Scene out;
     out.periodic = scene.periodic;
+    out.solids = scene.solids;
     for (const Volume& volume : scene.volumes) {
         Volume& plain = out.volumes.emplace_back();
         plain.density = volume.density;
@@ -63,6 +64,7 @@ PathScene::PathScene(const Scene& scene)
         is_lamp.push_back(bool(light->source()));
         has_lamp = has_lamp || is_lamp.back();
     }
+    if (ground) of_ground.colour = Vec3d(ground->albedo);
     for (const PreparedVolume& volume : media.volumes) collisions.emplace_back(volume.density);
 }
 
@@ -74,12 +76,14 @@ PathMedia::PathMedia(const PathScene& scene)
 void PathMedia::set(const WorldRay& ray)
 {
     ray_ = ray;
+    if (scene_.media.solids) hit_ = scene_.media.solids->nearest(ray);
     for (size_t v = 0; v < index_.size(); ++v)
         index_[v] = IndexRay(scene_.media.volumes[v].density.index_from_world(), ray);
 }
 
 Vec3d PathMedia::optical_depth(double t0, double t1) const
 {
+    t1 = std::min(t1, stop());
     Vec3d tau(0);
     for (size_t v = 0; v < index_.size(); ++v) {
         const PreparedVolume& volume = scene_.media.volumes[v];
@@ -91,7 +95,7 @@ Vec3d PathMedia::optical_depth(double t0, double t1) const
 
 double PathMedia::end() const
 {
-    double t = far;
+    double t = stop();
     for (size_t v = 0; v < index_.size(); ++v) {
         const PreparedVolume& volume = scene_.media.volumes[v];
         const double least = std::min({volume.sigma_t[0], volume.sigma_t[1], volume.sigma_t[2]});
@@ -111,6 +115,7 @@ bool PathMedia::bounds(double& t0, double& t1) const
         t0 = std::min(t0, in);
         t1 = std::max(t1, out);
     }
+    t1 = std::min(t1, stop());
     return t0 < t1;
 }
 
@@ -143,11 +148,14 @@ bool PathMedia::meet(size_t v, int channel, double t1, PathRandom& random, Colli
 
 bool PathMedia::collide(int channel, PathRandom& random, Collision& collision) const
 {
-    double nearest = far;
-    for (size_t v = 0; v < index_.size(); ++v) {
-        if (meet(v, channel, nearest, random, collision)) nearest = collision.t;
-    }
-    return nearest < far;
+    double nearest = stop();
+    bool met = false;
+    for (size_t v = 0; v < index_.size(); ++v)
+        if (meet(v, channel, nearest, random, collision)) {
+            nearest = collision.t;
+            met = true;
+        }
+    return met;
 }
 
 bool PathMedia::collide_surely(int channel, const std::vector<double>& depths, PathRandom& random,
@@ -168,7 +176,8 @@ bool PathMedia::collide_surely(int channel, const std::vector<double>& depths, P
     }
     while (first > 0 && !(tau(first) > 0)) --first;  // rounding of u
     if (!(tau(first) > 0)) return false;
-    double nearest = far;
+    double nearest = stop();
+    bool any = false;
     for (size_t v = first; v < index_.size(); ++v) {
         const bool met =
             v == first
@@ -176,8 +185,9 @@ bool PathMedia::collide_surely(int channel, const std::vector<double>& depths, P
                        nearest, collision)
                 : meet(v, channel, nearest, random, collision);
         if (met) nearest = collision.t;
+        any = any || met;
     }
-    return nearest < far;
+    return any;
 }
 
 void PathMedia::depths(std::vector<double>& out) const
@@ -186,13 +196,14 @@ void PathMedia::depths(std::vector<double>& out) const
     for (size_t v = 0; v < index_.size(); ++v) {
         const PreparedVolume& volume = scene_.media.volumes[v];
         if (volume.sigma_t != Vec3d(0.0))
-            out[v] =
-                scene_.collisions[v].depth_up_to(index_[v], 0, far, scene_.media.repeats ? opaque_depth(volume) : far);
+            out[v] = scene_.collisions[v].depth_up_to(index_[v], 0, stop(),
+                                                      scene_.media.repeats ? opaque_depth(volume) : far);
     }
 }
 
 Vec3d PathMedia::transmittance(double distance, PathRandom& random) const
 {
+    if (stop() < distance) return Vec3d(0.0);
     // Light below `dim` in every channel survives with probability (brightest channel) / dim, then as bright as dim.
     const double least = dim * (1 - random.next()), deepest = -std::log(least);
     Vec3d tau(0);

@@ -26,6 +26,7 @@ struct PathScene {
     std::vector<char> is_lamp;  ///< for each light: it has a source() at a finite distance
     Sky sky;                    ///< lights the media; dark: does not
     std::optional<Ground> ground;
+    Material of_ground;      ///< the ground as a surface; media has the solids
     EmissionField emission;  ///< of media
     bool has_lamp = false;
 };
@@ -47,12 +48,16 @@ public:
 
     void set(const WorldRay&);
     const WorldRay& ray() const { return ray_; }
+    /// Where the ray ends on a solid, and the distance to there: infinity where it does not. Nothing below looks
+    /// beyond.
+    const std::optional<SolidHit>& hit() const { return hit_; }
+    double stop() const { return hit_ ? hit_->t : std::numeric_limits<double>::infinity(); }
 
     const IndexRay& index_ray(size_t volume) const { return index_[volume]; }
 
     /// Optical depth of t0..t1; t1 may be infinite.
     Vec3d optical_depth(double t0, double t1) const;
-    /// Where a medium that repeats is opaque in all channels; infinite where it is not.
+    /// Where a medium that repeats is opaque in all channels, or the ray ends.
     double end() const;
     /// The part of the ray that can meet extinction; false if there is none.
     bool bounds(double& t0, double& t1) const;
@@ -67,8 +72,8 @@ public:
     /// Density depth of the whole ray in each volume; in a periodic medium up to where the volume is opaque.
     void depths(std::vector<double>&) const;
 
-    /// Transmittance over the ray's first `distance`, in the mean: where every channel is below 0.3 the march ends at
-    /// random, with a probability that keeps the mean (Russian roulette).
+    /// Transmittance over the ray's first `distance`, in the mean; 0 where a solid is in the way. Where every channel
+    /// is below 0.3 the march ends at random, with a probability that keeps the mean (Russian roulette).
     Vec3d transmittance(double distance, PathRandom&) const;
 
 private:
@@ -79,6 +84,7 @@ private:
 
     const PathScene& scene_;
     WorldRay ray_;
+    std::optional<SolidHit> hit_;
     std::vector<IndexRay> index_;  // into the density of each volume
 };
 

@@ -12,6 +12,13 @@ public:
         : state_(hash_bits(seed, uint64_t(uint32_t(i)), uint64_t(uint32_t(j)), sample))
     {
     }
+    /// Another stream, that goes on from the next number of this one.
+    PathRandom branch()
+    {
+        PathRandom other = *this;
+        other.state_ = hash_bits(state_ += 0x9e3779b97f4a7c15ull);
+        return other;
+    }
     double next() { return uniform(hash_bits(state_ += 0x9e3779b97f4a7c15ull)); }
 
 private:

@@ -61,6 +61,8 @@ public:
         constexpr double far = std::numeric_limits<double>::infinity();
         result.clear(scene_.lights.size());
         media_.set(ray);
+        result.hit = media_.hit();
+        stop_ = media_.stop();
         const IndexRay& index = media_.index_ray(0);
         double t0 = 0, t1 = far;
         if (!clip(index, volume_.density, t0, t1)) return;
@@ -68,7 +70,7 @@ public:
         tau_ = 0;
         march_detail::march_roots(volume_.density, index, 0, far, [&](int32_t number, Vec3i& cell, double& t) {
             march(index, number, cell, t, result);
-            return true;
+            return t < stop_;
         });
         flush(result);
         result.tau = Vec3d(tau_);
@@ -132,7 +134,8 @@ private:
         }
         int at = (cell[0] & 7) * BrickMap::sx + (cell[1] & 7) * BrickMap::sy + (cell[2] & 7);
         double now = t;
-        const auto visit = [&](double t_out) {
+        const auto visit = [&](double wall) {
+            const double t_out = std::min(wall, stop_);
             if (!(t_out > now)) return;
             PlainBatch& b = batch_;
             if (b.count == PlainBatch::size) flush(result);
@@ -197,7 +200,8 @@ private:
     RayMedia media_;
     PlainRay ray_;
     PlainBatch batch_;
-    double tau_ = 0;  // of the cells before the batch
+    double stop_ = 0;  // where the ray ends on a solid
+    double tau_ = 0;   // of the cells before the batch
     std::vector<std::vector<double>> peaks_;
     std::vector<double> harmonics_;
     Vec3d known_direction_{0, 0, 0};  // of the weights in ray_

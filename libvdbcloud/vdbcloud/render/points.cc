@@ -90,6 +90,7 @@ public:
     {
         result.clear(scene_.lights.size());
         media_.set(ray);
+        result.hit = media_.hit();
         double t0, t1;
         if (!media_.bounds(t0, t1)) return;
         // Rounding does not decide on a further step where the way is a whole number of steps.
@@ -128,6 +129,7 @@ public:
     {
         result.clear(scene_.lights.size());
         media_.set(ray);
+        result.hit = media_.hit();
         double t0, t1;
         if (!media_.bounds(t0, t1)) return;
         sigma_.assign(1, Vec3d(0));

@@ -15,12 +15,25 @@ namespace {
 
 constexpr size_t maps_before_lights = 7;
 
+/// An optical depth through which nothing comes.
+constexpr double hidden = 750;
+
 /// The factor that brings a flux down to flux_limit x phi; 1 for a shorter one.
 double shortening(const PreparedVolume& volume, double phi, const Vec3d& flux)
 {
     if (volume.flux_limit == 0) return 1;
     const double longest = volume.flux_limit * std::max(phi, 0.0), length = flux.length();
     return length > longest ? longest / length : 1;
+}
+
+/// -log T near the edge of a solid's shadow: T interpolated as the part of the light that is seen times the
+/// transmittance where it is seen. The logarithm alone would move the edge by half a voxel.
+Vec3d depth_where_seen(const BrickMap& depth, const BrickMap& seen, const Vec3d& p)
+{
+    const Vec3d part = seen.sample3(p), sum = depth.sample3(p);
+    Vec3d out;
+    for (int c = 0; c < 3; ++c) out[c] = part[c] > 0 ? sum[c] / part[c] - std::log(part[c]) : hidden;
+    return out;
 }
 
 }  // namespace
@@ -38,6 +51,7 @@ RayMedia::RayMedia(const PreparedScene& scene) : scene_(scene)
 void RayMedia::set(const WorldRay& ray)
 {
     ray_ = ray;
+    if (scene_.solids) hit_ = scene_.solids->nearest(ray);
     for (size_t n = 0; n < scene_.volumes.size(); ++n) {
         const auto& v = scene_.volumes[n];
         IndexRay* to = &rays_[first_[n]];
@@ -74,13 +88,13 @@ bool RayMedia::bounds(double& t0, double& t1) const
         t0 = std::min(t0, in);
         t1 = std::max(t1, out);
     }
-    if (scene_.repeats) t1 = std::min(t1, end());
+    t1 = std::min(t1, end());
     return t0 < t1;
 }
 
 double RayMedia::end() const
 {
-    double t = std::numeric_limits<double>::infinity();
+    double t = stop();
     if (!scene_.repeats) return t;
     for (size_t n = 0; n < scene_.volumes.size(); ++n) {
         const auto& v = scene_.volumes[n];
@@ -102,6 +116,7 @@ Vec3d RayMedia::light_depth(size_t light, size_t volume, double t) const
         return shadow_depth(light, t);
     const auto& map = *scene_.volumes[volume].light_depth[light];
     const Vec3d p = ray_of(volume, maps_before_lights + light).at(t);
+    if (const auto& seen = scene_.volumes[volume].seen[light]) return depth_where_seen(map, *seen, p);
     return map.channels() == 1 ? Vec3d(map.sample(p)) : map.sample3(p);
 }
 
@@ -125,11 +140,19 @@ Vec3d RayMedia::shadow_depth(size_t light, double t) const
 {
     const auto& points = scene_.points[light];
     std::vector<Vec3d> depth(points.size(), Vec3d(0));
-    for (size_t k = 0; k < points.size(); ++k)
+    for (size_t k = 0; k < points.size(); ++k) {
+        if (scene_.solids) {
+            const Sight sight = points[k]->towards(ray_.at(t));
+            if (scene_.solids->blocked({ray_.at(t), sight.direction}, sight.distance)) {
+                depth[k] = Vec3d(hidden);
+                continue;
+            }
+        }
         for (size_t n = 0; n < scene_.volumes.size(); ++n) {
             const auto& v = scene_.volumes[n];
             depth[k] += extinction(n, v.albedo) * depth_to_light(v.density, *points[k], ray_.at(t));
         }
+    }
     if (depth.size() == 1) return depth[0];
     Vec3d mean;  // -log of the mean of exp(-depth), by differences from the least depth, so that nothing underflows
     for (int c = 0; c < 3; ++c) {
@@ -214,7 +237,8 @@ Vec3d RayMedia::peak(size_t light, size_t volume, double t, const Vec3d& albedo,
 void RayResult::clear(size_t lights)
 {
     direct.assign(lights, Vec3d(0));
-    multiple = emission = ground = tau = true_tau = Vec3d(0);
+    multiple = emission = ground = solid = tau = true_tau = Vec3d(0);
+    hit.reset();
     half_way = to_ground = 1e30;
     cells = lit = ends = end_cells = 0;
     converged = true;

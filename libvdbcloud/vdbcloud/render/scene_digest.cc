@@ -111,6 +111,7 @@ std::string scene_digest(const Scene& scene, const CameraView& view, const Sampl
         add(digest, scene.ground->point);
         add(digest, scene.ground->up);
     }
+    if (!scene.solids.empty()) digest.add_text(solids_digest(scene.solids, true));
     add(digest, scene.sky);
     add(digest, scene.background);
     add(digest, view);
