@@ -10,6 +10,7 @@
 #include "vdbcloud/optics/cell_march.h"
 #include "vdbcloud/optics/optical_depth.h"
 #include "vdbcloud/optics/periodic_light.h"
+#include "vdbcloud/optics/solid_rays.h"
 #include "vdbcloud/sweep/light_lattice.h"
 #include "vdbcloud/voxels/brick_map.h"
 #include "vdbcloud/voxels/extend.h"
@@ -144,12 +145,21 @@ bool shades(const std::vector<float>& depth, const Wanted& wanted)
     return false;
 }
 
-/// The mean over the light's parts of exp(-tau) at all wanted points, `channels` values a point. media[0] is the medium
-/// that the points belong to. Empty if `only_if_shaded` and no other medium shades a point.
+/// Whether solids hide a light without extent from x.
+bool hidden(const SolidRays& solids, const LightModel& light, const Vec3d& x)
+{
+    const Sight sight = light.towards(x);
+    return solids.blocked({x, sight.direction}, sight.distance);
+}
+
+/// The mean over the light's parts of exp(-tau), 0 for those that solids hide, at all wanted points, `channels` values
+/// a point. media[0] is the medium that the points belong to. Empty if `only_if_shaded` and no other medium shades a
+/// point.
 std::vector<float> find_transmittance(const std::vector<Crossed>& media,
                                       const std::vector<std::shared_ptr<const LightModel>>& parts, size_t channels,
-                                      bool only_if_shaded, const TransmittanceOptions& o, const Wanted& wanted,
-                                      const Progress& progress, std::atomic<size_t>* products = nullptr)
+                                      bool only_if_shaded, const SolidRays& solids, const TransmittanceOptions& o,
+                                      const Wanted& wanted, const Progress& progress,
+                                      std::atomic<size_t>* products = nullptr)
 {
     const double steps = double(parts.size() * media.size());
     const auto depths = [&](size_t p, size_t m) {
@@ -169,12 +179,15 @@ std::vector<float> find_transmittance(const std::vector<Crossed>& media,
         if (!shaded && parts.size() == 1) return {};
         depth[0] = depths(p, 0);
         tbb::parallel_for(size_t(0), wanted.leaf.size(), [&](size_t b) {
-            for (size_t n = b * 512; n < (b + 1) * 512; ++n)
+            for (size_t n = b * 512; n < (b + 1) * 512; ++n) {
+                if (!solids.empty() && wanted.has(n) && hidden(solids, *parts[p], wanted.world(n, media[0].density)))
+                    continue;
                 for (size_t c = 0; c < channels; ++c) {
                     double tau = 0;
                     for (size_t m = 0; m < media.size(); ++m) tau += media[m].sigma_t[int(c)] * depth[m][n];
                     transmittance[n * channels + c] += float(std::exp(-tau) / double(parts.size()));
                 }
+            }
         });
     }
     if (!shaded) transmittance.clear();
@@ -183,8 +196,8 @@ std::vector<float> find_transmittance(const std::vector<Crossed>& media,
 
 /// Compares with exact rays at voxels spread evenly over the targets.
 void compare(const BrickMap& density, const Medium& medium, const std::vector<std::shared_ptr<const LightModel>>& parts,
-             const TransmittanceOptions& o, const Wanted& wanted, const std::vector<float>& transmittance,
-             size_t channels, TransmittanceReport& report)
+             const SolidRays& solids, const TransmittanceOptions& o, const Wanted& wanted,
+             const std::vector<float>& transmittance, size_t channels, TransmittanceReport& report)
 {
     std::vector<size_t> sample;
     const size_t step = std::max<size_t>(1, size_t(report.voxels) / size_t(std::max(1, o.error_samples)));
@@ -195,9 +208,10 @@ void compare(const BrickMap& density, const Medium& medium, const std::vector<st
     std::vector<double> error(sample.size());
     tbb::parallel_for(size_t(0), sample.size(), [&](size_t s) {
         double exact = 0;
+        const Vec3d x = wanted.world(sample[s], density);
         for (const auto& part : parts)
-            exact += std::exp(-medium.sigma_t_per_density[0] *
-                              depth_to_light(density, *part, wanted.world(sample[s], density)));
+            if (solids.empty() || !hidden(solids, *part, x))
+                exact += std::exp(-medium.sigma_t_per_density[0] * depth_to_light(density, *part, x));
         error[s] = std::abs(exact / double(parts.size()) - transmittance[sample[s] * channels]);
     });
     report.compared = int(error.size());
@@ -205,6 +219,16 @@ void compare(const BrickMap& density, const Medium& medium, const std::vector<st
         report.mean_error += e / double(error.size());
         report.max_error = std::max(report.max_error, e);
     }
+}
+
+/// Wanted points that none of the light reaches.
+int64_t dark_points(const std::vector<float>& transmittance, size_t channels, const Wanted& wanted)
+{
+    int64_t dark = 0;
+    for (size_t n = 0; n < wanted.leaf.size() * 512; ++n)
+        dark += wanted.has(n) && std::all_of(&transmittance[n * channels], &transmittance[n * channels] + channels,
+                                             [](float t) { return t == 0; });
+    return dark;
 }
 
 /// Steps of a ray from a wanted point to a light, the mean of some hundred points.
@@ -275,6 +299,7 @@ GridBasePtr made_grid(const FloatGrid& density, const Medium& medium, const Ligh
     write_light(*grid, light);
     write_medium(*grid, medium);
     write_periodic(*grid, o.periodic);
+    if (!o.solids.empty()) set_text(*grid, schema::solids, solids_digest(o.solids, /*materials=*/false));
     return grid;
 }
 
@@ -308,16 +333,22 @@ GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, c
     std::optional<BrickMap> bricks(std::in_place, density, 0.0f, BrickMap::Map(), period);
     const size_t channels = medium.grey() ? 1 : 3;
     const auto parts = light.parts(o.disc_samples);
+    const SolidRays solids(o.solids);
     std::atomic<size_t> products{0};
-    const std::vector<float> transmittance = find_transmittance({{*bricks, medium.sigma_t_per_density, Vec3d(0.0)}},
-                                                                parts, channels, false, o, wanted, progress, &products);
+    const std::vector<float> transmittance =
+        find_transmittance({{*bricks, medium.sigma_t_per_density, Vec3d(0.0)}}, parts, channels, false, solids, o,
+                           wanted, progress, &products);
     if (report) {
         *report = {};
         report->work.add("light_point", double(wanted.leaf.size() * 512 * parts.size()));
         report->work.add("lattice_product", double(products));
         report->voxels = wanted.voxels;
+        if (!o.solids.empty()) {
+            report->work.add("solid_ray", double(wanted.voxels) * double(parts.size()) * double(o.solids.size()));
+            report->hidden = dark_points(transmittance, channels, wanted);
+        }
         if (o.fidelity == Fidelity::Lattice && light->common_direction() && !period.any() && o.error_samples > 0)
-            compare(*bricks, medium, parts, o, wanted, transmittance, channels, *report);
+            compare(*bricks, medium, parts, solids, o, wanted, transmittance, channels, *report);
     }
     bricks.reset();
     GridBasePtr grid = made_grid(density, medium, light, wanted, transmittance, channels, o);
@@ -339,6 +370,7 @@ TransmittancePlan transmittance_plan(const FloatGrid& density, const Medium& med
     size.leaves = occupied * std::pow(o.refine, 3);
     TransmittancePlan plan;
     if (count) {
+        plan.work.add("solid_ray", double(density.activeVoxelCount()) * parts * double(o.solids.size()));
         const BrickMap map(density, 0, {}, period);
         const Wanted wanted(density, o.refine, period);
         size = tree_size(*FloatGrid::create(wanted.tree));
@@ -379,8 +411,8 @@ GridBasePtr transmittance_grid(const std::vector<CrossedMedium>& media, size_t a
     add(media[at], Vec3d(0.0));
     for (size_t m = 0; m < media.size(); ++m)
         if (m != at && !media[m].density->empty()) add(media[m], shift_between(density, *media[m].density));
-    const std::vector<float> transmittance =
-        find_transmittance(crossed, light.parts(o.disc_samples), channels, bool(own), o, wanted, progress);
+    const std::vector<float> transmittance = find_transmittance(crossed, light.parts(o.disc_samples), channels,
+                                                                bool(own), SolidRays(o.solids), o, wanted, progress);
     if (transmittance.empty() && own) return own;
     return made_grid(density, media[at].medium, light, wanted, transmittance, channels, o);
 }

@@ -5,6 +5,7 @@
 #include "vdbcloud/grid/accuracy.h"
 #include "vdbcloud/optics/medium.h"
 #include "vdbcloud/scene/light.h"
+#include "vdbcloud/scene/solid.h"
 
 #include <array>
 #include <cstdint>
@@ -27,6 +28,9 @@ struct TransmittanceOptions {
     /// Index axes along which the medium repeats without end, by the rule of period_of(). Rays are then always exact,
     /// and lights are at infinity.
     std::array<bool, 3> periodic{false, false, false};
+    /// Hide lights: T is 0 at voxels whose centre a solid keeps from the light, and those within a solid. Of a disc's
+    /// directions each is seen or hidden.
+    std::vector<Solid> solids{};
 };
 
 struct TransmittanceReport {
@@ -34,7 +38,8 @@ struct TransmittanceReport {
     int compared = 0;       ///< voxels that were compared with exact rays
     double mean_error = 0;  ///< mean |T - T_exact| over them
     double max_error = 0;
-    Workload work;  ///< events of data/unit_costs.txt, but for cells of exact rays
+    int64_t hidden = 0;  ///< voxels that solids keep from all of the light
+    Workload work;       ///< events of data/unit_costs.txt, but for cells of exact rays
 };
 
 /// What bounds the error of a light's grid. Nothing is known of a grid that was not compared.
@@ -48,7 +53,7 @@ Accuracy accuracy_of(const TransmittanceReport&);
 /// refine = m the light grid's voxels are m times smaller than density's, of which every m-th lies on one of density's
 /// centres: interpolating T between them then errs m^2 times less. The grid bears density's transform (refined), the
 /// light (write_light), the medium's extinction and density's digest as metadata, so that later stages know what it
-/// belongs to.
+/// belongs to; with solids also schema::solids, their fingerprint.
 ///
 /// In a periodic medium a grid holds one period and one voxel about it, bears schema::periodic, and T is that of all
 /// copies.

@@ -125,9 +125,10 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
                 if (!(voxel.faces >> (2 * a + up) & 1)) continue;
                 const auto t = at_exposed(k, 2 * a + up);
                 const double value = free(voxel.slot, a, up) * t.part;
+                const double sight = depths.sight(voxel.slot);
                 (up ? upper[k] : u[voxel.slot]) = value;
                 (up ? upper_less[k] : less[voxel.slot]) = common * t.less;
-                ((up ? value < 0 : value > 0) ? in : out) += std::abs(value);
+                ((up ? value < 0 : value > 0) ? in : out) += sight * std::abs(value);
             }
         }
         std::vector<double> scattered(blocks.count(), 0.0), lost(blocks.count(), 0.0);
@@ -137,14 +138,15 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
                 const size_t below = beside(blocks, slot, 2 * a), above = beside(blocks, slot, 2 * a + 1);
                 const bool has_below = blocks.active(below), has_above = blocks.active(above);
                 // Cells with an exposed upper face follow below.
-                const double deposit = has_above ? lost_between(u[slot], less[slot], u[above], less[above]) : 0.0;
+                const double deposit =
+                    has_above ? depths.sight(slot) * lost_between(u[slot], less[slot], u[above], less[above]) : 0.0;
                 const double w0 = p1.scaling(slot).albedo;
                 scattered[b] += w0 * deposit;
                 lost[b] += deposit;
                 double source = w0 * deposit, lower = 0;  // and Q1's flux through the lower face
                 if (forward) {
-                    const double al = has_below ? p1.q1_share(a, below) * u[slot] : 0.0;
-                    const double au = has_above ? p1.q1_share(a, slot) * u[above] : 0.0;
+                    const double al = has_below ? depths.sight(slot, below) * p1.q1_share(a, below) * u[slot] : 0.0;
+                    const double au = has_above ? depths.sight(slot, above) * p1.q1_share(a, slot) * u[above] : 0.0;
                     source += al - au;
                     lower = al / p1.face_area(a);
                 }
@@ -163,11 +165,11 @@ void add_beam(const P1Operator& p1, const BeamDepths& depths, double extinction,
             const double q = p1.q1_factor(voxel.slot) / p1.sigma_tr(voxel.slot), w0 = p1.scaling(voxel.slot).albedo;
             for (int up = 0; up < 2; ++up) {
                 if (!(voxel.faces >> (2 * a + up) & 1)) continue;
-                const double outward = up ? upper[k] : -u[voxel.slot];
+                const double sight = depths.sight(voxel.slot), outward = sight * (up ? upper[k] : -u[voxel.slot]);
                 const double leaving =
                     p1.boundary_flux(voxel, 2 * a + up, q * outward / p1.face_area(a)) * p1.face_area(a);
                 const double deposit =
-                    up ? lost_between(u[voxel.slot], less[voxel.slot], upper[k], upper_less[k]) : 0.0;
+                    up ? sight * lost_between(u[voxel.slot], less[voxel.slot], upper[k], upper_less[k]) : 0.0;
                 const double source = w0 * deposit - leaving;
                 first_scatter += w0 * deposit;
                 deposited += deposit;
@@ -226,7 +228,8 @@ void add_beam_profile(const P1Operator& p1, const BeamDepths& depths, double ext
             const size_t below = beside(blocks, slot, 2 * a);
             if (!blocks.active(below)) return;
             const double own = p1.sigma_tr(slot), other = p1.sigma_tr(below);
-            flux[slot] = (own * factor(slot) * half_cell_deviation(lower[slot], upper[slot]) +
+            flux[slot] = depths.sight(slot, below) *
+                         (own * factor(slot) * half_cell_deviation(lower[slot], upper[slot]) +
                           other * factor(below) * half_cell_deviation(lower[slot], lower[below])) /
                          (own + other);
         });
@@ -243,8 +246,8 @@ void add_beam_profile(const P1Operator& p1, const BeamDepths& depths, double ext
                 const ExposedVoxel& voxel = p1.exposed()[k];
                 if (!(voxel.faces >> (2 * a + up) & 1)) continue;
                 const double lo = lower[voxel.slot], hi = upper[voxel.slot];
-                const double outward =
-                    factor(voxel.slot) * (up ? half_cell_deviation(hi, lo) : -half_cell_deviation(lo, hi));
+                const double outward = depths.sight(voxel.slot) * factor(voxel.slot) *
+                                       (up ? half_cell_deviation(hi, lo) : -half_cell_deviation(lo, hi));
                 const double leaving = p1.boundary_flux(voxel, 2 * a + up, outward / p1.face_area(a)) * p1.face_area(a);
                 for (const auto& [to, strength] : channels) {
                     to->rhs[voxel.slot] -= strength * leaving;
@@ -298,7 +301,7 @@ std::vector<float> mean_fluence(const P1Operator& p1, const BeamDepths& depths, 
         // Without the cap its fluence would be too large.
         const double free_of_medium = depths.light->irradiance(p1.index().world(as_double(blocks.voxel(slot))));
         const double most = brightest[slot] * free_of_medium;
-        fluence[slot] = float(inside > 0 ? mean : std::min(mean, most));
+        fluence[slot] = float(depths.sight(slot) * (inside > 0 ? mean : std::min(mean, most)));
     });
     return fluence;
 }
@@ -315,7 +318,8 @@ std::vector<float> beam_fluence(const P1Operator& p1, const BeamDepths& depths, 
         const double x = p1.scaling(slot).extinction * p1.sigma_t(slot) *
                          width_along(p1.index(), depths.light->towards(place).direction);
         const double free_of_medium = depths.light->irradiance(place);
-        const double chord = free_of_medium * std::exp(-extinction * double(centre[slot])) / (1 + x * x / 12);
+        const double chord =
+            depths.sight(slot) * free_of_medium * std::exp(-extinction * double(centre[slot])) / (1 + x * x / 12);
         fluence[slot] = float(chord + diffusive(x) * (fluence[slot] - chord));
     });
     return fluence;

@@ -26,6 +26,13 @@ struct BeamDepths {
     /// At points of exposed faces in a medium that is constant in each voxel, where voxels may be opaque
     /// (exposed_beam.h); -1: not computed. Empty: no voxel is opaque.
     std::vector<std::array<std::array<float, points>, 6>> boxed;
+    /// By slot: 1 where a solid does not hide the light from the voxel's centre, else 0; such a voxel gets nothing of
+    /// the beam. Empty: all see it.
+    std::vector<uint8_t> seen;
+
+    double sight(size_t slot) const { return seen.empty() ? 1.0 : double(seen[slot]); }
+    /// Of a face between two voxels.
+    double sight(size_t slot, size_t beside) const { return sight(slot) * sight(beside); }
 };
 
 /// Depths by one pass of the light lattice (sweep/) for a light of one direction, by one ray per face for any other

@@ -3,6 +3,10 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/optics/optical_depth.h"
 
+#include <tbb/parallel_for.h>
+
+#include <limits>
+
 namespace vdbcloud {
 
 namespace {
@@ -28,8 +32,8 @@ double beam_extinction(const P1Operator& p1)
 }
 
 BeamMedium::BeamMedium(const VoxelIndex& index, const FloatGrid& grid, const std::vector<float>& density,
-                       const P1Operator& p1)
-    : index_(index), density_(density), extinction_(beam_extinction(p1))
+                       const P1Operator& p1, const SolidRays* solids)
+    : index_(index), density_(density), extinction_(beam_extinction(p1)), solids_(solids)
 {
     if (index.blocks().period() == Vec3i(0, 0, 0))
         bricks_.emplace(p1.uniform_albedo() ? BrickMap(grid) : scaled_bricks(index, grid, p1));
@@ -43,9 +47,28 @@ BeamDepths BeamMedium::depths(const std::vector<ExposedVoxel>& exposed, const Li
                               std::vector<float>* centres, const Progress& progress,
                               std::atomic<size_t>* products) const
 {
-    if (bricks_) return beam_depths(index_, exposed, *bricks_, light, rays_per_voxel, centres, progress, products);
-    if (centres) *centres = periodic_centre_depths(index_, values(), light);
-    return periodic_beam_depths(index_, exposed, values(), light);
+    if (!bricks_) {
+        if (centres) *centres = periodic_centre_depths(index_, values(), light);
+        return periodic_beam_depths(index_, exposed, values(), light);
+    }
+    BeamDepths found = beam_depths(index_, exposed, *bricks_, light, rays_per_voxel, centres, progress, products);
+    if (!solids_) return found;
+    const Blocks& blocks = index_.blocks();
+    found.seen.assign(blocks.slots(), 0);
+    tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
+        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
+            const Vec3i at = blocks.voxel(slot);
+            found.seen[slot] = blocks.active(slot) && !hidden(Vec3d(at[0], at[1], at[2]), light);
+        }
+    });
+    return found;
+}
+
+bool BeamMedium::hidden(const Vec3d& voxel, const Light& light) const
+{
+    const Vec3d x = index_.world(voxel);
+    const Sight sight = light->towards(x);
+    return solids_->blocked({x, sight.direction}, sight.distance);
 }
 
 LineDepths BeamMedium::lines(const Light& light) const
@@ -55,6 +78,7 @@ LineDepths BeamMedium::lines(const Light& light) const
 
 double BeamMedium::depth(const Vec3d& voxel, const Light& light) const
 {
+    if (solids_ && hidden(voxel, light)) return std::numeric_limits<double>::infinity();
     return bricks_ ? depth_to_light(*bricks_, *light, index_.world(voxel))
                    : periodic_depth(index_, values(), light, voxel);
 }

@@ -1,5 +1,6 @@
 #pragma once
 // The medium of one channel as beams see it: scaled extinction, trilinear or periodic. Private to scatter/.
+#include "vdbcloud/optics/solid_rays.h"
 #include "vdbcloud/scatter/beam.h"
 
 #include <optional>
@@ -17,7 +18,9 @@ double beam_extinction(const P1Operator&);
 class BeamMedium {
 public:
     /// Keeps references to `index` and `density`, the values of `grid` at the slots.
-    BeamMedium(const VoxelIndex& index, const FloatGrid& grid, const std::vector<float>& density, const P1Operator&);
+    /// `solids`, if given, hide lights: BeamDepths::seen, and depth().
+    BeamMedium(const VoxelIndex& index, const FloatGrid& grid, const std::vector<float>& density, const P1Operator&,
+               const SolidRays* solids = nullptr);
 
     double extinction() const { return extinction_; }  ///< sigma_t' at density 1 [1/world unit]
     /// The trilinear density of which extinction() is the factor; null for a periodic medium.
@@ -29,14 +32,16 @@ public:
                       const Progress&, std::atomic<size_t>* products = nullptr) const;
     /// Depths of lines, for lost_power(). Requires a light of one direction.
     LineDepths lines(const Light&) const;
-    /// Density depth from a point (voxel coordinates) to a light.
+    /// Density depth from a point (voxel coordinates) to a light; infinity where a solid hides it.
     double depth(const Vec3d& voxel, const Light&) const;
 
 private:
     const VoxelIndex& index_;
     const std::vector<float>& density_;
     double extinction_;
-    std::vector<float> scaled_;       // density of a periodic medium, if not density_
+    std::vector<float> scaled_;  // density of a periodic medium, if not density_
+    bool hidden(const Vec3d& voxel, const Light&) const;
+    const SolidRays* solids_;
     std::optional<BrickMap> bricks_;  // of a medium that ends on all sides
     const std::vector<float>& values() const { return scaled_.empty() ? density_ : scaled_; }
 };

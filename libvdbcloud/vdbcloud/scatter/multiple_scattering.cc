@@ -25,9 +25,11 @@ ScatterOptions with_horizon(ScatterOptions options)
 
 Scattering::Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission, const Medium& medium,
                        const std::vector<Light>& lights, const ScatterOptions& options, ScatterReport& report)
-    : grid_(density), sources_(sources_of(density, tint, emission)), medium_(medium), lights_(lights),
+    : solids_(options.solids.empty() ? nullptr : std::make_unique<SolidRays>(options.solids)),
+      open_(solids_ ? without_solids(density, *solids_, options.periodic) : nullptr), grid_(open_ ? *open_ : density),
+      sources_(sources_of(density, tint, emission)), medium_(medium), lights_(lights),
       beams_(points_of(lights, options.disc_samples)), o_(with_horizon(options)), report_(report),
-      index_(density, {options.periodic}), density_(index_.gather(density)), exposed_(exposed_voxels(index_, density_))
+      index_(grid_, {options.periodic}), density_(index_.gather(grid_)), exposed_(exposed_voxels(index_, density_))
 {
     for (const Light& light : lights)
         towards_.resize(towards_.size() + light.points(options.disc_samples).size(), light->common_direction());
@@ -38,6 +40,7 @@ Scattering::Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Ve
     if (tint && tint_[0] == tint_[1] && tint_[0] == tint_[2]) release(tint_[1], tint_[2]);
     if (emission && emission_[0] == emission_[1] && emission_[0] == emission_[2]) release(emission_[1], emission_[2]);
     if (tint) clamp_tint();
+    report.solids = bool(solids_);
     report.voxels = index_.blocks().active_count();
     report.blocks = index_.blocks().count();
     report.exposed = exposed_.size();
@@ -206,6 +209,7 @@ void Scattering::stamp(GridBase& grid) const
     set_text(grid, schema::lit_by, lights_text(lights_));
     write_periodic(grid, o_.periodic);
     write_ground(grid, o_.ground_albedo);
+    if (solids_) set_text(grid, schema::solids, solids_digest(o_.solids, /*materials=*/true));
 }
 
 CollidedLight scatter_p1(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission,

@@ -10,6 +10,7 @@
 #include "vdbcloud/scatter/second_moment.h"
 #include "vdbcloud/scatter/sky_inflow.h"
 #include "vdbcloud/scene/light.h"
+#include "vdbcloud/scene/solid.h"
 
 #include <array>
 #include <functional>
@@ -28,6 +29,9 @@ struct ScatterOptions {
     /// light that leaves downwards is lost.
     std::optional<double> ground_albedo;
     std::array<bool, 3> periodic{false, false, false};
+    /// Opaque bodies: voxels whose centre is within one are no part of the medium, and solids hide suns and lamps. What
+    /// solids reflect into the medium, and what they hide of the sky and of other parts of the medium, is left out.
+    std::vector<Solid> solids{};
     int rays_per_voxel = 2;              ///< of the light lattice
     int disc_samples = disc_directions;  ///< directions over the disc of a light with an angular diameter
     P1Solver solver = P1Solver::Multigrid;
@@ -89,6 +93,7 @@ struct ScatterReport {
     bool emission_outside = false;  ///< emission where density is 0 was ignored
     /// Few voxels emit, and rays did not follow their light: options or a periodic medium do not allow it.
     bool emission_without_rays = false;
+    bool solids = false;              ///< there are solids
     bool endless_ground = false;      ///< a ground under a medium that ends on all sides (GroundPower)
     int top = Blocks::YPlus;          ///< the plane that faces up, across the index axis nearest to ScatterOptions::up
     std::optional<FluxMap> flux_map;  ///< on request (ScatterOptions)
@@ -122,9 +127,9 @@ Accuracy accuracy_of(const ScatterReport&, const std::vector<Light>&);
 /// in sweeps, by partial currents in P1, which needs a medium without gaps in its lowest layer. Beneath a medium that
 /// ends on all sides the ground is endless (endless_ground.h). The limiter takes no ground.
 ///
-/// Errors: InputError for shear, coefficients out of range, a light that a periodic medium does not allow, or a ground
-/// that the medium does not allow (ground.h). A solver
-/// that misses its tolerance sets ScatterReport::converged to false. Throws Cancelled.
+/// Errors: InputError for solids in a periodic medium, for shear, coefficients out of range, a light that a periodic
+/// medium does not allow, or a ground that the medium does not allow (ground.h). A solver that misses its tolerance
+/// sets ScatterReport::converged to false. Throws Cancelled.
 CollidedLight scatter_p1(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission,
                          const Medium& medium, const std::vector<Light>& lights, const ScatterOptions& options,
                          const Progress& progress, ScatterReport& report);

@@ -14,6 +14,7 @@
 #include "vdbcloud/scatter/heating.h"
 #include "vdbcloud/scatter/multiple_scattering.h"
 #include "vdbcloud/scatter/scatter_plan.h"
+#include "vdbcloud/scatter/solid_mask.h"
 
 #include <functional>
 #include <optional>
@@ -46,7 +47,10 @@ private:
     /// Groups of channels that share a matrix or a solution.
     std::vector<ChannelGroup> groups() const;
 
-    BeamMedium beam_medium(const P1Operator& p1) const { return BeamMedium(index_, grid_, density_, p1); }
+    BeamMedium beam_medium(const P1Operator& p1) const
+    {
+        return BeamMedium(index_, grid_, density_, p1, solids_.get());
+    }
 
     using BeamNote =
         std::function<void(const BeamDepths&, const std::vector<float>&, double, const std::optional<Vec3d>&)>;
@@ -220,6 +224,8 @@ private:
     void share(int from, int to, double scale);
     void stamp(GridBase& grid) const;
 
+    const std::unique_ptr<const SolidRays> solids_;  // null: none
+    const FloatGridPtr open_;                        // the density without what lies within solids; null: none does
     const FloatGrid& grid_;
     const Sources sources_;
     const Medium& medium_;

@@ -17,7 +17,7 @@ Scattering::KeptBeam Scattering::find_beam(const BeamMedium& medium, const Light
     BeamDepths depths =
         medium.depths(exposed_, light, o_.rays_per_voxel, with_centres ? &centres : nullptr, progress, &products);
     KeptBeam beam{std::move(depths), std::move(centres), {}};
-    if (light->common_direction() && o_.line_rays) beam.lines = medium.lines(light);
+    if (light->common_direction() && o_.line_rays && !solids_) beam.lines = medium.lines(light);
     note_work("beam_voxel", 1);
     report_.work.add("lattice_product", double(products));
     return beam;
