@@ -11,6 +11,7 @@
 #include "vdbcloud/grid/select.h"
 #include "vdbcloud/grid/up_axis.h"
 #include "vdbcloud/optics/joined_medium.h"
+#include "vdbcloud/scene/solid.h"
 
 #include <algorithm>
 #include <cmath>
@@ -41,7 +42,8 @@ MetaMap agreed(const std::vector<const MetaMap*>& maps)
 bool is_replaced(const std::string& name, const std::string& density)
 {
     return name == density || schema::has_role(name, schema::Role::Colour) ||
-           schema::has_role(name, schema::Role::Emission) || schema::has_role(name, schema::Role::Transmittance);
+           schema::has_role(name, schema::Role::Emission) || schema::has_role(name, schema::Role::Transmittance) ||
+           schema::has_role(name, schema::Role::Solid);
 }
 
 void tell_dropped(App& app, const std::vector<GridFile>& files, const std::vector<MediumPart>& parts)
@@ -114,6 +116,10 @@ GridFile joined_file(App& app, const std::vector<GridFile>& files, const std::ve
     file.grids = {joined.density};
     if (joined.colour) file.grids.push_back(joined.colour);
     if (joined.emission) file.grids.push_back(joined.emission);
+    std::vector<Solid> solids;
+    for (const GridFile& each : files)
+        for (Solid& solid : of_file(each.path, [&] { return solids_of(each); })) solids.push_back(std::move(solid));
+    put_solids(file, solids);
     out.density = joined.density;
     out.medium = joined.medium;
     return file;

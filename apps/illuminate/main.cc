@@ -46,12 +46,13 @@ std::vector<Task> tasks_of(app::App& app, const IlluminateOptions& o, const std:
         if (std::any_of(asked.begin(), asked.end(), is_it))
             remove_grids(file, [&](const std::string& name) { return name == transmittance_name(theirs); });
     }
-    const std::string digest = grid_digest(*in.density);
+    const std::string digest = grid_digest(*in.density), standing = solids_digest(o.accuracy.solids, false);
     for (const auto& light : app::inherited_lights(in.lights, asked)) {
         if (!asked.empty()) app.say("the " + app::described(light) + " of the input stays: '" + light.name + "'");
         const auto grid = find_grid(file, transmittance_name(light));
         const bool holds = grid && app::same_extinction(*grid, in.medium) && read_periodic(*grid) == in.periodic &&
-                           get_text(*grid, schema::density_digest, "") == digest;
+                           get_text(*grid, schema::density_digest, "") == digest &&
+                           get_text(*grid, schema::solids, "") == standing;
         if (!holds) app.say("light '" + light.name + "' was computed for another medium: doing it again");
         tasks.push_back({light, holds});
     }
@@ -60,6 +61,16 @@ std::vector<Task> tasks_of(app::App& app, const IlluminateOptions& o, const std:
         app.say("no light asked for: a " + app::described(tasks[0].light));
     }
     return tasks;
+}
+
+/// The solids asked for take the place of those of the file, and travel in it. Results for other solids are dropped.
+void choose_solids(app::App& app, IlluminateOptions& o, app::MediumInput& in)
+{
+    o.accuracy.solids =
+        app::chosen_solids(app, o.solids, {&in.file}, vector_of(app::settled_up(app, o.up, in.file, false)));
+    if (!o.solids.asked.empty()) put_solids(in.file, o.accuracy.solids);
+    if (o.accuracy.solids.empty()) return;
+    for (size_t n = 0; n < o.accuracy.solids.size(); ++n) app.say("solid: " + described(o.accuracy.solids[n]));
 }
 
 std::vector<Light> lights_of(const std::vector<Task>& tasks)
@@ -100,6 +111,7 @@ void illuminate(app::App& app, IlluminateOptions& o)
     const auto asked = app::lights_asked(o.lights);
     app::MediumInput in = app::read_one_medium(app, o, o.medium);
     o.accuracy.periodic = in.periodic;
+    choose_solids(app, o, in);
     app.uses(in.density->getName());
     app::settled_up(app, o.up, in.file, false);
     const auto tasks = app::of_file(in.file.path, [&] { return tasks_of(app, o, asked, in); });
@@ -122,6 +134,7 @@ void illuminate(app::App& app, IlluminateOptions& o)
         app::tell_accuracy(app, grid->getName(), accuracy_of(found), *grid);
         auto& report = app.report();
         report["counts"][task.light.name + "_voxels"] = found.voxels;
+        if (!o.accuracy.solids.empty()) report["counts"][task.light.name + "_hidden_voxels"] = found.hidden;
         app.add_work(found.work);
         if (found.compared > 0)
             report["accuracy"][task.light.name] = {{"compared_voxels", found.compared},

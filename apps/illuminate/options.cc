@@ -15,6 +15,7 @@ void declare(app::App& app, IlluminateOptions& o)
                        "light; of several inputs the joined density, Cd and emission");
     app::declare_medium(app, o.medium);
     app::declare_lights(app, o.lights);
+    app::declare_solids(app, o.solids, "Solids");
 
     const auto accuracy = "Accuracy";
     const auto lattice = [&o] { return o.accuracy.fidelity == Fidelity::Lattice; };
@@ -51,6 +52,9 @@ void declare(app::App& app, IlluminateOptions& o)
                    "lit.vdb --resolution 128 -o sun.png"},
                   {"two lights: a white sun and a red lamp below the cloud",
                    "illuminate cloud.vdb --sun 0,1,0 --lamp 0,-1,0 --lamp-intensity 9,1,0 -o two.vdb"},
+                  {"a mountain that shadows the cloud: it stands in the file, and render shows it",
+                   "fractalgen cloud.vdb --mountain --size 64 -o both.vdb && illuminate both.vdb --sun 1,0.3,0 -o "
+                   "shadowed.vdb"},
                   {"a hazy sun of 10 degrees, with the error of the lattice in the report",
                    "illuminate cloud.vdb --sun 0,1,0 --sun-diameter 10 --json - -o haze.vdb"}});
 }

@@ -2,6 +2,7 @@
 // The options of illuminate.
 #include "light_options.h"
 #include "medium_options.h"
+#include "solid_options.h"
 #include "stage_options.h"
 
 #include "vdbcloud/light/transmittance_grid.h"
@@ -13,6 +14,7 @@ namespace vdbcloud {
 struct IlluminateOptions : app::StageOptions {
     app::MediumOptions medium;
     app::LightOptions lights;
+    app::SolidOptions solids;
     TransmittanceOptions accuracy;
     app::Option disc_samples;
     std::vector<app::Option> of_suns;  ///< no effect on lamps, nor in a periodic medium, whose rays are all exact

@@ -13,12 +13,13 @@
 
 namespace vdbcloud {
 
-bool has_light(const app::MediumInput& in, const Light& light)
+bool has_light(const app::MediumInput& in, const Light& light, const std::vector<Solid>& solids)
 {
     const GridBasePtr there = grid_of_light(in.file, light);
     const auto theirs = there ? read_light(*there, there->getName()) : std::nullopt;
     return theirs && same_light(*theirs, light) && app::same_extinction(*there, in.medium) &&
            read_periodic(*there) == in.periodic &&
+           get_text(*there, schema::solids, "") == solids_digest(solids, /*materials=*/false) &&
            get_text(*there, schema::density_digest, "") == grid_digest(*in.density);
 }
 
@@ -52,11 +53,12 @@ std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, app::Mediu
     for (const Light& light : lights) {
         app.uses(transmittance_name(light));
         if (app.dry_run()) continue;
-        if (has_light(in, light)) continue;
+        if (has_light(in, light, o.scatter.solids)) continue;
         const auto phase = app.phase(transmittance_name(light));
         TransmittanceOptions accuracy;
         accuracy.disc_samples = o.scatter.disc_samples;
         accuracy.periodic = in.periodic;
+        accuracy.solids = o.scatter.solids;
         put_grid(file, transmittance_grid(density, medium, light, accuracy, app.progress(light.name)));
     }
     drop_other_lights(app, file, lights);

@@ -11,7 +11,7 @@ namespace vdbcloud {
 /// to the file a transmittance grid, which render needs, for each light without one or with one for another medium.
 std::vector<Light> lights_for(app::App&, const P1solveOptions&, app::MediumInput&);
 
-/// True if the file has the light's transmittance grid of this medium.
-bool has_light(const app::MediumInput&, const Light&);
+/// True if the file has the light's transmittance grid of this medium beside these solids.
+bool has_light(const app::MediumInput&, const Light&, const std::vector<Solid>&);
 
 }  // namespace vdbcloud

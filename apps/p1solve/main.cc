@@ -24,12 +24,24 @@
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/select.h"
+#include "vdbcloud/scene/solid.h"
 
 #include <algorithm>
 
 using namespace vdbcloud;
 
 namespace {
+
+/// The solids asked for take the place of those of the file, and travel in it.
+void choose_solids(app::App& app, P1solveOptions& o, app::MediumInput& in)
+{
+    const Vec3d up = vector_of(app::settled_up(app, o.up, in.file, false));
+    o.scatter.solids = app::chosen_solids(app, o.solids, {&in.file}, up);
+    if (!o.solids.asked.empty()) put_solids(in.file, o.scatter.solids);
+    if (o.series.order > 0 && !o.scatter.solids.empty())
+        throw UsageError("--series " + std::to_string(o.series.order) + " beside the " +
+                         described(o.scatter.solids.front()) + ": the series knows no solids, leave --series out");
+}
 
 void solve(app::App& app, P1solveOptions& o)
 {
@@ -42,6 +54,7 @@ void solve(app::App& app, P1solveOptions& o)
     const Medium& medium = in.medium;
     app.uses(density->getName());
     check_phase(o, medium.phase);
+    choose_solids(app, o, in);
     const auto lights = app::of_file(file.path, [&] { return lights_for(app, o, in); });
     o.rays_per_voxel.check_effect(!lights.empty(), "--sun or --lamp");
     o.rays_per_voxel.check_effect(in.periodic == app::Axes{}, "--periodic none: rays of a periodic medium are exact");

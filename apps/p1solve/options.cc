@@ -190,6 +190,7 @@ void declare(app::App& app, P1solveOptions& o)
         "inputs the joined density, Cd and emission");
     app::declare_medium(app, o.medium);
     app::declare_lights(app, o.lights);
+    app::declare_solids(app, o.solids, "Solids");
     app.add_option("--sky", o.sky,
                    "day: a clear sky whose brightness follows from the suns; or the radiance of a uniform sky, one "
                    "number or r,g,b; without it none")

@@ -4,6 +4,7 @@
 #include "medium_options.h"
 #include "periodic_option.h"
 #include "sky_options.h"
+#include "solid_options.h"
 #include "stage_options.h"
 
 #include "vdbcloud/scatter/series_grids.h"
@@ -16,6 +17,7 @@ namespace vdbcloud {
 struct P1solveOptions : app::StageOptions {
     app::MediumOptions medium;
     app::LightOptions lights;
+    app::SolidOptions solids;
     std::string sky;  ///< "day", a colour, or empty: no sky unless an option of sky_shape is given
     app::SkyOptions sky_shape;
     ScatterOptions scatter;

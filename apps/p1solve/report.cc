@@ -152,7 +152,7 @@ app::Plan plan_of(app::App& app, const P1solveOptions& o, const app::MediumInput
     }
     if (!count) return plan;
     for (const Light& light : lights) {
-        if (has_light(in, light)) continue;
+        if (has_light(in, light, o.scatter.solids)) continue;
         TransmittanceOptions accuracy;
         accuracy.disc_samples = o.scatter.disc_samples;
         accuracy.periodic = in.periodic;

@@ -11,6 +11,8 @@
 #include "progressive.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/shortest.h"
+#include "vdbcloud/optics/solid_rays.h"
 #include "vdbcloud/render/render_plan.h"
 
 using namespace vdbcloud;
@@ -40,6 +42,16 @@ void write_pictures(app::App& app, const RenderOptions& o, const LoadedScene& lo
     if (certificate) write_error_png(app, o, film, *certificate, view, metadata);
 }
 
+/// Throws for a camera within a solid: the picture would be black.
+void require_open_camera(const Scene& scene, const CameraView& view)
+{
+    const Vec3d eye = view.ray(view.size().width / 2.0, view.size().height / 2.0).origin;
+    for (const Solid& solid : scene.solids)
+        if (SolidRays({solid}).inside(eye))
+            throw InputError("the camera at " + shortest(eye) + " is within the " + described(solid) +
+                             ": expected it outside; give another --camera");
+}
+
 void render(app::App& app, RenderOptions& o)
 {
     if (traces_paths(o)) o.integrator.kind = Integrator::Path;
@@ -53,12 +65,16 @@ void render(app::App& app, RenderOptions& o)
         loaded.scene.sky = chosen_sky(o, brightest_sun(loaded.scene.lights), loaded.up, loaded.sky);
     else if ((traces_paths(o) || o.option.certify.given()) && loaded.sky)
         loaded.scene.sky = *loaded.sky;
+    // Solids are lit by the sky that is seen, if no other sky is known.
+    if (!loaded.scene.solids.empty() && loaded.scene.sky.dark())
+        loaded.scene.sky = loaded.sky ? *loaded.sky : background.sky;
     o.integrator.passes.over_background = background.in_exr;
     if (shows_light_grids(o) && app::sky_asked(o.sky) && loaded.sky && !(background.sky == *loaded.sky))
         app.warnings()(
             "the picture shows the sky asked for, and another sky lit the medium: for one sky run p1solve with it");
     app::tell_darkness(app, loaded.scene.lights, glows(loaded.scene));
     const CameraView view(chosen_camera(app, o, loaded, size), size);
+    require_open_camera(loaded.scene, view);
     report_picture(app, o, loaded, view);
     if (const std::string accuracy = accuracy_of_light(loaded); !accuracy.empty())
         app.say("accuracy of the light: " + accuracy);

@@ -224,7 +224,8 @@ void declare_picture(app::App& app, RenderOptions& o)
     app.add_option(
            "--aov", o.aovs,
            "layers of the .exr beside R,G,B,A: Z, transmittance, direct, direct_<light>, multiscatter, emission, "
-           "ground, variance, background, all, none; with --integrator path standard_error and, which all leaves out, "
+           "ground, solid, variance, background, all, none; with --integrator path standard_error and, which all "
+           "leaves out, "
            "seconds "
            "of "
            "each pixel; commas between, or again")
@@ -315,6 +316,14 @@ void declare(app::App& app, RenderOptions& o)
     app::declare_periodic(app, o.periodic, "Medium");
     app::declare_medium(app, o.medium);
     app::declare_lights(app, o.lights);
+    app::declare_solids(app, o.solids, "Solids");
+    o.option.solid_rays =
+        app.add_option("--solid-rays", o.integrator.solid_rays,
+                       "rays from each point of a solid, by which light from the sky, the medium and other solids is "
+                       "found; sun and lamps are exact. Noise falls as the square root")
+            ->check(app::within(1, 65536))
+            ->not_with([&o] { return traces_paths(o); }, "--integrator path")
+            ->group("Solids");
     o.option.ground =
         app.add_option("--ground-albedo", o.ground_albedo,
                        "albedo of a Lambertian ground beneath the media, 0 to 1: an endless, opaque plane one voxel "

@@ -3,6 +3,7 @@
 #include "light_options.h"
 #include "medium_options.h"
 #include "sky_options.h"
+#include "solid_options.h"
 #include "stage_options.h"
 
 #include "vdbcloud/light/transmittance_grid.h"
@@ -25,6 +26,7 @@ struct RenderOptions {
     std::string periodic;  ///< axes along which the media repeat; empty: the file's
     app::MediumOptions medium;
     app::LightOptions lights;
+    app::SolidOptions solids;
     TransmittanceOptions light;  ///< for transmittance grids that the input lacks
 
     Camera camera;
@@ -49,7 +51,8 @@ struct RenderOptions {
     bool progressive = false, shown = false;  ///< shows the .png while it is computed; has shown it
 
     struct {
-        app::Option camera, look_at, direction, ortho_width, integrator, fidelity, exposure, samples, ground, certify;
+        app::Option camera, look_at, direction, ortho_width, integrator, fidelity, exposure, samples, ground, certify,
+            solid_rays;
     } option;
 };
 

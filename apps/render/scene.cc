@@ -27,10 +27,19 @@ namespace vdbcloud {
 
 namespace {
 
+/// A file without a medium shows its solids.
+bool holds_solids_alone(const GridFile& file, const RenderOptions& o)
+{
+    return o.density.empty() && !file.grids.empty() &&
+           std::all_of(file.grids.begin(), file.grids.end(),
+                       [](const GridBasePtr& grid) { return schema::has_role(grid->getName(), schema::Role::Solid); });
+}
+
 Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
 {
     Volume volume;
-    volume.density = density_of(file, o.density, app.warnings());
+    volume.density =
+        holds_solids_alone(file, o) ? FloatGrid::create(0.0f) : density_of(file, o.density, app.warnings());
     volume.medium = app::chosen_medium(app, o.medium, *volume.density);
     volume.colour = app::vector_grid(app, file, grid_of(file, schema::colour));
     volume.emission = app::vector_grid(app, file, find_grid(file, schema::emission));
@@ -62,9 +71,13 @@ void require_same_period(const GridFile& file, const app::Axes& periodic)
 }
 
 /// Throws if phi is of another density, Cd or emission, or scattered other lights than the scene has.
-void require_same_light(const GridFile& file, const Volume& volume, const std::vector<Light>& lights)
+void require_same_light(const GridFile& file, const Volume& volume, const Scene& scene)
 {
+    const std::vector<Light>& lights = scene.lights;
     if (!volume.collided.phi) return;
+    if (get_text(*volume.collided.phi, schema::solids, "") != solids_digest(scene.solids, /*materials=*/true))
+        throw UsageError(file.path + ": multiple scattering was computed beside other solids: run p1solve again with "
+                                     "these");
     const std::string changed = changed_source(*volume.collided.phi, sources_behind(volume));
     if (!changed.empty())
         throw UsageError(file.path + ": multiple scattering was computed from another " + changed +
@@ -75,8 +88,9 @@ void require_same_light(const GridFile& file, const Volume& volume, const std::v
 }
 
 /// Why a transmittance grid of the input cannot be used for `light`; empty if it can.
-std::string misfit(const GridBase& grid, const Light& light, const Volume& volume, const app::Axes& periodic)
+std::string misfit(const GridBase& grid, const Light& light, const Volume& volume, const Scene& scene)
 {
+    const app::Axes& periodic = scene.periodic;
     const auto found = read_light(grid, grid.getName());
     if (!found) return "has no metadata of its light";
     if (const auto axes = read_periodic(grid); axes != periodic)
@@ -85,6 +99,8 @@ std::string misfit(const GridBase& grid, const Light& light, const Volume& volum
     if (!app::same_extinction(grid, volume.medium))
         return "was computed with extinction " + app::brief(get_vector(grid, schema::sigma_t_per_density, Vec3d(0.0))) +
                ", now " + app::brief(volume.medium.sigma_t_per_density);
+    if (get_text(grid, schema::solids, "") != solids_digest(scene.solids, /*materials=*/false))
+        return "was computed beside other solids";
     const std::string digest = get_text(grid, schema::density_digest, "");
     if (digest.empty()) return "has no fingerprint of its density";
     return digest == grid_digest(*volume.density) ? "" : "was computed from another density";
@@ -98,7 +114,7 @@ bool brings_all(const std::vector<GridFile>& files, const Scene& scene)
         for (const Light& light : scene.lights) {
             const Volume& volume = scene.volumes[v];
             const GridBasePtr grid = volume.collided.scaling.delta_f > 0 ? nullptr : grid_of_light(files[v], light);
-            if (!grid || !misfit(*grid, light, volume, scene.periodic).empty()) return false;
+            if (!grid || !misfit(*grid, light, volume, scene).empty()) return false;
         }
     return true;
 }
@@ -127,7 +143,7 @@ GridBasePtr light_grid(app::App& app, const GridFile& file, const Scene& scene, 
     }
     GridBasePtr own = grid_of_light(file, light);
     if (own)
-        if (const std::string reason = misfit(*own, light, volume, scene.periodic); !reason.empty()) {
+        if (const std::string reason = misfit(*own, light, volume, scene); !reason.empty()) {
             app.warnings()(file.path + ": " + printable(own->getName()) + " " + reason +
                            "; the grid is computed again for the " + app::described(light));
             own = nullptr;
@@ -242,12 +258,19 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
             const auto of_emission = occupied_corners(*emission);
             corners.insert(corners.end(), of_emission.begin(), of_emission.end());
         }
-        if (corners.empty()) app.say(file.path + ": the density is empty and adds nothing to the picture");
+        if (corners.empty() && !holds_solids_alone(file, o))
+            app.say(file.path + ": the density is empty and adds nothing to the picture");
         out.corners.insert(out.corners.end(), corners.begin(), corners.end());
         const std::string history = get_text(*file.metadata, schema::history, "");
         if (!history.empty()) out.history += (out.history.empty() ? "" : "\n") + history;
     }
     out.up = up_of(app, o, files);
+    std::vector<const GridFile*> all;
+    for (const GridFile& file : files) all.push_back(&file);
+    out.scene.solids = o.light.solids = app::chosen_solids(app, o.solids, all, vector_of(out.up));
+    for (const Solid& solid : out.scene.solids)
+        for (const Vec3d& corner : corners_of(solid)) out.corners.push_back(corner);
+    o.option.solid_rays.check_effect(!out.scene.solids.empty(), "--solid");
     for (const GridFile& file : files)
         if (const auto phi = fluence_grid(file)) {
             const auto lit_by = app::of_file(file.path, [&] { return read_sky(*phi); });
@@ -270,7 +293,7 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
                 app::brief(out.scene.lights[0].strength()[0]));
     }
     for (size_t v = 0; v < files.size(); ++v)
-        app::of_file(files[v].path, [&] { require_same_light(files[v], out.scene.volumes[v], out.scene.lights); });
+        app::of_file(files[v].path, [&] { require_same_light(files[v], out.scene.volumes[v], out.scene); });
     for (size_t v = 0; v < files.size() && shows_light_grids(o); ++v)
         app::of_file(files[v].path, [&] { relight_volume(app, files[v], out.scene.volumes[v], out.scene.lights); });
     for (size_t v = 0; v < files.size() && o.integrator.vertices > 0; ++v)

@@ -19,7 +19,7 @@ const std::vector<ToolEffects>& tool_effects()
              {"--envelope sphere", S::Values, "", "--mountain"},
              {"--envelope box", S::Values, "", "--envelope-from in.vdb"},
              {"--envelope-from in.vdb", S::Values, "", "--mountain"},
-             {"--envelope-grid solid", S::Values, "--envelope-from in.vdb", ""},
+             {"--envelope-grid solid", S::Values, "--envelope-from rock.vdb", ""},
              {"--towers 3", S::Values, "", "--envelope sphere"},
              {"--towers 3", S::Values, "", "--envelope-from in.vdb"},
              {"--towers 3", S::Values, "", "--mountain"},
@@ -196,6 +196,7 @@ const std::vector<ToolEffects>& tool_effects()
              {"--sun-diameter 40", S::Values, "--sun 1,1,0", ""},
              {"--lamp 0,3,0", S::Values, "", "", true},
              {"--lamp-intensity 9", S::Metadata, "--lamp 0,3,0", ""},
+             {"--solid sphere;at=0.5,0.8,0.5;radius=0.2", S::Values, "", "", true},
              {"--fidelity exact", S::Values, "", "--lamp 0,3,0"},
              {"--rays-per-voxel 1", S::Values, "", "--fidelity exact"},
              {"--rays-per-voxel 1", S::Values, "", "--lamp 0,3,0"},
@@ -212,6 +213,7 @@ const std::vector<ToolEffects>& tool_effects()
         {"p1solve",
          "in.vdb --extinction 20 --albedo 0.9 --reentry-rays 100 -o out.vdb",
          {
+             {"--solid sphere;at=0.5,0.8,0.5;radius=0.2", S::Values, "", "", true},
              {"--frames 1,3", S::Elsewhere, "Frames.*", "", true},
              {"--one-medium", S::Elsewhere, "Frames.SeparateFramesAreNoMediumUnlessAskedFor", "in.vdb"},
              {"--density nothing", S::Status, "", "", true},
@@ -277,6 +279,8 @@ const std::vector<ToolEffects>& tool_effects()
         {"render",
          "in.vdb --extinction 20 --resolution 12 -o out.exr",
          {
+             {"--solid sphere;at=0.5,0.8,0.5;radius=0.2", S::Values, "", "", true},
+             {"--solid-rays 3", S::Values, "--solid plane;at=0,0.1,0", "--integrator path"},
              {"--frames 1,3", S::Elsewhere, "Frames.*", "", true},
              {"--one-medium", S::Elsewhere, "Frames.SeparateFramesAreNoMediumUnlessAskedFor", "in.vdb"},
              {"--png two.png", S::Files, "", "", true},
@@ -369,7 +373,7 @@ const std::vector<ToolEffects>& tool_effects()
         {"vdbprobe",
          "in.vdb --grid density --at 0,0.3,0",
          {
-             {"--grid solid", S::Report, "", "", true},
+             {"--grid solid", S::Report, "rock.vdb", "", true},
              {"--at 0.1,0.2,0", S::Report, "", "", true},
              {"--points points.txt", S::Report, "", "", true},
          }},

@@ -77,8 +77,8 @@ std::string text(const Words& words)
 
 class OptionEffects : public testing::TestWithParam<ToolEffects> {
 protected:
-    /// in.vdb: a cloud and a mountain. lattice.vdb, exact.vdb, solved.vdb: their light. seed, moved, albedo: other
-    /// clouds.
+    /// in.vdb: a cloud. rock.vdb: with a mountain. lattice.vdb, exact.vdb, solved.vdb: their light. seed, moved,
+    /// albedo: other clouds.
     static void SetUpTestSuite()
     {
         inputs_ = new Scratch();
@@ -88,14 +88,13 @@ protected:
         write_text(*inputs_ / "points.txt", "0 0.3 0\n");
         write_text(*inputs_ / "map.pgm", std::string("P5\n2 2\n255\n") + std::string({0, 127, '\xff', 60}));
         const RunResult r =
-            in_folder("fractalgen -q --size 16 -o c.vdb && fractalgen -q c.vdb --mountain --size 16 -o in.vdb && "
+            in_folder("fractalgen -q --size 16 -o in.vdb && fractalgen -q in.vdb --mountain --size 16 -o rock.vdb && "
                       "illuminate -q in.vdb --extinction 20 --sun 0.3,1,0.2 -o lattice.vdb && "
                       "illuminate -q in.vdb --extinction 20 --sun 0.3,1,0.2 --fidelity exact -o exact.vdb && "
                       "p1solve -q lattice.vdb -o solved.vdb && "
                       "fractalgen -q --size 16 --seed 2 -o seed.vdb && fractalgen -q --size 16 --bounds "
                       "0,0,0,4,2.5,4 -o moved.vdb && "
-                      "fractalgen -q --size 16 --albedo 0.5 -o a.vdb && fractalgen -q a.vdb --mountain --size 16 "
-                      "-o albedo.vdb && "
+                      "fractalgen -q --size 16 --albedo 0.5 -o albedo.vdb && "
                       "cloudsim -q --cells 8 --minutes 0.5 --unpruned --seed 3 --noise 2 -o start.vdb");
         ASSERT_EQ(r.status, 0) << r.err;
     }
