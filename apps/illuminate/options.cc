@@ -54,9 +54,7 @@ void declare(app::App& app, IlluminateOptions& o)
                    "illuminate cloud.vdb --sun 0,1,0 --lamp 0,-1,0 --lamp-intensity 9,1,0 -o two.vdb"},
                   {"a mountain that shadows the cloud: it stands in the file, and render shows it",
                    "fractalgen cloud.vdb --mountain --size 64 -o both.vdb && illuminate both.vdb --sun 1,0.3,0 -o "
-                   "shadowed.vdb"},
-                  {"a hazy sun of 10 degrees, with the error of the lattice in the report",
-                   "illuminate cloud.vdb --sun 0,1,0 --sun-diameter 10 --json - -o haze.vdb"}});
+                   "shadowed.vdb"}});
 }
 
 void check_effects(const IlluminateOptions& o, const std::vector<Light>& computed)

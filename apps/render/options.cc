@@ -323,6 +323,7 @@ void declare(app::App& app, RenderOptions& o)
                        "found; sun and lamps are exact. Noise falls as the square root")
             ->check(app::within(1, 65536))
             ->not_with([&o] { return traces_paths(o); }, "--integrator path")
+            ->scene("accuracy")
             ->group("Solids");
     o.option.ground =
         app.add_option("--ground-albedo", o.ground_albedo,
