@@ -189,6 +189,7 @@ void declare_solids(App& app, SolidOptions& o, const std::string& group)
                "with level sets, such as fractalgen --mountain writes. Then its material: diffuse, mirror or "
                "'glossy; roughness=0..1', colour=r,g,b, and 'checker=r,g,b; edge=LENGTH' for a second colour. "
                "Without it the solids of the file")
+            .scene("solids")
             .type_name("SOLID")
             .group(group);
 }

@@ -8,6 +8,7 @@
 // thinned on its way to the eye. With --integrator path: all orders of scattering, by unbiased light paths.
 #include "camera.h"
 #include "certify.h"
+#include "multiple.h"
 #include "progressive.h"
 
 #include "vdbcloud/core/error.h"
@@ -79,6 +80,7 @@ void render(app::App& app, RenderOptions& o)
     if (const std::string accuracy = accuracy_of_light(loaded); !accuracy.empty())
         app.say("accuracy of the light: " + accuracy);
 
+    tell_left_out(app, o, loaded);
     auto layers = render_layers(loaded.scene, wanted_layers(o), o.integrator.kind);
     if (o.option.certify.given())
         for (const LayerSpec& layer : certificate_layers(loaded.scene, o.correct)) layers.push_back(layer);

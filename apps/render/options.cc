@@ -140,6 +140,15 @@ void declare_integrator(app::App& app, RenderOptions& o, const char* group)
         ->default_str("")
         ->scene("accuracy")
         ->group(group);
+    o.option.multiple = app.add_flag("--multiple", o.multiple,
+                                     "compute the light that is scattered more than once, where the input has none, as "
+                                     "p1solve --iterations 3 "
+                                     "does, under the sky that --sky-zenith, --sky-horizon and --sky-ground ask for. "
+                                     "For several pictures of a "
+                                     "cloud run p1solve once instead")
+                            ->not_with([&o] { return !shows_light_grids(o); }, "--integrator path")
+                            ->scene("accuracy")
+                            ->group(group);
     o.option.fidelity =
         app.add_choice<Fidelity>("--fidelity", o.light.fidelity,
                                  {{"lattice", Fidelity::Lattice}, {"exact", Fidelity::Exact}},

@@ -40,6 +40,7 @@ struct RenderOptions {
     IntegratorOptions integrator;
     std::string certify;  ///< seconds, half-width, or both; empty: no certificate
     bool correct = false;
+    bool multiple = false;  ///< compute multiple scattering that the input lacks
     std::vector<std::string> aovs{"Z"};
 
     std::string background;  ///< "none", "sky", or a colour; empty: none in exr, sky in png
@@ -52,7 +53,7 @@ struct RenderOptions {
 
     struct {
         app::Option camera, look_at, direction, ortho_width, integrator, fidelity, exposure, samples, ground, certify,
-            solid_rays;
+            solid_rays, multiple;
     } option;
 };
 

@@ -1,6 +1,7 @@
 #include "scene.h"
 
 #include "inputs.h"
+#include "multiple.h"
 #include "periodic_option.h"
 #include "scaled_light.h"
 #include "shared_light.h"
@@ -285,13 +286,14 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
     // A medium with phi is visible without a sun.
     const bool glows =
         std::any_of(files.begin(), files.end(), [](const GridFile& f) { return bool(fluence_grid(f)); }) ||
-        (!shows_light_grids(o) && glows_by_itself(out.scene, o));
+        ((!shows_light_grids(o) || o.multiple) && glows_by_itself(out.scene, o));
     if (out.scene.lights.empty() && !glows) {
         out.scene.lights.push_back(app::automatic_sun(vector_of(out.up)));
         out.automatic_light = true;
         app.say("no light given: " + app::described(out.scene.lights[0]) + ", irradiance " +
                 app::brief(out.scene.lights[0].strength()[0]));
     }
+    if (o.multiple) app::of_file(files.front().path, [&] { add_multiple(app, o, files, out); });
     for (size_t v = 0; v < files.size(); ++v)
         app::of_file(files[v].path, [&] { require_same_light(files[v], out.scene.volumes[v], out.scene); });
     for (size_t v = 0; v < files.size() && shows_light_grids(o); ++v)

@@ -319,6 +319,8 @@ const std::vector<ToolEffects>& tool_effects()
              {"--parts 8", S::Values, "--extinction 400", "--integrator steps"},
              {"--integrator path", S::Values, "", "", true},
              {"--shadow-rays", S::Values, "", "--integrator path"},
+             {"--multiple", S::Values, "", "solved.vdb"},
+             {"--multiple", S::Values, "", "--integrator path"},
              {"--fidelity exact", S::Values, "", "--shadow-rays"},
              {"--gather 2", S::Values, "solved.vdb", "solved.vdb --integrator cells"},
              {"--certify 90%", S::Values, "", "--integrator path"},

@@ -1,6 +1,6 @@
 // The parts of light paths by themselves: free paths, transmittance towards lights, points and directions near lamps.
 #include "render/path_estimates.h"
-#include "vdbcloud/render/free_path.h"
+#include "vdbcloud/optics/free_path.h"
 #include "vdbcloud/render/light_sampling.h"
 
 #include <cmath>

@@ -1,9 +1,9 @@
 #include "vdbcloud/render/path_media.h"
 
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/optics/free_path.h"
 #include "vdbcloud/optics/periodic_light.h"
 #include "vdbcloud/render/cell_rule.h"
-#include "vdbcloud/render/free_path.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 #include "vdbcloud/core/constants.h"
+#include "vdbcloud/optics/free_path.h"
 #include "vdbcloud/optics/optical_depth.h"
 #include "vdbcloud/optics/spherical_harmonics.h"
 #include "vdbcloud/render/cell_rule.h"
-#include "vdbcloud/render/free_path.h"
 #include "vdbcloud/render/media.h"
 
 #include <algorithm>

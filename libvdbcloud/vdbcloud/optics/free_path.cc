@@ -1,4 +1,4 @@
-#include "vdbcloud/render/free_path.h"
+#include "vdbcloud/optics/free_path.h"
 
 namespace vdbcloud {
 

@@ -1,6 +1,5 @@
 #pragma once
 // Where a ray collides with a medium: free paths distributed as exp(-tau), by exact inversion of the optical depth.
-// Private to render/.
 #include "vdbcloud/optics/cell_march.h"
 
 namespace vdbcloud {
