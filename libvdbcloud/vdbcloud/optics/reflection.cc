@@ -11,15 +11,14 @@ namespace {
 
 constexpr double most_power = 1e8;  // beyond it a lobe is a mirror's to 1e-4
 
-/// The direction at an angle of cosine `c` from `axis`, turned about it by `angle`.
-Vec3d about(const Vec3d& axis, double c, double angle)
+}  // namespace
+
+Vec3d direction_about(const Vec3d& axis, double c, double angle)
 {
     const Vec3d a = (std::abs(axis[0]) < 0.8 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)).cross(axis).unit(), b = axis.cross(a);
     const double s = std::sqrt(std::max(0.0, 1 - c * c));
     return (c * axis + s * (std::cos(angle) * a + std::sin(angle) * b)).unit();
 }
-
-}  // namespace
 
 Reflection::Reflection(const Material& material, const Vec3d& normal, const Vec3d& to_viewer)
     : finish_(material.finish), normal_(normal), image_((2 * normal.dot(to_viewer) * normal - to_viewer).unit())
@@ -45,8 +44,8 @@ double Reflection::density(const Vec3d& direction) const
 Vec3d Reflection::sample(double u, double v) const
 {
     if (finish_ == Finish::Mirror) return image_;
-    if (finish_ == Finish::Diffuse) return about(normal_, std::sqrt(1 - u), 2 * pi * v);
-    return about(image_, std::pow(1 - u, 1 / (power_ + 1)), 2 * pi * v);
+    if (finish_ == Finish::Diffuse) return direction_about(normal_, std::sqrt(1 - u), 2 * pi * v);
+    return direction_about(image_, std::pow(1 - u, 1 / (power_ + 1)), 2 * pi * v);
 }
 
 }  // namespace vdbcloud

@@ -5,6 +5,9 @@
 
 namespace vdbcloud {
 
+/// The direction at an angle of cosine `c` from `axis` (unit), turned about it by `angle`.
+Vec3d direction_about(const Vec3d& axis, double c, double angle);
+
 /// The directions in which a surface sends light that a viewer sees, for one point of view. All directions point away
 /// from the surface, unit. With the colour apart, scattering into a solid angle is value(w) dw:
 ///

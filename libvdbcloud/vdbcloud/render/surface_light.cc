@@ -1,5 +1,6 @@
 #include "vdbcloud/render/surface_light.h"
 
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/optics/optical_depth.h"
 
 #include <algorithm>
@@ -31,6 +32,12 @@ SurfaceScene::SurfaceScene(const Scene& scene, const PreparedScene& prepared, co
 SurfaceLight::SurfaceLight(const SurfaceScene& scene)
     : scene_(scene), integrate_(make_integrator(scene.media, scene.options))
 {
+    const auto& volumes = scene.media.volumes;
+    const bool scatters = std::any_of(volumes.begin(), volumes.end(), [](const PreparedVolume& volume) {
+        return volume.is_medium() && !volume.density.empty() && volume.phase.mean_cosine() > 0;
+    });
+    for (const Light& light : scene.media.lights)
+        if (const auto sun = light->common_direction(); sun && scatters) suns_.push_back(*sun);
 }
 
 void SurfaceLight::operator()(const WorldRay& ray, PathRandom random, RayResult& result)
@@ -62,17 +69,48 @@ Vec3d SurfaceLight::shade(const WorldRay& ray, const SolidHit& hit, PathRandom& 
     const double goes_on = chain.all < certain ? 1 : std::min(1.0, most);
     if (chain.all >= longest || (goes_on < 1 && !(random.next() < goes_on))) return colour * direct;
 
-    const int rays = chain.spread == 0 && !reflection.mirror() ? scene_.options.solid_rays : 1;
-    const double u = random.next(), v = random.next();
     const Chain next{chain.all + 1, chain.spread + !reflection.mirror()};
-    Vec3d indirect(0);
+    if (reflection.mirror())
+        return colour * (direct + radiance({hit.outside, reflection.image()}, random, next) / goes_on);
+    const int rays = chain.spread == 0 ? scene_.options.solid_rays : 1;
+    return colour * (direct + gathered(reflection, hit, rays, random, next) / goes_on);
+}
+
+/// Light from all directions above a point of a surface, without the colour. One half of the rays is drawn as the
+/// surface reflects, the other about the suns: there a thin medium is bright, which scatters forward. The balance
+/// heuristic joins both.
+Vec3d SurfaceLight::gathered(const Reflection& reflection, const SolidHit& hit, int rays, PathRandom& random,
+                             const Chain& next)
+{
+    double about_suns = suns_.empty() ? 0 : rays / 2.0;  // rays, in the mean
+    if (rays > 1) about_suns = std::floor(about_suns);
+    const bool chance = rays == 1 && about_suns > 0 && random.next() < about_suns;
+    const double u = random.next(), v = random.next();
+    Vec3d sum(0);
     for (int n = 0; n < rays; ++n) {
-        const Vec3d way = reflection.sample(even(u, n, 0.7548776662466927), even(v, n, 0.5698402909980532));
+        const double x = even(u, n, 0.7548776662466927), y = even(v, n, 0.5698402909980532);
+        const bool of_sun = rays > 1 ? n < about_suns : chance;
+        const Vec3d way = of_sun ? about_sun(x, y) : reflection.sample(x, y);
         if (!(way.dot(hit.normal) > 0)) continue;
-        const double weight = reflection.mirror() ? 1 : reflection.value(way) / reflection.density(way);
-        indirect += weight * radiance({hit.outside, way}, random, next);
+        const double density = (rays - about_suns) * reflection.density(way) + about_suns * density_about_suns(way);
+        sum += reflection.value(way) / density * radiance({hit.outside, way}, random, next);
     }
-    return colour * (direct + indirect / (rays * goes_on));
+    return sum;
+}
+
+Vec3d SurfaceLight::about_sun(double u, double v) const
+{
+    const double place = u * double(suns_.size());
+    const size_t sun = std::min(suns_.size() - 1, size_t(place));
+    return direction_about(suns_[sun], std::pow(1 - (place - double(sun)), 1 / (aureole + 1)), 2 * pi * v);
+}
+
+double SurfaceLight::density_about_suns(const Vec3d& way) const
+{
+    double sum = 0;
+    for (const Vec3d& sun : suns_)
+        sum += (aureole + 1) / (2 * pi) * std::pow(std::max(0.0, sun.dot(way)), aureole) / double(suns_.size());
+    return sum;
 }
 
 /// Light from suns and lamps, without the colour.

@@ -39,6 +39,7 @@ public:
     void operator()(const WorldRay&, PathRandom, RayResult&);
 
 private:
+    static constexpr double aureole = 40;   // rays about suns have the density cos^aureole
     static constexpr size_t longest = 256;  // surfaces in a chain
     static constexpr size_t certain = 2;    // that roulette does not end
 
@@ -48,11 +49,15 @@ private:
     };
     void march(const WorldRay&, PathRandom&, const Chain&, RayResult&);
     Vec3d shade(const WorldRay&, const SolidHit&, PathRandom&, const Chain&);
+    Vec3d gathered(const Reflection&, const SolidHit&, int rays, PathRandom&, const Chain&);
+    Vec3d about_sun(double u, double v) const;
+    double density_about_suns(const Vec3d&) const;
     Vec3d lit(const Reflection&, const Vec3d& x) const;
     Vec3d transmittance(const WorldRay&, double distance) const;
     Vec3d radiance(const WorldRay&, PathRandom&, const Chain&);
 
     const SurfaceScene& scene_;
+    std::vector<Vec3d> suns_;  // about which rays are drawn
     std::unique_ptr<RayIntegrator> integrate_;
     std::deque<RayResult> results_;  // of each surface of a chain
 };
