@@ -86,6 +86,8 @@ void tell_left_out(app::App& app, const RenderOptions& o, const LoadedScene& loa
 {
     const std::vector<Volume>& volumes = loaded.scene.volumes;
     const auto complete = [](const Volume& volume) { return bool(volume.collided.phi); };
+    const bool unread = app.get_option("--quiet")->count() > 0 && app.get_option("--json")->count() == 0;
+    if (unread) return;
     if (traces_paths(o) || app.dry_run() || std::any_of(volumes.begin(), volumes.end(), complete)) return;
     ExpectedShare most;
     ShareOptions options;

@@ -10,6 +10,7 @@ namespace vdbcloud {
 void add_multiple(app::App&, const RenderOptions&, std::vector<GridFile>&, LoadedScene&);
 
 /// Says which share of the light a picture of single scattering leaves out (scatter/expected_share.h), and reports it.
+/// Finds nothing with --quiet and without --json, where nobody reads it.
 void tell_left_out(app::App&, const RenderOptions&, const LoadedScene&);
 
 }  // namespace vdbcloud
