@@ -2,7 +2,9 @@
 
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/scene/atmosphere.h"
 #include "vdbcloud/scene/camera.h"
+#include "vdbcloud/scene/colour.h"
 
 #include <algorithm>
 #include <cmath>
@@ -34,6 +36,17 @@ std::string option_of(const LightKind& kind, const LightParameter& parameter)
 
 std::string numbered(const char* name, size_t k) { return k == 0 ? name : name + std::to_string(k + 1); }
 
+/// A sun's irradiance under a clear atmosphere.
+Vec3d through_atmosphere(const Vec3d& irradiance, const Vec3d& to_sun, const Vec3d& up, double turbidity)
+{
+    const double sine = to_sun.unit().dot(up.unit());
+    if (sine < 0)
+        throw UsageError("--sun " + shortest(to_sun) +
+                         " is below the horizon: --sun-colour atmosphere expects a sun above it");
+    const double height = std::asin(std::min(sine, 1.0)) * 180 / pi;
+    return irradiance * sunlight(height, turbidity) / luminance(sunlight_above_atmosphere());
+}
+
 }  // namespace
 
 void declare_lights(App& app, LightOptions& o)
@@ -60,10 +73,27 @@ void declare_lights(App& app, LightOptions& o)
                                                      : app.add_option(option, of.numbers[p], help);
             declared->check(limits)->needs(place)->scene_light(place, shortest(parameter.otherwise))->group(group);
         }
+        if (kind.at_infinity)
+            app.add_choice<bool>(
+                   "--sun-colour", o.by_atmosphere, {{"given", false}, {"atmosphere", true}},
+                   "atmosphere: a clear atmosphere of --turbidity dims and reddens each sun by its height; "
+                   "--sun-irradiance is then that above the atmosphere. given: --sun-irradiance is that at "
+                   "the medium")
+                ->needs(place)
+                ->scene("sky", "sun-colour")
+                ->group(group);
     }
+    app.add_option("--turbidity", o.turbidity,
+                   "haze of the atmosphere of --sun-colour atmosphere and of --sky preetham: optical depth of air with "
+                   "haze over that of air alone; 2 a very clear day, 3 clear, 6 hazy, 10 thick haze")
+        ->check(within(least_turbidity, most_turbidity))
+        ->only_with([&o] { return o.by_atmosphere || (o.sky_has_turbidity && o.sky_has_turbidity()); },
+                    "--sun-colour atmosphere or --sky preetham")
+        ->scene("sky", "turbidity")
+        ->group(group);
 }
 
-std::vector<Light> lights_asked(const LightOptions& o)
+std::vector<Light> lights_asked(const LightOptions& o, const Vec3d& up)
 {
     std::vector<Light> lights;
     for (size_t k = 0; k < o.kinds.size(); ++k) {
@@ -81,6 +111,8 @@ std::vector<Light> lights_asked(const LightOptions& o)
                 values.push_back(kind.parameters[p].colour ? of(given.colours[p], n, Vec3d(otherwise))
                                                            : Vec3d(of(given.numbers[p], n, otherwise)));
             }
+            if (kind.at_infinity && o.by_atmosphere)
+                values[0] = through_atmosphere(values[0], given.places[n], up, o.turbidity);
             lights.emplace_back(kind, numbered(kind.name, n), given.places[n], std::move(values));
         }
     }

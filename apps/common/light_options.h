@@ -4,6 +4,7 @@
 
 #include "vdbcloud/scene/light.h"
 
+#include <functional>
 #include <vector>
 
 namespace vdbcloud::app {
@@ -18,15 +19,21 @@ struct LightOptions {
         std::vector<std::vector<double>> numbers;
     };
     std::vector<OfKind> kinds;
+    bool by_atmosphere = false;  ///< suns through a clear atmosphere
+    double turbidity = 2.2;
+    std::function<bool()> sky_has_turbidity;  ///< set by declare_sky()
 };
 
 /// An option for each kind of light and one for each of its parameters, from light_kinds(): --sun --sun-irradiance
-/// --sun-diameter --lamp --lamp-intensity, each any number of times.
+/// --sun-diameter --lamp --lamp-intensity, each any number of times. And --sun-colour --turbidity.
 void declare_lights(App&, LightOptions&);
 
 /// The lights of the command line: sun, sun2, ..., then lamp, lamp2, ...; none without any place.
-/// Throws UsageError if a parameter is given neither once nor once for each light, or a direction has no length.
-std::vector<Light> lights_asked(const LightOptions&);
+/// With --sun-colour atmosphere each sun has its irradiance times what the atmosphere lets through for its height over
+/// `up`, relative to the luminance above the atmosphere.
+/// Throws UsageError if a parameter is given neither once nor once for each light, or a direction has no length, or if
+/// a sun whose colour follows from its height has set.
+std::vector<Light> lights_asked(const LightOptions&, const Vec3d& up);
 
 /// A sun for a scene that has no light: from scene/camera's default_sun_direction, of irradiance 4 pi, with
 /// which an isotropic thick cloud has radiances around one half.

@@ -108,12 +108,12 @@ app::Plan plan_of(const IlluminateOptions& o, const app::MediumInput& in, const 
 
 void illuminate(app::App& app, IlluminateOptions& o)
 {
-    const auto asked = app::lights_asked(o.lights);
     app::MediumInput in = app::read_one_medium(app, o, o.medium);
     o.accuracy.periodic = in.periodic;
     choose_solids(app, o, in);
     app.uses(in.density->getName());
-    app::settled_up(app, o.up, in.file, false);
+    const UpAxis up = app::settled_up(app, o.up, in.file, o.lights.by_atmosphere);
+    const auto asked = app::lights_asked(o.lights, vector_of(up));
     const auto tasks = app::of_file(in.file.path, [&] { return tasks_of(app, o, asked, in); });
     check_effects(o, computed(tasks));
     app::tell_darkness(app, lights_of(tasks), false);

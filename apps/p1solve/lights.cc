@@ -43,10 +43,11 @@ std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, app::Mediu
     GridFile& file = in.file;
     const FloatGrid& density = *in.density;
     const Medium& medium = in.medium;
-    auto lights = app::lights_asked(o.lights);
+    const UpAxis up = app::settled_up(app, o.up, file, o.lights.by_atmosphere);
+    auto lights = app::lights_asked(o.lights, vector_of(up));
     if (lights.empty()) lights = app::inherited_lights(in.lights);
     const bool glow = bool(find_grid(file, schema::emission));
-    if (lights.empty() && !sky_wanted(o) && !glow) {
+    if (lights.empty() && !app::sky_asked(o.sky) && !glow) {
         lights.push_back(app::automatic_sun(vector_of(app::settled_up(app, o.up, file, true))));
         app.say("no light asked for: a " + app::described(lights[0]));
     }

@@ -61,9 +61,9 @@ void solve(app::App& app, P1solveOptions& o)
     o.disc_samples.check_effect(
         std::any_of(lights.begin(), lights.end(), [](const Light& light) { return light.has_extent(); }),
         "--sun-diameter above 0");
-    const UpAxis up = app::settled_up(app, o.up, file, sky_wanted(o) || o.ground.given());
+    const UpAxis up = app::settled_up(app, o.up, file, app::sky_asked(o.sky) || o.ground.given());
     o.scatter.up = vector_of(up);
-    o.scatter.sky = chosen_sky(o, lights, o.scatter.up);
+    o.scatter.sky = app::lighting_sky(o.sky, o.lights, lights, o.scatter.up);
     const auto emission = app::vector_grid(app, file, find_grid(file, schema::emission));
     const auto tint = app::vector_grid(app, file, grid_of(file, schema::colour));
     check_heating(o, medium, bool(tint));

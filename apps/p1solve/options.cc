@@ -191,13 +191,8 @@ void declare(app::App& app, P1solveOptions& o)
     app::declare_medium(app, o.medium);
     app::declare_lights(app, o.lights);
     app::declare_solids(app, o.solids, "Solids");
-    app.add_option("--sky", o.sky,
-                   "day: a clear sky whose brightness follows from the suns; or the radiance of a uniform sky, one "
-                   "number or r,g,b; without it none")
-        ->scene("sky", "model")
-        ->group("Lights");
-    app::declare_sky_shape(app, o.sky_shape, "Lights");
-    o.sky_shape.option.haze.only_with([&o] { return o.sky == "day" || app::sky_asked(o.sky_shape); }, "--sky day");
+    app::declare_sky(app, o.sky, o.lights, "Lights", "none");
+    o.sky.option.haze.only_with([&o] { return o.sky.sky == "day" || app::shape_asked(o.sky); }, "--sky day");
     o.ground =
         app.add_option("--ground-albedo", o.ground_albedo,
                        "albedo of a Lambertian ground beneath the medium, 0 to 1: an endless plane one voxel below the "
@@ -209,7 +204,7 @@ void declare(app::App& app, P1solveOptions& o)
             ->default_str("")
             ->scene("solids")
             ->group("Lights");
-    o.sky_shape.option.ground.not_with([&o] { return o.ground.given(); }, "--ground-albedo");
+    o.sky.option.ground.not_with([&o] { return o.ground.given(); }, "--ground-albedo");
     declare_method(app, o);
     declare_series(app, o);
     declare_closure(app, o);
@@ -226,31 +221,6 @@ void declare(app::App& app, P1solveOptions& o)
          {"a series, then a picture at another albedo without another solve",
           "p1solve light.vdb --series 6 --galerkin -o series.vdb && render series.vdb --albedo 0.95 "
           "--resolution 128 -o grey.png"}});
-}
-
-bool sky_wanted(const P1solveOptions& o) { return !o.sky.empty() || app::sky_asked(o.sky_shape); }
-
-Sky chosen_sky(const P1solveOptions& o, const std::vector<Light>& lights, const Vec3d& up)
-{
-    Sky sky;
-    sky.up = up;
-    if (o.sky == "day" || (o.sky.empty() && app::sky_asked(o.sky_shape))) {
-        const Vec3d sun = brightest_sun(lights);
-        if (o.sky == "day" && sun == Vec3d(0.0))
-            throw UsageError(
-                "--sky day has no effect without a sun that shines: its brightness follows from the suns'; add --sun");
-        sky = Sky::clear_day(sun, up);
-    } else if (!o.sky.empty()) {
-        sky = Sky::constant(app::colour_asked("--sky", o.sky, "day, one number or r,g,b"));
-        sky.up = up;
-    }
-    sky = app::with_asked(o.sky_shape, sky);
-    try {
-        check(sky);
-    } catch (const InputError& e) {
-        throw UsageError(std::string("--sky: ") + e.what());
-    }
-    return sky;
 }
 
 void check_phase(const P1solveOptions& o, const PhaseFunction& phase)

@@ -18,8 +18,7 @@ struct P1solveOptions : app::StageOptions {
     app::MediumOptions medium;
     app::LightOptions lights;
     app::SolidOptions solids;
-    std::string sky;  ///< "day", a colour, or empty: no sky unless an option of sky_shape is given
-    app::SkyOptions sky_shape;
+    app::SkyOptions sky;
     ScatterOptions scatter;
     app::Option rays_per_voxel, delta, disc_samples, keep_moments, heating, ground;
     double ground_albedo = 0;  ///< where `ground` is given
@@ -31,13 +30,6 @@ struct P1solveOptions : app::StageOptions {
 };
 
 void declare(app::App&, P1solveOptions&);
-
-/// Whether a sky is asked for.
-bool sky_wanted(const P1solveOptions&);
-
-/// The sky that the options describe, over `up`; black without any. The suns set the brightness of a day. Throws
-/// UsageError.
-Sky chosen_sky(const P1solveOptions&, const std::vector<Light>& lights, const Vec3d& up);
 
 /// Throws UsageError for --delta with a phase function whose delta fraction is 0 at the degree of the solve, as
 /// isotropic and Rayleigh scattering have: on and off are then the same. And for --keep-moments with one that weighs no

@@ -59,11 +59,11 @@ void render(app::App& app, RenderOptions& o)
     choose_samples(o);
     const ImageSize size = image_size(o);
     LoadedScene loaded = load_scene(app, o);
-    const auto background = chosen_background(o, brightest_sun(loaded.scene.lights), loaded.up, loaded.sky);
+    const auto background = chosen_background(o, loaded.scene.lights, loaded.up, loaded.sky);
     loaded.scene.background = background.sky;
     // A certificate's paths see the sky that was asked for, too, where no file has one.
     if (!shows_light_grids(o) || (o.option.certify.given() && !loaded.sky && app::sky_asked(o.sky)))
-        loaded.scene.sky = chosen_sky(o, brightest_sun(loaded.scene.lights), loaded.up, loaded.sky);
+        loaded.scene.sky = chosen_sky(o, loaded.scene.lights, loaded.up, loaded.sky);
     else if ((traces_paths(o) || o.option.certify.given()) && loaded.sky)
         loaded.scene.sky = *loaded.sky;
     // Solids are lit by the sky that is seen, if no other sky is known.

@@ -26,9 +26,7 @@ ScatterOptions scatter_options(const RenderOptions& o, const LoadedScene& loaded
     options.periodic = loaded.scene.periodic;
     options.solids = loaded.scene.solids;
     options.up = vector_of(loaded.up);
-    options.sky.up = options.up;
-    if (app::sky_asked(o.sky))
-        options.sky = app::with_asked(o.sky, Sky::clear_day(brightest_sun(loaded.scene.lights), options.up));
+    options.sky = app::lighting_sky(o.sky, o.lights, loaded.scene.lights, options.up);
     return options;
 }
 

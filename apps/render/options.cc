@@ -245,15 +245,17 @@ void declare_picture(app::App& app, RenderOptions& o)
            "--background", o.background,
            "none, sky, or r,g,b, drawn into .exr and .png. Without it the .exr has alpha, and the .png shows the "
            "sky: the one that lit the medium, else a clear blue day. With --integrator path the sky that lit the input "
-           "lights the medium, or the one that --background sky or --sky-zenith, --sky-horizon, --sky-ground ask for")
+           "lights the medium, or the one that --background sky, --sky or --sky-zenith, --sky-horizon, --sky-ground "
+           "ask for")
         ->check(app::formed("none, sky, or r,g,b",
                             [](const std::string& text) {
                                 return text.empty() || text == "none" || text == "sky" || app::is_colour(text);
                             }))
         ->scene("picture")
         ->group(group);
-    app::declare_sky_shape(app, o.sky, group);
-    for (const app::Option& shape : {o.sky.option.zenith, o.sky.option.horizon, o.sky.option.ground, o.sky.option.haze})
+    app::declare_sky(app, o.sky, o.lights, group, "that which lit the medium, else a clear day");
+    for (const app::Option& shape :
+         {o.sky.option.sky, o.sky.option.zenith, o.sky.option.horizon, o.sky.option.ground, o.sky.option.haze})
         shape.only_with([&o] { return o.background.empty() || o.background == "sky" || !shows_light_grids(o); },
                         "--background sky");
     o.sky.option.ground.not_with([&o] { return o.option.ground.given(); }, "--ground-albedo");
@@ -303,7 +305,8 @@ bool one_of(const std::string& word, std::initializer_list<const char*> words)
 /// A scene file says which sky there is, not that the .exr shows it.
 bool of_scene(const app::SkyOptions& sky)
 {
-    return sky.option.zenith.by_scene() || sky.option.horizon.by_scene() || sky.option.ground.by_scene();
+    return sky.option.sky.by_scene() || sky.option.zenith.by_scene() || sky.option.horizon.by_scene() ||
+           sky.option.ground.by_scene();
 }
 
 }  // namespace
@@ -373,10 +376,10 @@ void choose_samples(RenderOptions& o)
     o.sampling.samples = ends_by_target(o) ? most_samples : 16;
 }
 
-Sky chosen_sky(const RenderOptions& o, const Vec3d& sun_irradiance, UpAxis up, const std::optional<Sky>& lit_by)
+Sky chosen_sky(const RenderOptions& o, const std::vector<Light>& lights, UpAxis up, const std::optional<Sky>& lit_by)
 {
     if (!lit_by && o.background != "sky" && !app::sky_asked(o.sky)) return {};
-    return app::with_asked(o.sky, lit_by ? *lit_by : Sky::clear_day(sun_irradiance, vector_of(up)));
+    return app::sky_of(o.sky, o.lights, lights, vector_of(up), lit_by);
 }
 
 const std::string& shown_png(const RenderOptions& o) { return o.png.empty() ? o.output : o.png; }
@@ -416,20 +419,19 @@ bool wants_background_layer(const RenderOptions& o)
     return std::any_of(words.begin(), words.end(), [](const auto& w) { return one_of(w, {"all", "background"}); });
 }
 
-ChosenBackground chosen_background(const RenderOptions& o, const Vec3d& sun_irradiance, UpAxis up,
+ChosenBackground chosen_background(const RenderOptions& o, const std::vector<Light>& lights, UpAxis up,
                                    const std::optional<Sky>& lit_by)
 {
     ChosenBackground out;
     if (o.background == "none") return out;
     if (o.background.empty() || o.background == "sky") {
-        out.sky = app::with_asked(o.sky, lit_by ? *lit_by : Sky::clear_day(sun_irradiance, vector_of(up)));
+        out.sky = app::sky_of(o.sky, o.lights, lights, vector_of(up), lit_by);
         out.in_exr = !o.background.empty() || (app::sky_asked(o.sky) && !of_scene(o.sky));
         return out;
     }
-    out.sky = Sky::constant(app::colour_asked("--background", o.background, "none, sky, or r,g,b"));
-    out.sky.up = vector_of(up);
+    const Vec3d colour = app::colour_asked("--background", o.background, "none, sky, or r,g,b");
+    out.sky = GradientSky{colour, colour, colour, GradientSky().haze, vector_of(up)};
     out.in_exr = true;
-    check(out.sky);
     return out;
 }
 

@@ -85,11 +85,11 @@ struct ChosenBackground {
 };
 
 /// The background of --background; without the option the sky that lit the medium, `lit_by`; without that a clear day,
-/// whose brightness `sun_irradiance` sets. Throws UsageError for an unknown background.
-ChosenBackground chosen_background(const RenderOptions&, const Vec3d& sun_irradiance, UpAxis up,
+/// whose brightness the suns set. Throws UsageError for an unknown background.
+ChosenBackground chosen_background(const RenderOptions&, const std::vector<Light>& lights, UpAxis up,
                                    const std::optional<Sky>& lit_by);
 
 /// The sky that lights the media of a path tracer: the input's, `lit_by`, or the one asked for, else none (black).
-Sky chosen_sky(const RenderOptions&, const Vec3d& sun_irradiance, UpAxis up, const std::optional<Sky>& lit_by);
+Sky chosen_sky(const RenderOptions&, const std::vector<Light>& lights, UpAxis up, const std::optional<Sky>& lit_by);
 
 }  // namespace vdbcloud

@@ -208,9 +208,9 @@ UpAxis up_of(app::App& app, const RenderOptions& o, std::vector<GridFile>& files
 /// Throws if the sky that lit a file's medium stands over another axis than the picture's.
 void require_same_up(const GridFile& file, const std::optional<Sky>& lit_by, UpAxis up)
 {
-    if (!lit_by || lit_by->uniform() || lit_by->up.unit().dot(vector_of(up)) > 1 - 1e-6) return;
+    if (!lit_by || lit_by->uniform() || lit_by->up().dot(vector_of(up)) > 1 - 1e-6) return;
     throw UsageError(file.path + ": multiple scattering was computed under a sky over the axis " +
-                     app::brief(lit_by->up) + ", and " + up_axis_words.word(up) +
+                     app::brief(lit_by->up()) + ", and " + up_axis_words.word(up) +
                      " is up here: run p1solve again with --up, or give --up here");
 }
 
@@ -281,7 +281,7 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
 
     if (shows_light_grids(o)) require_one_solution(files, out.scene);
     choose_ground(o, files, out);
-    out.scene.lights = app::lights_asked(o.lights);
+    out.scene.lights = app::lights_asked(o.lights, vector_of(out.up));
     if (out.scene.lights.empty()) out.scene.lights = app::inherited_lights(app::lights_found(files));
     // A medium with phi is visible without a sun.
     const bool glows =

@@ -65,7 +65,7 @@ void judge(std::string_view bytes)
                     demand(std::isfinite(light->place()[c]) && light->strength()[c] >= 0, "a light");
         },
         [&] {
-            if (const auto sky = read_sky(map)) demand(std::abs(sky->up.length() - 1) < 1e-6, "a unit vector");
+            if (const auto sky = read_sky(map)) demand(std::abs(sky->up().length() - 1) < 1e-6, "a unit vector");
         },
         [&] { read_accuracy(map); },
         [&] { read_periodic(map); },

@@ -310,12 +310,7 @@ TEST(Path, SkyOfAnyShapeLightsAsManySuns)
 {
     // A sky of suns on a Fibonacci lattice, each of its solid angle; scattered once, in a thin medium.
     Scene scene = one_clump(Vec3d(0.003), Vec3d(0.5), 0.3);
-    Sky sky;
-    sky.zenith = Vec3d(0.2, 0.4, 1);
-    sky.horizon = Vec3d(1, 0.8, 0.6);
-    sky.ground = Vec3d(0.3, 0.1, 0);
-    sky.haze = 2;
-    sky.up = Vec3d(1, 2, 2) / 3;
+    const Sky sky = GradientSky{Vec3d(0.2, 0.4, 1), Vec3d(1, 0.8, 0.6), Vec3d(0.3, 0.1, 0), 2, Vec3d(1, 2, 2)};
     Vec3d expected(0);
     constexpr int suns = 300;
     for (int n = 0; n < suns; ++n) {

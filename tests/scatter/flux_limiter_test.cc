@@ -37,8 +37,7 @@ double transmitted(double tau, int n, bool limiter, LimiterReport* limited = nul
     medium.albedo = Vec3d(1);
     ScatterOptions options;
     options.periodic = {true, false, true};
-    options.sky.zenith = Vec3d(1);
-    options.sky.haze = 1;
+    options.sky = GradientSky{Vec3d(1), Vec3d(0), Vec3d(0), 1};
     options.limiter = limiter;
     options.limiter_change = 1e-7;
     options.solve.tolerance = 1e-9;

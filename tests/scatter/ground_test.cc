@@ -242,11 +242,10 @@ TEST(Ground, ABlackOneChangesNoBitOfTheMedium)
 TEST(Ground, HidesTheSkyBelowTheHorizon)
 {
     ScatterOptions o = over(0.0, 0);
-    o.sky.ground = Vec3d(1.0);
+    o.sky = GradientSky{Vec3d(0), Vec3d(0), Vec3d(1.0)};
     const Outcome found = scattered(*layer(8), medium(2, 0.9), {}, o);
     EXPECT_EQ(found.channel().budget.largest, 0);
-    Sky sky = Sky::constant(Vec3d(2.0));
-    sky.ends_at_horizon = true;
+    const Sky sky = Sky::constant(Vec3d(2.0)).above_horizon();
     EXPECT_EQ(sky.radiance(Vec3d(0.8, -0.6, 0)), Vec3d(0.0));
     EXPECT_EQ(sky.radiance(Vec3d(0.8, 0.6, 0)), Vec3d(2.0));
     // Half of what a wall sees is sky.

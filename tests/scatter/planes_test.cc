@@ -135,9 +135,7 @@ TEST(Planes, BalanceWithTheBudget)
     const Light sun = make_sun(Vec3d(0.9, 0.4, 0.2));
     for (const int iterations : {0, 3}) {
         ScatterOptions o = with_sweeps(iterations);
-        o.sky.zenith = Vec3d(0.05, 0.1, 0.2);
-        o.sky.horizon = Vec3d(0.3);
-        o.sky.ground = Vec3d(0.02);
+        o.sky = GradientSky{Vec3d(0.05, 0.1, 0.2), Vec3d(0.3), Vec3d(0.02)};
         const ChannelReport r = solved(*grid, grey(40, 0.95, 0.5), {sun}, o);
         const double in = r.deposited + sum(r.planes.sky_in);
         EXPECT_NEAR((sum(r.planes.out) + r.planes.reentered + r.budget.absorbed) / in, 1, 1e-6) << iterations;
@@ -176,8 +174,7 @@ TEST(Planes, LetTheSkyThroughTheVoidOfTheBox)
     const auto grid = test::voxel_clouds({{Vec3i(0), Vec3i(3)}, {Vec3i(36), Vec3i(39)}}, Vec3d(0.1), 1.0);
     for (const int iterations : {0, 2}) {
         ScatterOptions o = with_sweeps(iterations);
-        o.sky.zenith = o.sky.horizon = Vec3d(1);
-        o.sky.haze = 100;
+        o.sky = GradientSky{Vec3d(1), Vec3d(1), Vec3d(0), 100};
         const ChannelReport r = solved(*grid, grey(5, 0.5), {}, o);
         EXPECT_NEAR(r.planes.out[Blocks::YMinus] / r.planes.sky_in[Blocks::YPlus], 1, 0.05) << iterations;
         EXPECT_NEAR(r.planes.out[Blocks::YPlus] / r.planes.sky_in[Blocks::YPlus], 0, 0.05) << iterations;

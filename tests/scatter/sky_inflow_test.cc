@@ -33,11 +33,7 @@ struct Layer : test::P1Case {
 
 Sky sky_above()
 {
-    Sky sky;
-    sky.zenith = Vec3d(0.2);
-    sky.horizon = Vec3d(3.0);
-    sky.haze = 2;
-    return sky;  // black ground except for the horizon's haze
+    return GradientSky{Vec3d(0.2), Vec3d(3.0), Vec3d(0), 2};  // black ground except for the horizon's haze
 }
 
 TEST(SkyInflow, P1OutflowMatchesMarshakForSkyFromBothSides)
@@ -63,9 +59,8 @@ TEST(SkyInflow, SweepsMatchExactTransportUnderAnOvercastSky)
 {
     const double tau = 2;
     const Layer layer(tau, 64);
-    Sky sky;  // L = 3 s above: overcast, and nothing from the ground
-    sky.zenith = Vec3d(3.0);
-    sky.haze = 1;
+    // L = 3 s above: overcast, and nothing from the ground
+    const Sky sky = GradientSky{Vec3d(3.0), Vec3d(0), Vec3d(0), 1};
     ClosureOptions options;
     options.directions = 128;
     options.iterations = 15;

@@ -139,9 +139,7 @@ public:
         std::vector<Light> lights;
         if (sunlight > 0) lights.push_back(make_sun(turn ? turned(to_sun) : to_sun, Vec3d(sunlight)));
         ScatterOptions options;
-        options.sky.zenith = Vec3d(1);
-        options.sky.horizon = Vec3d(0.2);
-        options.sky.up = turn ? turned(to_zenith) : to_zenith;
+        options.sky = GradientSky{Vec3d(1), Vec3d(0.2), Vec3d(0), 4, turn ? turned(to_zenith) : to_zenith};
         options.solve.tolerance = 1e-9;
         options.closure.iterations = iterations;
         options.closure.directions = 72;

@@ -50,6 +50,12 @@ inline constexpr const char* periodic = "vdbcloud:periodic";
 inline constexpr const char* ground_albedo = "vdbcloud:ground_albedo";
 // string: the lights of the solution (lights_text)
 inline constexpr const char* lit_by = "vdbcloud:lights";
+// string: kind of the sky (scene/sky.h); absent: gradient
+inline constexpr const char* lit_sky_kind = "vdbcloud:sky_kind";
+// double, vec3d, double: turbidity, unit vector to the sun, and radiance that stands for 1 kcd/m^2 of a sky by Preetham
+inline constexpr const char* lit_sky_turbidity = "vdbcloud:sky_turbidity";
+inline constexpr const char* lit_sky_sun = "vdbcloud:sky_sun";
+inline constexpr const char* lit_sky_scale = "vdbcloud:sky_scale";
 // vec3d: incident sky radiance from the zenith
 inline constexpr const char* lit_sky = "vdbcloud:sky";
 // vec3d: incident sky radiance from the horizon; absent: lit_sky

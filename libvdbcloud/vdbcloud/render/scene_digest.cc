@@ -16,8 +16,9 @@ void add(Digest& digest, const Vec3d& v)
 
 void add(Digest& digest, const Sky& sky)
 {
-    for (const Vec3d& v : {sky.zenith, sky.horizon, sky.ground, sky.up}) add(digest, v);
-    digest.add_value(sky.haze);
+    digest.add_text(sky.kind().word);
+    add(digest, sky.up());
+    for (const Vec3d& parameter : sky.parameters()) add(digest, parameter);
 }
 
 void add(Digest& digest, const Vec3SGridPtr& grid)

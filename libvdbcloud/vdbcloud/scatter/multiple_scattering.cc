@@ -17,7 +17,7 @@ namespace {
 /// A ground hides the sky below the horizon.
 ScatterOptions with_horizon(ScatterOptions options)
 {
-    options.sky.ends_at_horizon = options.ground_albedo.has_value();
+    if (options.ground_albedo) options.sky = options.sky.above_horizon();
     return options;
 }
 
@@ -99,7 +99,7 @@ std::vector<ChannelGroup> Scattering::groups() const
         of.tint = tint(c);
         of.emission = emission(c);
         for (const Light& light : lights_) of.light.push_back(light.strength()[c]);
-        for (const Vec3d& sky : {o_.sky.zenith, o_.sky.horizon, o_.sky.ground}) of.light.push_back(sky[c]);
+        for (const Vec3d& tone : o_.sky.tones()) of.light.push_back(tone[c]);
         of.light.push_back(of.emission ? 1.0 : 0.0);
     }
     return group_channels(input);

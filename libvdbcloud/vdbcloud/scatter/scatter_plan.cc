@@ -45,7 +45,7 @@ std::vector<ChannelGroup> groups_of(const Vec3SGrid* tint, const Vec3SGrid* emis
         of.tint = tints[size_t(c)];
         of.emission = emissions[size_t(c)];
         for (const Light& light : lights) of.light.push_back(light.strength()[c]);
-        for (const Vec3d& radiance : {sky.zenith, sky.horizon, sky.ground}) of.light.push_back(radiance[c]);
+        for (const Vec3d& tone : sky.tones()) of.light.push_back(tone[c]);
         of.light.push_back(emission ? 1.0 : 0.0);
     }
     return group_channels(input);

@@ -56,7 +56,7 @@ Series read_series(const GridFile& file)
 /// Strength of each channel's light relative to channel `c0`: one factor for all lights and the sky.
 Vec3d channel_scales(const std::vector<Light>& lights, const Sky& sky, int& c0)
 {
-    std::vector<Vec3d> strengths{sky.zenith, sky.horizon, sky.ground};
+    std::vector<Vec3d> strengths = sky.tones();
     for (const Light& light : lights) strengths.push_back(light.strength());
     const auto total = [&](int c) {
         double sum = 0;

@@ -1,60 +1,123 @@
 #pragma once
-// What is behind the medium: nothing, one radiance, or a sky that changes with height.
+// What is behind the medium: nothing, one radiance, or a sky, by one interface for all kinds, and how a sky travels in
+// a file.
+//
+// A new kind of sky is a file of its own, as gradient_sky.cc and preetham.cc, a name in sky_kinds.h and in the table of
+// sky.cc. Metadata, digests, light and pictures use this interface and need no change.
 #include "vdbcloud/core/fwd.h"
 
+#include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 namespace vdbcloud {
 
-/// Radiance from infinity, a function of the angle to `up` alone. With s = dot(w, up), w pointing AWAY from
-/// the viewer (the direction of a camera ray, so against the light's propagation):
+/// The radiance of one sky in world space, a function of direction. Directions are unit and point AWAY from the viewer:
+/// a camera ray's, against the light's propagation. Immutable, so any number of threads may use it.
+class SkyModel {
+public:
+    virtual ~SkyModel() = default;
+
+    virtual Vec3d radiance(const Vec3d& direction) const = 0;
+
+    /// The mean of the radiance over the half of directions with dot(w, normal) > 0, weighted with that cosine: pi
+    /// times it is the irradiance of a surface that looks along `normal` (unit). Exact for a constant sky, else with a
+    /// relative error that the kind's file says.
+    virtual Vec3d mean_inflow(const Vec3d& normal) const = 0;
+
+    /// Colours whose channels stand in one ratio exactly where the radiance's do, everywhere; all 0 for a black sky.
+    virtual std::vector<Vec3d> tones() const = 0;
+
+    /// The same in all directions: `up` does not matter.
+    virtual bool uniform() const { return false; }
+};
+
+/// A number or a colour of a kind of sky.
+struct SkyParameter {
+    const char* name;    ///< in messages
+    const char* key;     ///< metadata (grid/scatter_schema.h)
+    bool vector;         ///< a colour or a direction; else one number, which is then all three components
+    double otherwise;    ///< where no value is given; NaN: the first parameter
+    double least, most;  ///< limits, inclusive; values must also be finite
+};
+
+/// What a model is made of. With `ends_at_horizon` it is dark below the horizon, where a ground hides the sky.
+struct SkyDescription {
+    Vec3d up;  ///< unit
+    std::vector<Vec3d> parameters;
+    bool ends_at_horizon;
+};
+
+/// A kind of sky: its words, metadata and parameters, and how to make its field.
+struct SkyKind {
+    const char* word;  ///< in metadata
+    std::vector<SkyParameter> parameters;
+    std::shared_ptr<const SkyModel> (*model)(const SkyDescription&);
+};
+
+/// Radiance that changes with height alone. With s = dot(w, up):
 ///
 ///     s >= 0:  L = zenith + (horizon - zenith) (1 - s)^haze
 ///     s <  0:  L = ground + (horizon - ground) (1 + s)^haze
 ///
 /// Continuous at the horizon. All three colours equal: a constant background.
-struct Sky {
-    Vec3d zenith{0, 0, 0};
-    Vec3d horizon{0, 0, 0};
-    Vec3d ground{0, 0, 0};
+struct GradientSky {
+    Vec3d zenith{0, 0, 0}, horizon{0, 0, 0}, ground{0, 0, 0};
     double haze = 4;    ///< how narrow the band along the horizon is, >= 0; 4: half gone 9 degrees above it
-    Vec3d up{0, 1, 0};  ///< unit
-    /// Dark where s < 0, for a ground hides the sky there. Not stored with a grid, which tells its ground by itself.
-    bool ends_at_horizon = false;
+    Vec3d up{0, 1, 0};  ///< any length
 
-    /// The same radiance everywhere.
-    static Sky constant(const Vec3d& radiance);
-
-    /// A clear blue day: for a sun of irradiance E perpendicular to its beam, a zenith of about E/40 in blue
-    /// and a paler horizon.
-    static Sky clear_day(const Vec3d& sun_irradiance, const Vec3d& up);
-
-    /// L in a direction, unit.
-    Vec3d radiance(const Vec3d& direction) const;
-
-    /// The mean of L over the half of directions with dot(w, normal) > 0, weighted with that cosine: pi times it is the
-    /// irradiance of a surface that looks along `normal` (unit). By quadrature in height, exact around it; relative
-    /// error below 1e-5, none for a constant sky.
-    Vec3d mean_inflow(const Vec3d& normal) const;
-
-    /// The same in all directions: `up` and `haze` do not matter.
-    bool uniform() const { return zenith == horizon && horizon == ground && !ends_at_horizon; }
-    bool dark() const { return zenith == Vec3d(0.0) && horizon == Vec3d(0.0) && ground == Vec3d(0.0); }
-
-    /// The mean of L over the sphere, in closed form. A uniform sky of it sends a ball the same power;
-    /// other bodies need mean_inflow() for each face.
-    Vec3d mean_radiance() const;
+    /// A clear blue day for a sun of this irradiance perpendicular to its beam, of any height. It lights a level
+    /// surface with 14.6 % of that, as much as the IESNA's clear sky does for a sun 45 degrees high; below the horizon
+    /// a ground of albedo 0.2.
+    static GradientSky clear_day(const Vec3d& sun_irradiance, const Vec3d& up);
 };
 
-/// True for the same parameters.
-bool operator==(const Sky&, const Sky&);
+/// A sky: a value.
+class Sky {
+public:
+    Sky() : Sky(GradientSky{}) {}  ///< black
+    Sky(const GradientSky&);
+    /// Parameters in the order of the kind's. Throws InputError, naming the one that is not admissible.
+    Sky(const SkyKind&, const Vec3d& up, std::vector<Vec3d> parameters);
+    /// The same radiance everywhere.
+    static Sky constant(const Vec3d& radiance) { return GradientSky{radiance, radiance, radiance}; }
 
-/// Throws InputError unless every radiance is finite and 0 or above, haze finite and 0 or above, up of some
-/// length.
-void check(const Sky&);
+    const SkyKind& kind() const { return *kind_; }
+    const Vec3d& up() const { return description_.up; }  ///< unit
+    const std::vector<Vec3d>& parameters() const { return description_.parameters; }
+    std::optional<GradientSky> gradient() const;  ///< none: another kind
 
-/// Writes the sky that lit a grid into its metadata (schema::lit_sky ...), and reads it back: none if there is none or
-/// it is black. Reading throws InputError as check().
+    Vec3d radiance(const Vec3d& direction) const { return model_->radiance(direction); }
+    Vec3d mean_inflow(const Vec3d& normal) const { return model_->mean_inflow(normal); }
+    std::vector<Vec3d> tones() const { return model_->tones(); }
+    bool uniform() const { return model_->uniform(); }
+    bool dark() const { return dark_; }
+
+    /// This sky, dark below the horizon. That is not stored with a grid, which tells its ground by itself.
+    Sky above_horizon() const;
+
+    /// True for the same kind and parameters.
+    friend bool operator==(const Sky&, const Sky&);
+
+private:
+    void make_model();
+
+    const SkyKind* kind_;
+    SkyDescription description_;
+    std::shared_ptr<const SkyModel> model_;
+    bool dark_ = true;
+};
+
+/// The sky of Preetham, Shirley, Smits 1999 ("A Practical Analytic Model for Daylight") about the sun, in units in
+/// which the sun has `sun_irradiance` across its beam: sky and sun keep the ratio of their luminances under that
+/// atmosphere (scene/atmosphere.h). Below the horizon `ground`; without it a ground of albedo 0.2 in the light of both.
+/// Throws InputError for a sun that is dark or below the horizon, and for a turbidity outside the limits.
+Sky preetham_sky(const Vec3d& to_sun, const Vec3d& sun_irradiance, double turbidity, const Vec3d& up,
+                 const std::optional<Vec3d>& ground = std::nullopt);
+
+/// Writes the sky that lit a grid into its metadata (schema::lit_sky_kind ...), and reads it back: none if there is
+/// none or it is black. Reading throws InputError as the constructor of Sky.
 void write_sky(MetaMap&, const Sky&);
 std::optional<Sky> read_sky(const MetaMap&);
 
