@@ -124,7 +124,7 @@ RenderCost render_image(Film& film, const Scene& scene, const CameraView& view, 
             const WorldRay ray = view.ray(x, y);
             (*integrate)(ray, random_of(sampling.seed, x, y), *result);
             places.put(*result, view, scene.background, x, y, ray.direction, out);
-            rays.fetch_add(1, std::memory_order_relaxed);
+            rays.fetch_add(1 + result->further, std::memory_order_relaxed);
             cells.fetch_add(result->cells, std::memory_order_relaxed);
             lit.fetch_add(result->lit, std::memory_order_relaxed);
             if (!result->converged) unconverged.fetch_add(1, std::memory_order_relaxed);

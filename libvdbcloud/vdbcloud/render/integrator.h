@@ -106,7 +106,7 @@ std::vector<LayerSpec> render_layers(const Scene&, const std::vector<std::string
 
 /// Work of a rendering.
 struct RenderCost {
-    uint64_t rays = 0;
+    uint64_t rays = 0;         ///< of the camera and from solids
     uint64_t cells = 0;        ///< cells (or steps, or evaluations) visited; Path: collisions
     uint64_t lit = 0;          ///< Cells: of these, parts that are not hidden by an opaque medium before them
     uint64_t ends = 0;         ///< Path with `vertices`: last rays of paths

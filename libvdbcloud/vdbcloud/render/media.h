@@ -143,6 +143,7 @@ struct RayResult {
     double half_way = 1e30;            ///< t at which the mean transmittance falls to 0.5
     uint64_t cells = 0, lit = 0;       ///< as RenderCost
     uint64_t ends = 0, end_cells = 0;  ///< as RenderCost
+    uint64_t further = 0;              ///< rays from solids, whose cells are among `cells`
     bool converged = true;
 
     void clear(size_t lights);

@@ -240,7 +240,7 @@ void RayResult::clear(size_t lights)
     multiple = emission = ground = solid = tau = true_tau = Vec3d(0);
     hit.reset();
     half_way = to_ground = 1e30;
-    cells = lit = ends = end_cells = 0;
+    cells = lit = ends = end_cells = further = 0;
     converged = true;
 }
 

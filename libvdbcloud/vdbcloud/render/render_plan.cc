@@ -170,9 +170,11 @@ RenderCost expected_cost(const Film& film, const Scene& scene, const CameraView&
         const double ratio = found.passes.noise / o.passes.noise;
         samples = std::min(samples, std::max(16.0, pilot_samples * ratio * ratio));
     }
-    const double rays = pixels_of(film) * samples, more = rays / double(std::max<uint64_t>(1, found.rays));
+    const PixelWindow w = pilot.window();
+    const double of_camera = path ? double(found.rays) : double(w.width()) * w.height() * few.samples;
+    const double more = pixels_of(film) * samples / std::max(1.0, of_camera);
     RenderCost cost;
-    cost.rays = uint64_t(rays);
+    cost.rays = uint64_t(more * double(found.rays));
     cost.cells = uint64_t(more * double(found.cells));
     cost.lit = uint64_t(more * double(found.lit));
     cost.ends = uint64_t(more * double(found.ends));

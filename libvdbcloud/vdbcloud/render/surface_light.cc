@@ -42,7 +42,11 @@ SurfaceLight::SurfaceLight(const SurfaceScene& scene)
 
 void SurfaceLight::operator()(const WorldRay& ray, PathRandom random, RayResult& result)
 {
+    further_ = cells_ = lit_ = 0;
     march(ray, random, {}, result);
+    result.further = further_;
+    result.cells += cells_;
+    result.lit += lit_;
 }
 
 void SurfaceLight::march(const WorldRay& ray, PathRandom& random, const Chain& chain, RayResult& result)
@@ -142,6 +146,9 @@ Vec3d SurfaceLight::radiance(const WorldRay& ray, PathRandom& random, const Chai
     while (results_.size() <= chain.all) results_.emplace_back();
     RayResult& result = results_[chain.all];
     march(ray, random, chain, result);
+    ++further_;
+    cells_ += result.cells;
+    lit_ += result.lit;
     Vec3d sum = result.multiple + result.emission + result.ground + result.solid;
     for (const Vec3d& direct : result.direct) sum += direct;
     if (!(result.to_ground < nowhere)) sum += through(result.tau) * scene_.sky.radiance(ray.direction);

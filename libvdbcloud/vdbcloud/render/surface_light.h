@@ -59,7 +59,8 @@ private:
     const SurfaceScene& scene_;
     std::vector<Vec3d> suns_;  // about which rays are drawn
     std::unique_ptr<RayIntegrator> integrate_;
-    std::deque<RayResult> results_;  // of each surface of a chain
+    uint64_t further_ = 0, cells_ = 0, lit_ = 0;  // of rays from solids
+    std::deque<RayResult> results_;               // of each surface of a chain
 };
 
 }  // namespace vdbcloud
