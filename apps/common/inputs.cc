@@ -85,6 +85,7 @@ std::shared_ptr<MetaMap> file_metadata(const std::vector<GridFile>& files, const
 /// Metadata of the joined density: what the densities agree on, and the coefficients of the joined medium.
 void describe(FloatGrid& density, const std::vector<MediumPart>& parts, const Medium& medium)
 {
+    const std::string name = density.getName();
     std::vector<const MetaMap*> maps;
     bool given = true;
     for (const MediumPart& part : parts) {
@@ -97,24 +98,87 @@ void describe(FloatGrid& density, const std::vector<MediumPart>& parts, const Me
         if (entry->first.rfind("file_", 0) != 0) density.insertMeta(entry->first, *entry->second);
     write_medium(density, medium);
     set_text(density, schema::sigma_t_origin, given ? "given" : "automatic");
+    density.setName(name);
+    density.setGridClass(openvdb::GRID_FOG_VOLUME);
+}
+
+/// The box of the joined density, of which each part gets the corners: media that repeat have one period.
+void widen(FloatGrid& part, const FloatGrid& joined)
+{
+    const openvdb::CoordBBox box = joined.evalActiveVoxelBoundingBox();
+    if (box.empty()) return;
+    for (const openvdb::Coord& corner : {box.min(), box.max()}) part.tree().setActiveState(corner, true);
+}
+
+/// Puts the media that overlap, each with its coefficients: density, medium_2, ...; Cd, Cd_2, ...
+void put_parts(JoinedMedium& joined, const std::vector<MediumPart>& given, bool repeats, GridFile& file)
+{
+    for (size_t n = 0; n < joined.parts.size(); ++n) {
+        MediumPart& part = joined.parts[n];
+        const std::string number = std::to_string(n + 1);
+        part.density->setName(n == 0 ? joined.density->getName() : schema::medium_prefix + number);
+        const auto of = std::find_if(given.begin(), given.end(), [&](const auto& p) { return p.name == part.name; });
+        describe(*part.density, {*of}, part.medium);
+        if (repeats) widen(*part.density, *joined.density);
+        file.grids.push_back(part.density);
+        if (!part.colour) continue;
+        part.colour = part.colour->deepCopy();
+        part.colour->setName(n == 0 ? schema::colour : schema::medium_colour_prefix + number);
+        file.grids.push_back(part.colour);
+    }
+    set_number(*file.metadata, schema::media, double(joined.parts.size()));
+}
+
+/// The media of a file, each with its density and Cd; the first keeps all other grids.
+std::vector<GridFile> media_of(GridFile file)
+{
+    const int count = int(get_number(*file.metadata, schema::media, 1));
+    file.metadata->removeMeta(schema::media);
+    std::vector<GridFile> media;
+    for (int n = 2; n <= count; ++n) {
+        const std::string name = schema::medium_prefix + std::to_string(n);
+        GridFile& own = media.emplace_back();
+        own.path = file.path;
+        own.metadata = std::make_shared<MetaMap>(*file.metadata);
+        own.metadata->removeMeta(schema::history);
+        set_text(*own.metadata, schema::density_choice, name);
+        const GridBasePtr density = find_grid(file, name);
+        if (!density)
+            throw InputError(file.path + ": grid '" + name + "' is missing: expected " + std::to_string(count) +
+                             " media; run p1solve again");
+        own.grids.push_back(density);
+        if (const GridBasePtr colour = find_grid(file, schema::medium_colour_prefix + std::to_string(n))) {
+            own.grids.push_back(colour->copyGrid());
+            own.grids.back()->setName(schema::colour);
+        }
+    }
+    if (count > 1)
+        remove_grids(file, [](const std::string& name) {
+            return name.rfind(schema::medium_prefix, 0) == 0 || name.rfind(schema::medium_colour_prefix, 0) == 0;
+        });
+    media.insert(media.begin(), std::move(file));
+    return media;
 }
 
 GridFile joined_file(App& app, const std::vector<GridFile>& files, const std::vector<MediumPart>& parts,
-                     MediumInput& out)
+                     bool may_overlap, MediumInput& out)
 {
-    const JoinedMedium joined = joined_medium(parts);
-    const std::string name = joined.density->getName();
-    describe(*joined.density, parts, joined.medium);
-    joined.density->setName(name);
-    joined.density->setGridClass(openvdb::GRID_FOG_VOLUME);
+    JoinedMedium joined = joined_medium(parts, may_overlap);
     tell_resampled(app, joined);
     tell_dropped(app, files, parts);
     GridFile file;
     file.path = files.front().path;
-    for (size_t n = 1; n < files.size(); ++n) file.path += " " + files[n].path;
-    file.metadata = file_metadata(files, name);
-    file.grids = {joined.density};
-    if (joined.colour) file.grids.push_back(joined.colour);
+    for (size_t n = 1; n < files.size(); ++n)
+        if (!is_further_medium(files[n])) file.path += " " + files[n].path;
+    file.metadata = file_metadata(files, joined.density->getName());
+    if (joined.parts.empty()) {
+        describe(*joined.density, parts, joined.medium);
+        file.grids = {joined.density};
+        if (joined.colour) file.grids.push_back(joined.colour);
+    } else {
+        put_parts(joined, parts, out.periodic != Axes{}, file);
+        app.say(std::to_string(joined.parts.size()) + " media overlap; each keeps its phase function and its colours");
+    }
     if (joined.emission) file.grids.push_back(joined.emission);
     std::vector<Solid> solids;
     for (const GridFile& each : files)
@@ -122,6 +186,7 @@ GridFile joined_file(App& app, const std::vector<GridFile>& files, const std::ve
     put_solids(file, solids);
     out.density = joined.density;
     out.medium = joined.medium;
+    out.parts = joined.parts;
     return file;
 }
 
@@ -160,15 +225,27 @@ void World::complete(MetaMap& metadata) const
         if (!metadata[said->first]) metadata.insertMeta(said->first, *said->second);
 }
 
-std::vector<GridFile> read_inputs(App& app, const std::vector<std::string>& paths, bool compare_up)
+std::vector<GridFile> read_inputs(App& app, const std::vector<std::string>& paths, const std::string& density,
+                                  bool compare_up)
 {
     std::vector<GridFile> files;
     World world(compare_up);
     for (const std::string& path : paths) {
-        files.push_back(app.read(path));
-        world.add(path, *files.back().metadata);
+        GridFile file = app.read(path);
+        world.add(path, *file.metadata);
+        if (!density.empty()) {
+            files.push_back(std::move(file));
+            continue;
+        }
+        for (GridFile& medium : of_file(path, [&] { return media_of(std::move(file)); }))
+            files.push_back(std::move(medium));
     }
     return files;
+}
+
+bool is_further_medium(const GridFile& file)
+{
+    return get_text(*file.metadata, schema::density_choice, "").rfind(schema::medium_prefix, 0) == 0;
 }
 
 std::vector<LightsOfInput> lights_found(const std::vector<GridFile>& files)
@@ -212,9 +289,9 @@ std::vector<Light> inherited_lights(const std::vector<LightsOfInput>& inputs, co
     return lights;
 }
 
-MediumInput read_one_medium(App& app, const StageOptions& o, const MediumOptions& options)
+MediumInput read_one_medium(App& app, const StageOptions& o, const MediumOptions& options, bool may_overlap)
 {
-    std::vector<GridFile> files = read_inputs(app, o.inputs, !o.up);
+    std::vector<GridFile> files = read_inputs(app, o.inputs, o.density, !o.up);
     MediumInput out;
     out.periodic = periodic_axes(o.periodic, files);
     std::vector<MediumPart> parts;
@@ -222,6 +299,7 @@ MediumInput read_one_medium(App& app, const StageOptions& o, const MediumOptions
         parts.push_back(of_file(file.path, [&] {
             MediumPart part;
             part.name = file.path;
+            if (is_further_medium(file)) part.name += " " + get_text(*file.metadata, schema::density_choice, "");
             part.density = density_of(file, o.density, app.warnings());
             part.medium = chosen_medium(app, options, *part.density);
             if (files.size() > 1) {
@@ -236,7 +314,7 @@ MediumInput read_one_medium(App& app, const StageOptions& o, const MediumOptions
         out.medium = parts[0].medium;
         out.file = std::move(files[0]);
     } else {
-        out.file = joined_file(app, files, parts, out);
+        out.file = joined_file(app, files, parts, may_overlap, out);
     }
     return out;
 }

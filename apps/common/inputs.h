@@ -6,6 +6,7 @@
 #include "stage_options.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/optics/joined_medium.h"
 #include "vdbcloud/scene/light.h"
 
 #include <memory>
@@ -56,9 +57,15 @@ private:
     std::shared_ptr<MetaMap> said_;
 };
 
-/// Reads all inputs, in order. Throws UsageError where two files state different units of length, and, with
-/// `compare_up`, where two files state different axes that point up.
-std::vector<GridFile> read_inputs(App&, const std::vector<std::string>& paths, bool compare_up = true);
+/// Reads all inputs, in order. A file of media that overlap (schema::media) becomes a GridFile for each, with its
+/// density and its Cd, of which the first keeps all other grids; not where the user chose a `density`.
+/// Throws UsageError where two files state different units of length, and, with `compare_up`, where two files state
+/// different axes that point up.
+std::vector<GridFile> read_inputs(App&, const std::vector<std::string>& paths, const std::string& density,
+                                  bool compare_up = true);
+
+/// True for a medium after the first of a file.
+bool is_further_medium(const GridFile&);
 
 /// The lights that one input describes.
 struct LightsOfInput {
@@ -78,7 +85,10 @@ struct MediumInput {
     GridFile file;
     FloatGridPtr density;  ///< a grid of `file`, which bears the medium
     Medium medium;
-    Axes periodic{};                    ///< index axes along which the medium repeats
+    Axes periodic{};  ///< index axes along which the medium repeats
+    /// Media that overlap (JoinedMedium::parts), of which `density` is a description that `file` does not hold; empty:
+    /// one medium.
+    std::vector<MediumPart> parts;
     std::vector<LightsOfInput> lights;  ///< of all inputs
 };
 
@@ -89,6 +99,9 @@ struct MediumInput {
 /// those of the joined medium. Metadata of files and densities are kept where all inputs that have a key agree on its
 /// value; the history is that of all inputs.
 /// Axes that point up, and those along which media repeat, are compared unless the user gives them.
-MediumInput read_one_medium(App&, const StageOptions&, const MediumOptions&);
+///
+/// `may_overlap`: media of different phase functions or colours are not refused but kept apart (MediumInput::parts):
+/// the file then holds a density and a Cd for each.
+MediumInput read_one_medium(App&, const StageOptions&, const MediumOptions&, bool may_overlap = false);
 
 }  // namespace vdbcloud::app

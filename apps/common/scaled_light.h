@@ -4,6 +4,7 @@
 
 #include "vdbcloud/light/transmittance_grid.h"
 #include "vdbcloud/optics/delta_scaling.h"
+#include "vdbcloud/optics/joined_medium.h"
 
 namespace vdbcloud::app {
 
@@ -12,5 +13,10 @@ namespace vdbcloud::app {
 /// w0 varies, and so does the scaled density, by channel: the grid is then vec3s.
 GridBasePtr scaled_light_grid(App&, const FloatGrid& density, const Vec3SGrid* colour, const Medium&,
                               const DeltaScaling&, const Light&, const TransmittanceOptions& = {});
+
+/// exp(-tau') towards a light through media that overlap, each scaled by its own phase function: float where the
+/// channels have one extinction, else vec3s. Its metadata name the media (schema::mixture).
+GridBasePtr mixed_light_grid(App&, const std::vector<MediumPart>&, const std::vector<DeltaScaling>&, const Light&,
+                             const TransmittanceOptions& = {});
 
 }  // namespace vdbcloud::app

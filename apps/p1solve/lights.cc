@@ -1,5 +1,7 @@
 #include "lights.h"
 
+#include "scaled_light.h"
+
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/metadata.h"
@@ -7,6 +9,7 @@
 #include "vdbcloud/grid/select.h"
 #include "vdbcloud/grid/sources.h"
 #include "vdbcloud/light/transmittance_grid.h"
+#include "vdbcloud/optics/mixture.h"
 
 #include <set>
 #include <string>
@@ -15,6 +18,7 @@ namespace vdbcloud {
 
 bool has_light(const app::MediumInput& in, const Light& light, const std::vector<Solid>& solids)
 {
+    if (!in.parts.empty()) return false;  // a joined file brings no light
     const GridBasePtr there = grid_of_light(in.file, light);
     const auto theirs = there ? read_light(*there, there->getName()) : std::nullopt;
     return theirs && same_light(*theirs, light) && app::same_extinction(*there, in.medium) &&
@@ -60,7 +64,9 @@ std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, app::Mediu
         accuracy.disc_samples = o.scatter.disc_samples;
         accuracy.periodic = in.periodic;
         accuracy.solids = o.scatter.solids;
-        put_grid(file, transmittance_grid(density, medium, light, accuracy, app.progress(light.name)));
+        put_grid(file, in.parts.empty()
+                           ? transmittance_grid(density, medium, light, accuracy, app.progress(light.name))
+                           : app::mixed_light_grid(app, in.parts, scalings_of(in.parts, 1, false), light, accuracy));
     }
     drop_other_lights(app, file, lights);
     return lights;

@@ -46,14 +46,20 @@ void choose_solids(app::App& app, P1solveOptions& o, app::MediumInput& in)
 void solve(app::App& app, P1solveOptions& o)
 {
     finish(app, o);
-    app::MediumInput in = app::read_one_medium(app, o, o.medium);
+    app::MediumInput in = app::read_one_medium(app, o, o.medium, true);
+    o.scatter.parts = in.parts;
     o.scatter.periodic = in.periodic;
     choose_ground(o, in.periodic);
     GridFile& file = in.file;
     const FloatGridPtr density = in.density;
     const Medium& medium = in.medium;
+    check_overlap(o, in);
     app.uses(density->getName());
-    check_phase(o, medium.phase);
+    for (const MediumPart& part : in.parts) {
+        app.uses(part.density->getName());
+        if (part.colour) app.uses(part.colour->getName());
+    }
+    check_phase(o, in);
     choose_solids(app, o, in);
     const auto lights = app::of_file(file.path, [&] { return lights_for(app, o, in); });
     o.rays_per_voxel.check_effect(!lights.empty(), "--sun or --lamp");
@@ -65,8 +71,8 @@ void solve(app::App& app, P1solveOptions& o)
     o.scatter.up = vector_of(up);
     o.scatter.sky = app::lighting_sky(o.sky, o.lights, lights, o.scatter.up);
     const auto emission = app::vector_grid(app, file, find_grid(file, schema::emission));
-    const auto tint = app::vector_grid(app, file, grid_of(file, schema::colour));
-    check_heating(o, medium, bool(tint));
+    const auto tint = in.parts.empty() ? app::vector_grid(app, file, grid_of(file, schema::colour)) : nullptr;
+    check_heating(o, in, bool(tint));
     const app::Plan plan =
         app::of_file(file.path, [&] { return plan_of(app, o, in, tint.get(), emission.get(), lights); });
     if (app.dry_run())

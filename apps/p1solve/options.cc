@@ -223,18 +223,47 @@ void declare(app::App& app, P1solveOptions& o)
           "--resolution 128 -o grey.png"}});
 }
 
-void check_phase(const P1solveOptions& o, const PhaseFunction& phase)
+namespace {
+
+/// The medium, or those that overlap.
+std::vector<Medium> media_of(const app::MediumInput& in)
 {
-    const DeltaScaling scaled = delta_scaling(phase, o.scatter.closure.degree);
-    o.delta.check_effect(scaled.delta_f > 0, "a phase function with a forward peak (--g above 0)");
-    const DeltaScaling used = o.scatter.delta ? scaled : no_scaling(phase, o.scatter.closure.degree);
-    o.keep_moments.check_effect(used.last_degree() > 1, "a phase function with moments of degree 2 and more");
+    std::vector<Medium> media;
+    for (const MediumPart& part : in.parts) media.push_back(part.medium);
+    return media.empty() ? std::vector{in.medium} : media;
 }
 
-void check_heating(const P1solveOptions& o, const Medium& medium, bool tinted)
+}  // namespace
+
+void check_overlap(const P1solveOptions& o, const app::MediumInput& in)
 {
-    const Vec3d& w0 = medium.albedo;
-    o.heating.check_effect(tinted || w0[0] < 1 || w0[1] < 1 || w0[2] < 1, "an --albedo below 1 or a grid Cd");
+    if (in.parts.empty()) return;
+    for (const auto& [given, name] : {std::pair{o.series.order > 0, "--series"}, {o.voxel_error, "--voxel-error"}})
+        if (given)
+            throw UsageError(in.file.path + ": media of different phase functions or colours, and " + name +
+                             " takes one medium: give one --phase and --extinction for all, or leave " + name + " out");
+}
+
+void check_phase(const P1solveOptions& o, const app::MediumInput& in)
+{
+    bool peaked = false, detailed = false;
+    for (const Medium& medium : media_of(in)) {
+        const DeltaScaling scaled = delta_scaling(medium.phase, o.scatter.closure.degree);
+        peaked = peaked || scaled.delta_f > 0;
+        const DeltaScaling used = o.scatter.delta ? scaled : no_scaling(medium.phase, o.scatter.closure.degree);
+        detailed = detailed || used.last_degree() > 1;
+    }
+    o.delta.check_effect(peaked, "a phase function with a forward peak (--g above 0)");
+    o.keep_moments.check_effect(detailed, "a phase function with moments of degree 2 and more");
+}
+
+void check_heating(const P1solveOptions& o, const app::MediumInput& in, bool tinted)
+{
+    bool absorbs = tinted;
+    for (const Medium& medium : media_of(in))
+        for (int c = 0; c < 3; ++c) absorbs = absorbs || medium.albedo[c] < 1;
+    for (const MediumPart& part : in.parts) absorbs = absorbs || part.colour;
+    o.heating.check_effect(absorbs, "an --albedo below 1 or a grid Cd");
 }
 
 void choose_ground(P1solveOptions& o, const app::Axes& periodic)

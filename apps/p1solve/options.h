@@ -1,5 +1,6 @@
 #pragma once
 // The options of p1solve.
+#include "inputs.h"
 #include "light_options.h"
 #include "medium_options.h"
 #include "periodic_option.h"
@@ -34,10 +35,13 @@ void declare(app::App&, P1solveOptions&);
 /// Throws UsageError for --delta with a phase function whose delta fraction is 0 at the degree of the solve, as
 /// isotropic and Rayleigh scattering have: on and off are then the same. And for --keep-moments with one that weighs no
 /// moment of degree 2 or more.
-void check_phase(const P1solveOptions&, const PhaseFunction&);
+void check_phase(const P1solveOptions&, const app::MediumInput&);
 
 /// Throws UsageError for --heating where nothing absorbs.
-void check_heating(const P1solveOptions&, const Medium&, bool tinted);
+void check_heating(const P1solveOptions&, const app::MediumInput&, bool tinted);
+
+/// Throws UsageError for what takes one medium, where several overlap.
+void check_overlap(const P1solveOptions&, const app::MediumInput&);
 
 /// Sets ScatterOptions::ground_albedo. Throws UsageError for a ground under a medium that does not repeat along two
 /// axes.

@@ -2,6 +2,7 @@
 
 #include "inputs.h"
 #include "multiple.h"
+#include "overlap.h"
 #include "periodic_option.h"
 #include "scaled_light.h"
 #include "shared_light.h"
@@ -19,6 +20,7 @@
 #include "vdbcloud/grid/select.h"
 #include "vdbcloud/grid/sources.h"
 #include "vdbcloud/optics/collided_light.h"
+#include "vdbcloud/optics/mixture.h"
 #include "vdbcloud/scatter/scatter_plan.h"
 #include "vdbcloud/scatter/series_grids.h"
 
@@ -52,7 +54,7 @@ Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
         volume.collided = {};  // relight_volume() makes it from the series
         volume.collided.scaling = read_delta_scaling(*series, volume.medium.phase);
     }
-    if (phi) app::require_same_medium(file.path + ": multiple scattering", *phi, volume.medium);
+    if (phi && !is_mixture(*phi)) app::require_same_medium(file.path + ": multiple scattering", *phi, volume.medium);
     return volume;
 }
 
@@ -72,14 +74,17 @@ void require_same_period(const GridFile& file, const app::Axes& periodic)
 }
 
 /// Throws if phi is of another density, Cd or emission, or scattered other lights than the scene has.
-void require_same_light(const GridFile& file, const Volume& volume, const Scene& scene)
+void require_same_light(const GridFile& file, const Overlap& overlap, const Scene& scene)
 {
+    const Volume& volume = scene.volumes[overlap.first];
     const std::vector<Light>& lights = scene.lights;
     if (!volume.collided.phi) return;
     if (get_text(*volume.collided.phi, schema::solids, "") != solids_digest(scene.solids, /*materials=*/true))
         throw UsageError(file.path + ": multiple scattering was computed beside other solids: run p1solve again with "
                                      "these");
-    const std::string changed = changed_source(*volume.collided.phi, sources_behind(volume));
+    const std::string changed =
+        changed_source(*volume.collided.phi, overlap.several() ? sources_of(overlap.parts(scene), volume.emission.get())
+                                                               : sources_behind(volume));
     if (!changed.empty())
         throw UsageError(file.path + ": multiple scattering was computed from another " + changed +
                          " than the file holds now: run p1solve again");
@@ -132,10 +137,16 @@ GridBasePtr planned_grid(const Volume& volume, const Light& light, const RenderO
 
 /// The transmittance grid of volume `v` towards a light: the input's if that is usable, else computed, through all
 /// media where there are several. A dry run computes none.
-GridBasePtr light_grid(app::App& app, const GridFile& file, const Scene& scene, size_t v, const Light& light,
-                       const RenderOptions& o, TransmittancePlan& planned)
+GridBasePtr light_grid(app::App& app, const GridFile& file, LoadedScene& loaded, const Overlap& overlap, size_t v,
+                       const Light& light, const RenderOptions& o)
 {
+    const Scene& scene = loaded.scene;
     const Volume& volume = scene.volumes[v];
+    TransmittancePlan& planned = loaded.planned;
+    if (overlap.several() && volume.collided.phi) {
+        if (app.dry_run()) return planned_grid(volume, light, o, planned);
+        return overlap_light(app, file, overlap, scene, light, o.light);
+    }
     if (volume.collided.scaling.delta_f > 0) {
         if (app.dry_run()) return planned_grid(volume, light, o, planned);
         const auto phase = app.phase("scaled light");
@@ -246,7 +257,7 @@ void choose_ground(const RenderOptions& o, const std::vector<GridFile>& files, L
 
 LoadedScene load_scene(app::App& app, RenderOptions& o)
 {
-    std::vector<GridFile> files = app::read_inputs(app, o.inputs, !o.up);
+    std::vector<GridFile> files = app::read_inputs(app, o.inputs, o.density, !o.up);
 
     LoadedScene out;
     out.scene.periodic = o.light.periodic = app::periodic_axes(o.periodic, files);
@@ -280,6 +291,9 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
         }
 
     if (shows_light_grids(o)) require_one_solution(files, out.scene);
+    const auto overlaps = overlaps_of(files);
+    for (const Overlap& overlap : overlaps)
+        if (overlap.several()) share_collided(files[overlap.first], overlap, out.scene);
     choose_ground(o, files, out);
     out.scene.lights = app::lights_asked(o.lights, vector_of(out.up));
     if (out.scene.lights.empty()) out.scene.lights = app::inherited_lights(app::lights_found(files));
@@ -294,8 +308,8 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
                 app::brief(out.scene.lights[0].strength()[0]));
     }
     if (o.multiple) app::of_file(files.front().path, [&] { add_multiple(app, o, files, out); });
-    for (size_t v = 0; v < files.size(); ++v)
-        app::of_file(files[v].path, [&] { require_same_light(files[v], out.scene.volumes[v], out.scene); });
+    for (const Overlap& overlap : overlaps)
+        app::of_file(files[overlap.first].path, [&] { require_same_light(files[overlap.first], overlap, out.scene); });
     for (size_t v = 0; v < files.size() && shows_light_grids(o); ++v)
         app::of_file(files[v].path, [&] { relight_volume(app, files[v], out.scene.volumes[v], out.scene.lights); });
     for (size_t v = 0; v < files.size() && o.integrator.vertices > 0; ++v)
@@ -308,11 +322,16 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
         o.option.fidelity.check_effect(!brings_all(files, out.scene), "a light that the input does not bring");
     o.option.fidelity.check_effect(out.scene.periodic == app::Axes{},
                                    "--periodic none: rays of a periodic medium are exact");
-    for (size_t v = 0; v < files.size(); ++v)
+    for (const Overlap& overlap : overlaps)
         for (const Light& light : out.scene.lights) {
-            GridBasePtr grid = app::of_file(
-                files[v].path, [&] { return light_grid(app, files[v], out.scene, v, light, o, out.planned); });
-            out.scene.volumes[v].transmittance.push_back(std::move(grid));
+            GridBasePtr grid;
+            for (size_t v = overlap.first; v < overlap.first + overlap.count; ++v) {
+                // One grid of all media serves each, where light passes no medium of another file.
+                if (v == overlap.first || overlaps.size() > 1)
+                    grid = app::of_file(files[v].path,
+                                        [&] { return light_grid(app, files[v], out, overlap, v, light, o); });
+                out.scene.volumes[v].transmittance.push_back(grid);
+            }
         }
     return out;
 }

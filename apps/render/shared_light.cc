@@ -1,5 +1,7 @@
 #include "shared_light.h"
 
+#include "overlap.h"
+
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/emission.h"
@@ -39,6 +41,7 @@ void require_one_solution(const std::vector<GridFile>& files, const Scene& scene
     std::string names;
     size_t count = 0;
     for (size_t v = 0; v < files.size(); ++v) {
+        if (overlap_of(files, v).first < v) continue;
         names += " " + files[v].path;
         count += has_matter(*scene.volumes[v].density) || emits(scene.volumes[v].emission.get());
     }

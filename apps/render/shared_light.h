@@ -11,9 +11,9 @@ namespace vdbcloud {
 /// True if more than one volume of the scene holds density.
 bool has_several_media(const Scene&);
 
-/// Throws UsageError if a file brings multiple scattering (phi or a series), and another holds density or emission:
-/// light that is exchanged between the two is in neither. An input without density and without emission may stay, as it
-/// neither scatters nor shines.
+/// Throws UsageError if a file brings multiple scattering (phi or a series), and a medium besides its own has density
+/// or emission: light that is exchanged between the two is in neither. An input without density and without emission
+/// may stay, as it neither scatters nor shines.
 void require_one_solution(const std::vector<GridFile>&, const Scene&);
 
 /// The transmittance grid of volume `v` towards a light through all media. `own`, which may be null: the grid of that

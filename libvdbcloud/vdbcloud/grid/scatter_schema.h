@@ -36,6 +36,8 @@ inline constexpr const char* flux_limit = "vdbcloud:flux_limit";
 inline constexpr const char* delta_f = "vdbcloud:delta_f";
 // string: "1 m_1' ... m_L'", Legendre moments of the scaled phase function, L the degree
 inline constexpr const char* scaled_moments = "vdbcloud:scaled_moments";
+// string: coefficients of media that overlap and keep their phase functions (mixture_text); absent: one medium
+inline constexpr const char* mixture = "vdbcloud:mixture";
 // string: grid_digest() of the Cd and of the emission behind the solution; no_grid where there was none
 inline constexpr const char* colour_digest = "vdbcloud:colour_digest";
 inline constexpr const char* emission_digest = "vdbcloud:emission_digest";

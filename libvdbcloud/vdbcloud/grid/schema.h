@@ -4,9 +4,11 @@
 // | grid                   | type  | unit, meaning                                              | background |
 // |------------------------|-------|------------------------------------------------------------|------------|
 // | density                | float | density in the source's unit; sigma_t = scale x density    | 0          |
+// | medium_N               | float | density of the Nth of overlapping media                     | 0          |
 // | temperature            | float | kelvin                                                     | 0          |
 // | vel                    | vec3s | velocity [world unit/s]                                    | 0          |
 // | Cd                     | vec3s | albedo tint per colour channel, 0..1                       | 1          |
+// | Cd_N                   | vec3s | albedo tint of the Nth of overlapping media                | 1          |
 // | emission               | vec3s | emitted radiance per length [radiance/world unit]          | 0          |
 // | transmittance_<light>  | float, or vec3s where extinction is coloured; exp(-tau) to the light | 1 |
 // | phi                    | vec3s, or float where channels share one; collided fluence, integral of L over the sphere | 0 |
@@ -25,10 +27,12 @@ namespace vdbcloud::schema {
 
 // Grids.
 inline constexpr const char* density = "density";
+inline constexpr const char* medium_prefix = "medium_";  // followed by 2, 3, ...
 inline constexpr const char* temperature = "temperature";
 inline constexpr const char* flame = "flame";
 inline constexpr const char* velocity = "vel";
 inline constexpr const char* colour = "Cd";
+inline constexpr const char* medium_colour_prefix = "Cd_";  // followed by 2, 3, ...
 inline constexpr const char* emission = "emission";
 inline constexpr const char* transmittance_prefix = "transmittance_";
 inline constexpr const char* phi = "phi";
@@ -44,6 +48,8 @@ inline constexpr const char* history = "history";                  // one comman
 inline constexpr const char* up_axis = "up_axis";                  // "Y" or "Z"
 inline constexpr const char* meters_per_unit = "meters_per_unit";  // double
 inline constexpr const char* density_choice = "vdbcloud:density";  // --density of an earlier stage: NAME or NAME[k]
+inline constexpr const char* media =
+    "vdbcloud:media";  // double: overlapping media, density, medium_2, ...; absent: one
 
 // Metadata of the density grid: the coefficients of the medium.
 inline constexpr const char* sigma_t_per_density = "vdbcloud:sigma_t_per_density";  // vec3d [1/world unit]

@@ -74,6 +74,16 @@ DeltaScaling no_scaling(const PhaseFunction& phase, int degree)
     return scaled_by(0, phase, degree);
 }
 
+DeltaScaling largest_of(const std::vector<DeltaScaling>& scalings)
+{
+    DeltaScaling all = scalings.at(0);
+    all.delta_f = 0;
+    for (const DeltaScaling& scaling : scalings)
+        for (size_t l = 0; l < all.moments.size(); ++l)
+            if (std::abs(scaling.moments[l]) > std::abs(all.moments[l])) all.moments[l] = scaling.moments[l];
+    return all;
+}
+
 void write_delta_scaling(MetaMap& to, const DeltaScaling& scaling)
 {
     set_number(to, schema::degree, scaling.degree);

@@ -32,6 +32,9 @@ struct DeltaScaling {
 DeltaScaling delta_scaling(const PhaseFunction&, int degree);
 /// Expansion of the same degree without scaling: delta_f = 0. Throws InputError unless degree >= 1.
 DeltaScaling no_scaling(const PhaseFunction&, int degree);
+/// Of scalings of one degree: for each degree the moment that is farthest from 0, and delta_f 0. last_degree() is then
+/// that of all of them.
+DeltaScaling largest_of(const std::vector<DeltaScaling>&);
 
 /// Writes the metadata of a grid of collided light: degree, delta_f and the scaled moments (grid/scatter_schema.h).
 void write_delta_scaling(MetaMap&, const DeltaScaling&);

@@ -26,8 +26,8 @@ std::string text(const Vec3d& v)
     return out.str();
 }
 
-/// sigma_t of `part` over that of `lead`, one number for all channels.
-double extinction_ratio(const MediumPart& part, const MediumPart& lead)
+/// sigma_t of `part` over that of `lead`, one number for all channels; none if there is no such number.
+std::optional<double> proportion(const MediumPart& part, const MediumPart& lead)
 {
     const Vec3d &ours = part.medium.sigma_t_per_density, &theirs = lead.medium.sigma_t_per_density;
     double ratio = -1;
@@ -40,11 +40,16 @@ double extinction_ratio(const MediumPart& part, const MediumPart& lead)
         if (ratio < 0) ratio = ours[c] / theirs[c];
         proportional = proportional && std::abs(ours[c] - ratio * theirs[c]) <= 1e-9 * std::max(ours[c], theirs[c]);
     }
-    if (!proportional || ratio < 0)
-        throw UsageError(lead.name + " has the extinction " + text(theirs) + " and " + part.name + " " + text(ours) +
-                         ": one density needs extinctions that are proportional over r, g and b. Give one with "
-                         "--extinction for all, or render the files together without joining them");
-    return ratio;
+    return proportional && ratio >= 0 ? std::optional(ratio) : std::nullopt;
+}
+
+double extinction_ratio(const MediumPart& part, const MediumPart& lead)
+{
+    if (const auto ratio = proportion(part, lead)) return *ratio;
+    throw UsageError(lead.name + " has the extinction " + text(lead.medium.sigma_t_per_density) + " and " + part.name +
+                     " " + text(part.medium.sigma_t_per_density) +
+                     ": one density needs extinctions that are proportional over r, g and b. Give one with "
+                     "--extinction for all, or give the files to p1solve or render, which keep them apart");
 }
 
 void require_one_phase(const MediumPart& a, const MediumPart& b)
@@ -52,8 +57,8 @@ void require_one_phase(const MediumPart& a, const MediumPart& b)
     if (a.medium.phase == b.medium.phase) return;
     throw UsageError(
         a.name + " has the phase function " + a.medium.phase.text() + " and " + b.name + " " + b.medium.phase.text() +
-        ": one medium has one. Give one with --phase for all, or render the files together without joining "
-        "them");
+        ": one medium has one. Give one with --phase for all, or give the files to p1solve or render, which "
+        "keep them apart");
 }
 
 /// Numbers of the parts that have matter.
@@ -161,6 +166,57 @@ Vec3SGridPtr joined_emission(const std::vector<MediumPart>& parts)
     return sum;
 }
 
+/// Whether no one medium stands for parts that have matter.
+bool overlap(const std::vector<MediumPart>& parts, const std::vector<size_t>& matter)
+{
+    const MediumPart* scattering = nullptr;
+    for (const size_t n : matter) {
+        if (!proportion(parts[n], parts[matter.front()])) return true;
+        if (!scatters(parts[n])) continue;
+        if (scattering && scattering->medium.phase != parts[n].medium.phase) return true;
+        scattering = &parts[n];
+    }
+    return false;
+}
+
+double mean_extinction(const MediumPart& part)
+{
+    const Vec3d& sigma_t = part.medium.sigma_t_per_density;
+    return (sigma_t[0] + sigma_t[1] + sigma_t[2]) / 3;
+}
+
+/// Sets the density, on the finest lattice. Returns the factors that keep the mass of each summand.
+std::vector<double> set_density(const std::vector<Summand<FloatGrid>>& densities, const FloatGrid& lead,
+                                JoinedMedium& joined)
+{
+    std::vector<double> kept;
+    joined.density = sum_on_lattice(densities, densities[finest(densities)].grid->transform(), kept);
+    joined.density->setName(lead.getName());
+    joined.density->setGridClass(openvdb::GRID_FOG_VOLUME);
+    for (size_t n = 0; n < kept.size(); ++n)
+        if (kept[n] != 1) joined.resampled.push_back({densities[n].name, kept[n]});
+    return kept;
+}
+
+/// Sets density and parts of media that overlap.
+void keep_parts(const std::vector<MediumPart>& parts, const std::vector<size_t>& matter, JoinedMedium& joined)
+{
+    std::vector<Summand<FloatGrid>> densities;
+    const MediumPart& lead = parts[joined.lead];
+    for (const size_t n : matter)
+        densities.push_back({parts[n].density, mean_extinction(parts[n]) / mean_extinction(lead), parts[n].name});
+    const std::vector<double> kept = set_density(densities, *lead.density, joined);
+    joined.medium.sigma_t_per_density = Vec3d(mean_extinction(lead));
+    for (size_t n = 0; n < matter.size(); ++n) {
+        MediumPart& part = joined.parts.emplace_back(parts[matter[n]]);
+        std::vector<double> factor{kept[n]};
+        const std::vector<Summand<FloatGrid>> own{{parts[matter[n]].density, 1.0, part.name}};
+        part.density = sum_on_lattice(own, joined.density->transform(), factor);
+        part.density->setGridClass(openvdb::GRID_FOG_VOLUME);
+        part.emission = nullptr;
+    }
+}
+
 }  // namespace
 
 bool has_matter(const FloatGrid& density)
@@ -172,7 +228,7 @@ bool has_matter(const FloatGrid& density)
     return found;
 }
 
-JoinedMedium joined_medium(const std::vector<MediumPart>& parts)
+JoinedMedium joined_medium(const std::vector<MediumPart>& parts, bool may_overlap)
 {
     JoinedMedium joined;
     joined.emission = joined_emission(parts);
@@ -180,6 +236,10 @@ JoinedMedium joined_medium(const std::vector<MediumPart>& parts)
     joined.lead = matter.empty() ? 0 : matter.front();
     const MediumPart& lead = parts.at(joined.lead);
     joined.medium = lead.medium;
+    if (may_overlap && overlap(parts, matter)) {
+        keep_parts(parts, matter, joined);
+        return joined;
+    }
 
     std::vector<Summand<FloatGrid>> densities;
     std::vector<size_t> scattering_parts;
@@ -201,19 +261,13 @@ JoinedMedium joined_medium(const std::vector<MediumPart>& parts)
         return joined;
     }
 
-    const Transform& lattice = densities[finest(densities)].grid->transform();
-    std::vector<double> kept;
-    joined.density = sum_on_lattice(densities, lattice, kept);
-    joined.density->setName(lead.density->getName());
-    joined.density->setGridClass(openvdb::GRID_FOG_VOLUME);
-    for (size_t n = 0; n < kept.size(); ++n)
-        if (kept[n] != 1) joined.resampled.push_back({densities[n].name, kept[n]});
+    std::vector<double> kept = set_density(densities, *lead.density, joined);
     if (one_albedo) return joined;
 
     std::vector<Summand<Vec3SGrid>> scattering;
     for (size_t n = 0; n < matter.size(); ++n)
         scattering.push_back({scattering_of(parts[matter[n]]), densities[n].scale, densities[n].name});
-    joined.colour = colour_grid(*joined.density, *sum_on_lattice(scattering, lattice, kept), most);
+    joined.colour = colour_grid(*joined.density, *sum_on_lattice(scattering, joined.density->transform(), kept), most);
     joined.colour->setName("Cd");
     return joined;
 }

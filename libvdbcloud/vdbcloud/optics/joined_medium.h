@@ -22,6 +22,8 @@ struct ResampledPart {
     double correction;  ///< factor that restored the optical mass; 1 - correction is the error of sampling
 };
 
+/// Of overlapping media (`parts`) density and medium serve as a description alone: what active voxels there are, and
+/// how matter is distributed, by the mean of extinction over the channels. Albedo and phase function are of no part.
 struct JoinedMedium {
     FloatGridPtr density;   ///< named as the density of the lead
     Medium medium;          ///< extinction and phase function of the lead
@@ -29,6 +31,8 @@ struct JoinedMedium {
     Vec3SGridPtr emission;  ///< null where no part emits
     size_t lead = 0;        ///< number of the first part with a density above 0; 0 if there is none
     std::vector<ResampledPart> resampled;
+    /// Media that keep their phase functions, albedos and extinctions, on the lattice of `density`; empty: one medium.
+    std::vector<MediumPart> parts;
 };
 
 /// True if the density has an active value above 0.
@@ -53,6 +57,9 @@ bool has_matter(const FloatGrid& density);
 /// Errors: UsageError with both names for extinctions that are not proportional over the channels, for different phase
 /// functions, and for lattices of which none is the finest along all axes. InputError for a transform that is not
 /// affine.
-JoinedMedium joined_medium(const std::vector<MediumPart>& parts);
+///
+/// `may_overlap`: media of different phase functions, or of extinctions that are not proportional, are not refused but
+/// become JoinedMedium::parts.
+JoinedMedium joined_medium(const std::vector<MediumPart>& parts, bool may_overlap = false);
 
 }  // namespace vdbcloud

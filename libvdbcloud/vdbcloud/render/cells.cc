@@ -39,7 +39,10 @@ public:
             node->volume.resize(scene.volumes.size());
         }
         for (const auto& lamp : scene.lamp) has_lamps_ = has_lamps_ || lamp;
-        for (const auto& v : scene.volumes) has_other_sources_ = has_other_sources_ || v.emission || v.phi;
+        for (const auto& v : scene.volumes) {
+            has_other_sources_ = has_other_sources_ || v.emission || v.phi;
+            media_count_ += v.is_medium();
+        }
     }
 
     void operator()(const WorldRay& ray, RayResult& result) override
@@ -257,6 +260,25 @@ private:
         return scene_.volumes[v].sigma_t * (0.5 * (from.volume[v].albedo + to.volume[v].albedo)) * depth[v];
     }
 
+    /// The scattering depth x that belongs to a scaled optical depth y (forward_peak.h): albedo / (1 - f albedo) y. Of
+    /// media that overlap their peaks add up, x = (sum of f albedo sigma_t) / (f of this medium x sum of sigma_t') y,
+    /// taken as mixed all along the beam as they are here.
+    Vec3d peak_depth(size_t v, const Node& from, const Node& to, const std::vector<double>& depth, const Vec3d& y) const
+    {
+        const auto albedo = [&](size_t u) { return 0.5 * (from.volume[u].albedo + to.volume[u].albedo); };
+        const DeltaScaling& own = scene_.volumes[v].scaling;
+        Vec3d x, peaks(0), all(0);
+        for (size_t u = 0; media_count_ > 1 && u < depth.size(); ++u) {
+            peaks += scene_.volumes[u].scaling.delta_f * scattering(u, from, to, depth);
+            all += media_.extinction(u, albedo(u)) * depth[u];
+        }
+        for (int c = 0; c < 3; ++c)
+            x[c] = media_count_ == 1 ? albedo(v)[c] * y[c] / own.extinction(albedo(v)[c])
+                   : all[c] > 0      ? peaks[c] / (own.delta_f * all[c]) * y[c]
+                                     : 0.0;
+        return x;
+    }
+
     /// A light's beam, scattered once towards the eye.
     Vec3d scattered(size_t l, const Node& from, const Node& to, const std::vector<double>& depth) const
     {
@@ -266,8 +288,8 @@ private:
             const auto &p = from.beam[beam_number(l, v)], &q = to.beam[beam_number(l, v)];
             Vec3d weight = scattering(v, from, to, depth) * media_.arriving(l, v, from.t, to.t), mean(0);
             if (scene_.volumes[v].peak)
-                weight *= media_.peak(l, v, (from.t + to.t) / 2, 0.5 * (from.volume[v].albedo + to.volume[v].albedo),
-                                      0.5 * (from.tau + p.depth + to.tau + q.depth));
+                weight *= media_.peak(l, v, (from.t + to.t) / 2,
+                                      peak_depth(v, from, to, depth, 0.5 * (from.tau + p.depth + to.tau + q.depth)));
             for (int c = 0; c < channels_; ++c)
                 mean[c] = mean_exponential(p.transmittance[c], q.transmittance[c],
                                            to.tau[c] + q.depth[c] - from.tau[c] - p.depth[c]);
@@ -302,6 +324,7 @@ private:
 
     int parts_, channels_;
     bool has_lamps_ = false;
+    int media_count_ = 0;
     std::vector<double> cuts_;                // of a stretch, near lamps
     bool has_other_sources_ = false;          // emission or light scattered more than once
     std::vector<std::vector<Piece>> pieces_;  // several volumes

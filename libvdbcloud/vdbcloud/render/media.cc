@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 namespace vdbcloud {
 
@@ -136,14 +137,31 @@ void add_scales(const CollidedLight& light, PreparedVolume& prepared)
     prepared.flux_limit = light.flux_limit;
 }
 
-void add_collided(const CollidedLight& light, const Repeat& repeat, PreparedVolume& prepared)
+/// Maps of grids that several volumes may have.
+class SharedMaps {
+public:
+    /// make(), once for each grid; null for null.
+    template<typename Make>
+    std::shared_ptr<const BrickMap> of(const GridBase* grid, const Make& make)
+    {
+        if (!grid) return nullptr;
+        std::shared_ptr<const BrickMap>& map = maps_[grid];
+        if (!map) map = make();
+        return map;
+    }
+
+private:
+    std::map<const GridBase*, std::shared_ptr<const BrickMap>> maps_;
+};
+
+void add_collided(const CollidedLight& light, const Repeat& repeat, SharedMaps& maps, PreparedVolume& prepared)
 {
     const auto one = openvdb::gridPtrCast<openvdb::FloatGrid>(light.phi);
-    prepared.phi =
-        one ? fringe_map(one, repeat) : fringe_map(openvdb::gridPtrCast<openvdb::Vec3SGrid>(light.phi), repeat);
+    const auto fringe = [&](const auto& grid) { return maps.of(grid.get(), [&] { return fringe_map(grid, repeat); }); };
+    prepared.phi = one ? fringe(one) : fringe(openvdb::gridPtrCast<openvdb::Vec3SGrid>(light.phi));
     for (size_t c = 0; c < (one ? 1u : 3u); ++c) {
-        if (light.scaling.mean_cosine() != 0) prepared.flux[c] = fringe_map(light.flux[c], repeat);
-        for (const auto& moment : light.moments[c]) prepared.moments[c].push_back(fringe_map(moment, repeat));
+        if (light.scaling.mean_cosine() != 0) prepared.flux[c] = fringe(light.flux[c]);
+        for (const auto& moment : light.moments[c]) prepared.moments[c].push_back(fringe(moment));
     }
 }
 
@@ -215,6 +233,7 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
     }
     near = near_of(scene);
     if (!scene.solids.empty()) solids = std::make_shared<SolidRays>(scene.solids);
+    SharedMaps maps;
     for (const auto& volume : scene.volumes) {
         const Repeat repeat{period_of(*volume.density, scene.periodic), volume.density->transform()};
         auto& prepared = volumes.emplace_back(BrickMap(*volume.density, 0, {}, repeat.period));
@@ -235,12 +254,13 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
                              " lights");
         const bool shadows = solids && any_hidden(volume);
         if (is_plain(scene, options) && !shadows && add_plain_fields(volume, depth_of, prepared)) continue;
-        if (volume.collided.phi) add_collided(volume.collided, repeat, prepared);
+        if (volume.collided.phi) add_collided(volume.collided, repeat, maps, prepared);
         if (!shadow_rays)
             for (const auto& t : volume.transmittance) {
                 const bool hidden = shadows && hides(t);
-                prepared.light_depth.push_back(
-                    std::make_unique<BrickMap>(mapped(t, 0, hidden ? depth_where_seen : depth_of, repeat)));
+                prepared.light_depth.push_back(maps.of(t.get(), [&] {
+                    return std::make_shared<const BrickMap>(mapped(t, 0, hidden ? depth_where_seen : depth_of, repeat));
+                }));
                 prepared.seen.push_back(hidden ? std::make_unique<BrickMap>(mapped(t, 1, seen, repeat)) : nullptr);
                 grey = grey && prepared.light_depth.back()->channels() == 1;
             }

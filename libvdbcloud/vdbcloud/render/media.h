@@ -33,15 +33,16 @@ struct PreparedVolume {
     std::unique_ptr<BrickMap> colour, emission;
     /// Collided light: phi, flux and moments of degree 2 and higher of r, g, b, each r, g, b times channel_scale. Where
     /// channels share a solution phi has one channel and only r's flux and moments are there.
-    std::unique_ptr<BrickMap> phi, flux[3];
-    std::vector<std::unique_ptr<BrickMap>> moments[3];
+    /// Volumes that overlap share them.
+    std::shared_ptr<const BrickMap> phi, flux[3];
+    std::vector<std::shared_ptr<const BrickMap>> moments[3];
     Vec3d channel_scale{1, 1, 1};
     double flux_limit = 0;  ///< largest |flux| / phi that is gathered; 0: any
     int degree = 1;         ///< highest degree of the moments
     /// Factor of single scattering, for a scaled medium with collided light.
     std::unique_ptr<ForwardPeak> peak;
     /// -log T towards each light through all volumes; known where density differs from 0.
-    std::vector<std::unique_ptr<BrickMap>> light_depth;
+    std::vector<std::shared_ptr<const BrickMap>> light_depth;
     /// Of each light that a solid hides from some voxel: 1 where the light is seen, 0 where it is hidden; light_depth
     /// is then 0 at hidden voxels. Null for others.
     std::vector<std::unique_ptr<BrickMap>> seen;
@@ -111,8 +112,8 @@ public:
     /// Cosine of the angle between a light at infinity's light and its way to the eye.
     double cosine(size_t light) const { return cosine(scene_.lights[light], 0); }
     /// Factor of single scattering at t that accounts for repeated scattering by the forward peak (forward_peak.h).
-    /// y: scaled optical depth from the light to the point at t and on to the eye.
-    Vec3d peak(size_t light, size_t volume, double t, const Vec3d& albedo, const Vec3d& y) const;
+    /// x: scattering depth from the light to the point at t and on to the eye, of a medium with the volume's peak.
+    Vec3d peak(size_t light, size_t volume, double t, const Vec3d& x) const;
 
 private:
     const IndexRay& ray_of(size_t volume, size_t map) const { return rays_[first_[volume] + map]; }

@@ -221,15 +221,15 @@ Vec3d RayMedia::arriving(size_t light, size_t volume, double t0, double t1) cons
     return p * from.strength() * from->mean_irradiance(ray_, t0, t1);
 }
 
-Vec3d RayMedia::peak(size_t light, size_t volume, double t, const Vec3d& albedo, const Vec3d& y) const
+Vec3d RayMedia::peak(size_t light, size_t volume, double t, const Vec3d& x) const
 {
     const auto& v = scene_.volumes[volume];
     if (!v.peak) return Vec3d(1);
     const double c = cosine(scene_.lights[light], t);
     Vec3d ratio;
     for (int k = 0; k < 3; ++k) {
-        const bool known = k > 0 && albedo[k] == albedo[0] && y[k] == y[0];
-        ratio[k] = known ? ratio[0] : (*v.peak)(c, albedo[k] * y[k] / v.scaling.extinction(albedo[k]));
+        const bool known = k > 0 && x[k] == x[0];
+        ratio[k] = known ? ratio[0] : (*v.peak)(c, x[k]);
     }
     return ratio;
 }

@@ -19,7 +19,7 @@ BrickMap scaled_bricks(const VoxelIndex& index, const FloatGrid& grid, const P1O
     for (auto v = scaled->beginValueOn(); v; ++v) {
         const openvdb::Coord p = v.getCoord();
         const size_t slot = index.blocks().slot(Vec3i(p.x(), p.y(), p.z()) - index.origin());
-        if (index.blocks().active(slot)) v.setValue(float(*v * p1.scaling(slot).extinction));
+        if (index.blocks().active(slot)) v.setValue(float(p1.density()[slot] * p1.scaling(slot).extinction));
     }
     return BrickMap(*scaled);
 }
@@ -28,17 +28,16 @@ BrickMap scaled_bricks(const VoxelIndex& index, const FloatGrid& grid, const P1O
 
 double beam_extinction(const P1Operator& p1)
 {
-    return p1.medium().sigma_t_per_density * (p1.uniform_albedo() ? p1.scaling(0).extinction : 1);
+    return p1.medium().sigma_t_per_density * (p1.uniform() ? p1.scaling(0).extinction : 1);
 }
 
-BeamMedium::BeamMedium(const VoxelIndex& index, const FloatGrid& grid, const std::vector<float>& density,
-                       const P1Operator& p1, const SolidRays* solids)
-    : index_(index), density_(density), extinction_(beam_extinction(p1)), solids_(solids)
+BeamMedium::BeamMedium(const VoxelIndex& index, const FloatGrid& grid, const P1Operator& p1, const SolidRays* solids)
+    : index_(index), density_(p1.density()), extinction_(beam_extinction(p1)), solids_(solids)
 {
     if (index.blocks().period() == Vec3i(0, 0, 0))
-        bricks_.emplace(p1.uniform_albedo() ? BrickMap(grid) : scaled_bricks(index, grid, p1));
-    if (p1.uniform_albedo()) return;
-    scaled_ = density;
+        bricks_.emplace(p1.uniform() ? BrickMap(grid) : scaled_bricks(index, grid, p1));
+    if (p1.uniform()) return;
+    scaled_ = density_;
     for (size_t slot = 0; slot < scaled_.size(); ++slot)
         if (index.blocks().active(slot)) scaled_[slot] *= float(p1.scaling(slot).extinction);
 }

@@ -17,10 +17,9 @@ double beam_extinction(const P1Operator&);
 /// sigma_t. A periodic medium is constant in each voxel.
 class BeamMedium {
 public:
-    /// Keeps references to `index` and `density`, the values of `grid` at the slots.
-    /// `solids`, if given, hide lights: BeamDepths::seen, and depth().
-    BeamMedium(const VoxelIndex& index, const FloatGrid& grid, const std::vector<float>& density, const P1Operator&,
-               const SolidRays* solids = nullptr);
+    /// Keeps references to `index` and to the density of the operator. `grid`: the voxels, and of one medium its
+    /// density. `solids`, if given, hide lights: BeamDepths::seen, and depth().
+    BeamMedium(const VoxelIndex& index, const FloatGrid& grid, const P1Operator&, const SolidRays* solids = nullptr);
 
     double extinction() const { return extinction_; }  ///< sigma_t' at density 1 [1/world unit]
     /// The trilinear density of which extinction() is the factor; null for a periodic medium.

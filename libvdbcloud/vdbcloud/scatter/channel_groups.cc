@@ -57,7 +57,7 @@ std::vector<ChannelGroup> group_channels(const std::array<ChannelInput, 3>& inpu
         const ChannelInput& own = input[size_t(c)];
         const auto group = std::find_if(groups.begin(), groups.end(), [&](const ChannelGroup& g) {
             const ChannelInput& first = input[size_t(g.solves[0].channel)];
-            return first.matrix == own.matrix && first.tint == own.tint;
+            return first.matrix == own.matrix && first.tint == own.tint && first.mixed == own.mixed;
         });
         if (group == groups.end()) {
             groups.push_back({{{c, {{c, 1.0}}}}});

@@ -12,7 +12,8 @@ struct ChannelInput {
     std::array<double, 2> matrix{};  ///< extinction and albedo
     const std::vector<float>* tint = nullptr;
     const std::vector<float>* emission = nullptr;
-    std::vector<double> light;  ///< strengths of all sources: lights, sky, emission
+    const void* mixed = nullptr;  ///< overlapping media, compared by address
+    std::vector<double> light;    ///< strengths of all sources: lights, sky, emission
 };
 
 /// Channels that share one matrix, divided into solves whose channels share one solution.

@@ -139,7 +139,7 @@ void add_boxed_depths(const VoxelIndex& index, const std::vector<ExposedVoxel>& 
 void add_boxed_depths(const P1Operator& p1, BeamDepths& depths)
 {
     const double extinction = p1.medium().sigma_t_per_density;
-    if (p1.uniform_albedo()) return add_boxed_depths(p1.index(), p1.exposed(), p1.density(), extinction, depths);
+    if (p1.uniform()) return add_boxed_depths(p1.index(), p1.exposed(), p1.density(), extinction, depths);
     std::vector<float> scaled = p1.density();
     each_active(p1.blocks(), [&](size_t slot) { scaled[slot] *= float(p1.scaling(slot).extinction); });
     add_boxed_depths(p1.index(), p1.exposed(), scaled, extinction, depths);
@@ -154,12 +154,12 @@ ExposedBeam::ExposedBeam(const P1Operator& p1, const BeamDepths& depths, double 
     const auto common = depths.light->common_direction();
     const double width = common ? width_along(index, *common) : 0;
     // Of albedo 1, so that the weight does not change with the albedo in which a series expands.
-    const double scaled = p1.delta().extinction(1);
+    const auto scaled = [&](size_t slot) { return 1 - p1.delta_f(slot); };
     tbb::parallel_for(size_t(0), weight_.size(), [&](size_t k) {
         const size_t slot = p1.exposed()[k].slot;
         const Vec3d place = index.world(as_double(p1.blocks().voxel(slot)));
         const double along = common ? width : width_along(index, depths.light->towards(place).direction);
-        const double x = scaled * p1.sigma_t(slot) * along / least_thickness;
+        const double x = scaled(slot) * p1.sigma_t(slot) * along / least_thickness;
         if (x > 1) weight_[k] = float(1 - 1 / (x * x));
     });
 }

@@ -27,9 +27,10 @@ Scattering::Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Ve
                        const std::vector<Light>& lights, const ScatterOptions& options, ScatterReport& report)
     : solids_(options.solids.empty() ? nullptr : std::make_unique<SolidRays>(options.solids)),
       open_(solids_ ? without_solids(density, *solids_, options.periodic) : nullptr), grid_(open_ ? *open_ : density),
-      sources_(sources_of(density, tint, emission)), medium_(medium), lights_(lights),
-      beams_(points_of(lights, options.disc_samples)), o_(with_horizon(options)), report_(report),
-      index_(grid_, {options.periodic}), density_(index_.gather(grid_)), exposed_(exposed_voxels(index_, density_))
+      sources_(options.parts.empty() ? sources_of(density, tint, emission) : sources_of(options.parts, emission)),
+      medium_(medium), lights_(lights), beams_(points_of(lights, options.disc_samples)), o_(with_horizon(options)),
+      report_(report), index_(grid_, {options.periodic}), density_(index_.gather(grid_)),
+      exposed_(exposed_voxels(index_, density_))
 {
     for (const Light& light : lights)
         towards_.resize(towards_.size() + light.points(options.disc_samples).size(), light->common_direction());
@@ -41,6 +42,7 @@ Scattering::Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Ve
     if (emission && emission_[0] == emission_[1] && emission_[0] == emission_[2]) release(emission_[1], emission_[2]);
     if (tint) clamp_tint();
     report.solids = bool(solids_);
+    mix();
     report.voxels = index_.blocks().active_count();
     report.blocks = index_.blocks().count();
     report.exposed = exposed_.size();
@@ -69,7 +71,7 @@ CollidedLight Scattering::run(const Progress& progress)
     if (o_.closure.iterations > 0)
         for (const auto& groups : swept_together(
                  all, {medium_.sigma_t_per_density[0], medium_.sigma_t_per_density[1], medium_.sigma_t_per_density[2]},
-                 scaling().delta_f > 0))
+                 scaling().delta_f > 0 || !mixtures_.empty()))
             solve_closed(groups, done, count, progress);
     else
         for (const ChannelGroup& group : all) solve_group(group, done, count, progress);
@@ -81,6 +83,17 @@ CollidedLight Scattering::run(const Progress& progress)
     collided_grids(
         index_, solution_, share_, std::min(degree(), o_.keep_moments), [&](GridBase& grid) { stamp(grid); }, fields);
     return fields;
+}
+
+/// Channels of equal coefficients share arrays.
+void Scattering::mix()
+{
+    for (int c = 0; c < 3 && !o_.parts.empty(); ++c) {
+        ChannelMixture own = channel_mixture(index_, o_.parts, c);
+        auto place = std::find(mixtures_.begin(), mixtures_.end(), own);
+        if (place == mixtures_.end()) place = mixtures_.insert(place, std::move(own));
+        mixture_of_[size_t(c)] = size_t(place - mixtures_.begin());
+    }
 }
 
 void Scattering::clamp_tint()
@@ -95,7 +108,9 @@ std::vector<ChannelGroup> Scattering::groups() const
     std::array<ChannelInput, 3> input;
     for (int c = 0; c < 3; ++c) {
         ChannelInput& of = input[size_t(c)];
-        of.matrix = {medium_.sigma_t_per_density[c], medium_.albedo[c]};
+        const P1Medium medium = medium_of(c);
+        of.matrix = {medium.sigma_t_per_density, medium.albedo};
+        of.mixed = medium.mixed;
         of.tint = tint(c);
         of.emission = emission(c);
         for (const Light& light : lights_) of.light.push_back(light.strength()[c]);
@@ -136,13 +151,19 @@ P1Medium Scattering::medium_of(int channel) const
 {
     P1Medium medium{medium_.sigma_t_per_density[channel], medium_.albedo[channel], tint(channel), medium_.phase,
                     o_.delta};
+    if (const ChannelMixture* all = mixture(channel)) {
+        medium.sigma_t_per_density = all->sigma_t;
+        medium.albedo = all->albedo;
+        medium.phase = all->phases.phase[0];
+        medium.mixed = &all->phases;
+    }
     medium.ground_albedo = o_.ground_albedo.value_or(0);
     return medium;
 }
 
 void Scattering::solve_group(const ChannelGroup& group, int& done, int count, const Progress& progress)
 {
-    const P1Operator p1(index_, density_, exposed_, medium_of(group.solves[0].channel));
+    const P1Operator p1(index_, density(group.solves[0].channel), exposed_, medium_of(group.solves[0].channel));
     note_work("p1_setup_voxel", 1);
     const auto part = [&](double f) { return !progress || progress((done + f) / count); };
     follow_emission(p1, group);
@@ -203,7 +224,10 @@ void Scattering::share(int from, int to, double scale)
 
 void Scattering::stamp(GridBase& grid) const
 {
-    write_medium(grid, medium_);
+    if (o_.parts.empty())
+        write_medium(grid, medium_);
+    else
+        set_text(grid, schema::mixture, mixture_text(o_.parts, scalings_of(o_.parts, degree(), o_.delta)));
     write_sources(grid, sources_);
     write_sky(grid, o_.sky);
     set_text(grid, schema::lit_by, lights_text(lights_));

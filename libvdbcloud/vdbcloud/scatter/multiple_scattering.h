@@ -3,6 +3,7 @@
 #include "vdbcloud/core/workload.h"
 #include "vdbcloud/grid/accuracy.h"
 #include "vdbcloud/optics/collided_light.h"
+#include "vdbcloud/optics/joined_medium.h"
 #include "vdbcloud/optics/medium.h"
 #include "vdbcloud/scatter/flux_limiter.h"
 #include "vdbcloud/scatter/flux_map.h"
@@ -32,6 +33,9 @@ struct ScatterOptions {
     /// Opaque bodies: voxels whose centre is within one are no part of the medium, and solids hide suns and lamps. What
     /// solids reflect into the medium, and what they hide of the sky and of other parts of the medium, is left out.
     std::vector<Solid> solids{};
+    /// Media that overlap and keep their phase functions, on one lattice: JoinedMedium::parts. The density is then
+    /// their sum, and coefficients, phase function and tint are those of the parts; empty: one medium.
+    std::vector<MediumPart> parts{};
     int rays_per_voxel = 2;              ///< of the light lattice
     int disc_samples = disc_directions;  ///< directions over the disc of a light with an angular diameter
     P1Solver solver = P1Solver::Multigrid;

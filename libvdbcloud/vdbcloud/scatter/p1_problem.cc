@@ -28,13 +28,27 @@ double total(const Blocks& blocks, const F& f)
     return sum;
 }
 
+DeltaScaling scaling_of(const P1Medium& medium, const PhaseFunction& phase)
+{
+    return medium.delta ? delta_scaling(phase, medium.degree) : no_scaling(phase, medium.degree);
+}
+
 }  // namespace
 
 P1Cells::P1Cells(const VoxelIndex& index, const std::vector<float>& density, const P1Medium& medium)
-    : index_(index), density_(density), medium_(medium),
-      delta_(medium.delta ? delta_scaling(medium.phase, medium.degree) : no_scaling(medium.phase, medium.degree)),
+    : index_(index), density_(density), medium_(medium), delta_(scaling_of(medium, medium.phase)),
       mean_cosine_(medium.phase.mean_cosine())
 {
+    if (medium.mixed) {
+        for (const PhaseFunction& phase : medium.mixed->phase)
+            parts_.push_back({scaling_of(medium, phase), phase.mean_cosine()});
+        std::vector<DeltaScaling> scalings;
+        for (const Part& part : parts_) {
+            scalings.push_back(part.delta);
+            if (std::abs(part.mean_cosine) > std::abs(mean_cosine_)) mean_cosine_ = part.mean_cosine;
+        }
+        delta_ = largest_of(scalings);
+    }
     if (!(medium.albedo >= 0 && medium.albedo <= 1))
         throw InputError("albedo = " + std::to_string(medium.albedo) + ": expected 0 to 1");
     const Vec3d& h = index.spacing();

@@ -12,6 +12,21 @@
 
 namespace vdbcloud {
 
+/// Media of different phase functions that overlap in the cells of one channel.
+struct MixedPhases {
+    std::vector<PhaseFunction> phase;  ///< of each medium
+    /// Share of the media after the first in the scattering coefficient of each slot; the first has what they leave.
+    std::vector<std::vector<float>> share;
+
+    double share_of(size_t medium, size_t slot) const
+    {
+        if (medium > 0) return share[medium - 1][slot];
+        double left = 1;
+        for (const auto& others : share) left -= others[slot];
+        return std::max(left, 0.0);
+    }
+};
+
 /// The medium of one channel.
 struct P1Medium {
     double sigma_t_per_density = 1;            ///< [1/world unit] at density 1
@@ -22,6 +37,8 @@ struct P1Medium {
     int degree = 1;     ///< of the scaling; 1: delta-Eddington, the right choice for P1 without sweeps
     const std::vector<float>* limiter = nullptr;  ///< factor of D for each slot; null: 1 everywhere
     double ground_albedo = 0;                     ///< on the faces of ExposedVoxel::grounded (ground.h)
+    /// Phase functions in place of `phase`, which stands for none of them; null: one phase function.
+    const MixedPhases* mixed = nullptr;
 };
 
 /// Coefficients of one cell in the scaled medium.
@@ -53,20 +70,55 @@ public:
 
     double hbar() const { return hbar_; }
     double face_area(int axis) const { return area_[axis]; }  ///< [hbar^2]
+    /// Of overlapping media: the degree, and for each degree the moment that is farthest from 0; delta_f is then 0.
     const DeltaScaling& delta() const { return delta_; }
     ScaledCell scaling(size_t slot) const
     {
         const double w0 = albedo(slot);
-        return {delta_.albedo(w0), delta_.extinction(w0)};
+        if (!medium_.mixed) return {delta_.albedo(w0), delta_.extinction(w0)};
+        const double f = delta_f(slot);
+        return {w0 * (1 - f) / (1 - w0 * f), 1 - w0 * f};
     }
-    double mean_cosine() const { return mean_cosine_; }  ///< g, unscaled
-    bool uniform_albedo() const { return !medium_.tint; }
+    /// Of overlapping media: the mean of their delta_f, weighted by scattering.
+    double delta_f(size_t slot) const
+    {
+        return medium_.mixed ? mean(slot, [](const Part& part) { return part.delta.delta_f; }) : delta_.delta_f;
+    }
+    /// m_l', the scaled moment of the phase function; of overlapping media their mean, weighted by scaled scattering.
+    double moment(int l, size_t slot) const
+    {
+        if (!medium_.mixed) return delta_.moments[size_t(l)];
+        return l == 0 ? 1 : mean(slot, [l](const Part& part) {
+                                return part.delta.moments[size_t(l)] * part.delta.scattering();
+                            }) / (1 - delta_f(slot));
+    }
+    /// Phase functions that overlap: 1 without MixedPhases.
+    size_t media() const { return medium_.mixed ? parts_.size() : 1; }
+    const PhaseFunction& phase(size_t medium) const
+    {
+        return medium_.mixed ? medium_.mixed->phase[medium] : medium_.phase;
+    }
+    const DeltaScaling& delta_of(size_t medium) const { return medium_.mixed ? parts_[medium].delta : delta_; }
+    /// Share of one of the media in the scaled scattering of a cell.
+    double scaled_share(size_t medium, size_t slot) const
+    {
+        if (!medium_.mixed) return 1;
+        return medium_.mixed->share_of(medium, slot) * parts_[medium].delta.scattering() / (1 - delta_f(slot));
+    }
+    /// g, unscaled; of overlapping media that of the largest size.
+    double mean_cosine() const { return mean_cosine_; }
+    double mean_cosine(size_t slot) const
+    {
+        return medium_.mixed ? mean(slot, [](const Part& part) { return part.mean_cosine; }) : mean_cosine_;
+    }
+    /// Whether scaling() is that of any slot.
+    bool uniform() const { return !medium_.tint && !medium_.mixed; }
     double sigma_t(size_t slot) const { return medium_.sigma_t_per_density * density_[slot]; }
     double sigma_tr(size_t slot) const
     {
         constexpr double thinnest = 1 / 3e8;  // of sigma_tr hbar: D / hbar stays below 1e8
         const double limited = medium_.limiter ? (*medium_.limiter)[slot] : 1.0;
-        return std::max(sigma_t(slot) * (1 - albedo(slot) * mean_cosine_) / limited, thinnest / hbar_);
+        return std::max(sigma_t(slot) * (1 - albedo(slot) * mean_cosine(slot)) / limited, thinnest / hbar_);
     }
     double sigma_a(size_t slot) const { return sigma_t(slot) * (1 - albedo(slot)); }
     /// w0' g' sigma_t', the factor of the uncollided flux in Q1. The factor DEPENDS on the delta scaling, as the
@@ -74,10 +126,23 @@ public:
     double q1_factor(size_t slot) const
     {
         const ScaledCell cell = scaling(slot);
-        return cell.albedo * delta_.mean_cosine() * cell.extinction * sigma_t(slot);
+        return cell.albedo * moment(1, slot) * cell.extinction * sigma_t(slot);
     }
 
 private:
+    /// One of the overlapping media.
+    struct Part {
+        DeltaScaling delta;
+        double mean_cosine;
+    };
+    /// The mean of value(part) over the overlapping media, weighted by their scattering.
+    template<typename Value>
+    double mean(size_t slot, const Value& value) const
+    {
+        double sum = 0;
+        for (size_t n = 0; n < parts_.size(); ++n) sum += medium_.mixed->share_of(n, slot) * value(parts_[n]);
+        return sum;
+    }
     double albedo(size_t slot) const
     {
         return medium_.tint ? std::clamp(medium_.albedo * (*medium_.tint)[slot], 0.0, 1.0) : medium_.albedo;
@@ -89,6 +154,7 @@ private:
     double area_[3];
     DeltaScaling delta_;
     double mean_cosine_;
+    std::vector<Part> parts_;
 };
 
 /// The matrix. With g the mean cosine, sigma_tr = sigma_t (1 - w0 g), D = 1/(3 sigma_tr), cells the active voxels with

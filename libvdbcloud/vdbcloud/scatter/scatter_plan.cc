@@ -3,6 +3,7 @@
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/tree_size.h"
+#include "vdbcloud/optics/mixture.h"
 #include "vdbcloud/scatter/beam.h"
 #include "vdbcloud/scatter/channel_groups.h"
 #include "vdbcloud/scatter/emission_cost.h"
@@ -204,9 +205,38 @@ double expected_relaxation(double extent, double factor, double tolerance)
     return 10 * std::ceil(std::log(std::min(0.5, tolerance)) / std::log(each) / 10);
 }
 
+namespace {
+
+/// Media that overlap cost what one tinted medium of the strongest forward scattering costs, and arrays of their own.
+ScatterPlan plan_of_parts(const FloatGrid& density, const Vec3SGrid* emission, const std::vector<Light>& lights,
+                          const ScatterOptions& o, bool count)
+{
+    ScatterOptions one = o;
+    one.parts.clear();
+    const auto scalings = scalings_of(o.parts, 1, true);
+    Medium medium = o.parts[0].medium;
+    for (const MediumPart& part : o.parts)
+        if (part.medium.phase.mean_cosine() > medium.phase.mean_cosine()) medium.phase = part.medium.phase;
+    const auto alike = [&](int c) {
+        return same_extinction(o.parts, scalings, c, 0) &&
+               std::none_of(o.parts.begin(), o.parts.end(),
+                            [&](const auto& p) { return p.colour || p.medium.albedo[c] != p.medium.albedo[0]; });
+    };
+    const bool grey = alike(1) && alike(2);
+    if (grey) medium.sigma_t_per_density = medium.albedo = Vec3d(1);
+    Vec3SGrid tint(Vec3f(1.0f));
+    tint.tree().setValueOn(openvdb::Coord(0), grey ? Vec3f(1.0f) : Vec3f(1.0f, 0.5f, 0.25f));
+    ScatterPlan plan = scatter_plan(density, &tint, emission, medium, lights, one, count);
+    plan.bytes += plan.voxels * 4 * double(1 + o.parts.size()) * (grey ? 1 : 3);
+    return plan;
+}
+
+}  // namespace
+
 ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const Vec3SGrid* emission,
                          const Medium& medium, const std::vector<Light>& lights, const ScatterOptions& o, bool count)
 {
+    if (!o.parts.empty()) return plan_of_parts(density, emission, lights, o, count);
     ScatterPlan plan;
     const auto box = density.evalActiveVoxelBoundingBox();
     if (box.empty()) return plan;

@@ -2,9 +2,10 @@
 // Private to scatter/. One run of scatter_p1(): what the steps of a channel share. Sources are in
 // scattering_sources.cc, the solve of a channel in scattering_channel.cc and scattering_closed.cc, where its power goes
 // in scattering_powers.cc, the rest in multiple_scattering.cc.
-#include "vdbcloud/grid/sources.h"
+#include "vdbcloud/optics/mixture.h"
 #include "vdbcloud/scatter/beam_medium.h"
 #include "vdbcloud/scatter/channel_groups.h"
+#include "vdbcloud/scatter/channel_mixture.h"
 #include "vdbcloud/scatter/channel_report.h"
 #include "vdbcloud/scatter/collided_grids.h"
 #include "vdbcloud/scatter/emission_cost.h"
@@ -30,8 +31,18 @@ public:
     const FluenceOf* given = nullptr;  ///< P1's fluence, where it is known without a solve
 
 private:
+    /// Null for one medium.
+    const ChannelMixture* mixture(int channel) const
+    {
+        return mixtures_.empty() ? nullptr : &mixtures_[mixture_of_[size_t(channel)]];
+    }
+    const std::vector<float>& density(int channel) const
+    {
+        return mixture(channel) ? mixture(channel)->density : density_;
+    }
     const std::vector<float>* tint(int channel) const
     {
+        if (const ChannelMixture* all = mixture(channel)) return all->tint.empty() ? nullptr : &all->tint;
         if (tint_[0].empty()) return nullptr;
         return tint_[channel].empty() ? &tint_[0] : &tint_[channel];
     }
@@ -41,16 +52,14 @@ private:
         return emission_[channel].empty() ? &emission_[0] : &emission_[channel];
     }
 
+    void mix();
     /// Keeps w0 = albedo x tint within [0, 1], as render does.
     void clamp_tint();
 
     /// Groups of channels that share a matrix or a solution.
     std::vector<ChannelGroup> groups() const;
 
-    BeamMedium beam_medium(const P1Operator& p1) const
-    {
-        return BeamMedium(index_, grid_, density_, p1, solids_.get());
-    }
+    BeamMedium beam_medium(const P1Operator& p1) const { return BeamMedium(index_, grid_, p1, solids_.get()); }
 
     using BeamNote =
         std::function<void(const BeamDepths&, const std::vector<float>&, double, const std::optional<Vec3d>&)>;
@@ -163,11 +172,12 @@ private:
     /// What the matrix that sweeps close has of its own. It depends on sigma_tr alone, so channels may share it.
     struct Closing {
         std::array<double, 2> of{};  // extinction, and albedo times mean cosine
+        const std::vector<float>* density = nullptr;
         const std::vector<float>* tint = nullptr;
         std::vector<ExposedVoxel> exposed;
         std::vector<float> limiter;
     };
-    std::shared_ptr<const Closing> closing(const P1Medium& medium);
+    std::shared_ptr<const Closing> closing(int channel);
 
     /// The beams of a channel as a source, with the light that has not collided and that which lines lose.
     struct BeamSource {
@@ -217,6 +227,7 @@ private:
     int degree() const { return o_.closure.iterations > 0 ? o_.closure.degree : 1; }
     DeltaScaling scaling() const
     {
+        if (!mixtures_.empty()) return largest_of(scalings_of(o_.parts, degree(), o_.delta));
         return o_.delta ? delta_scaling(medium_.phase, degree()) : no_scaling(medium_.phase, degree());
     }
 
@@ -236,6 +247,8 @@ private:
     ScatterReport& report_;
     VoxelIndex index_;
     std::vector<float> density_;
+    std::vector<ChannelMixture> mixtures_;  // of overlapping media: those that differ
+    std::array<size_t, 3> mixture_of_{};    // by channel
     std::vector<ExposedVoxel> exposed_;
     std::optional<GroundPlane> ground_;     // under a medium that repeats
     std::optional<EndlessGround> endless_;  // under a medium that ends on all sides

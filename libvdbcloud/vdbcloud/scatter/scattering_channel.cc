@@ -41,7 +41,7 @@ void Scattering::limit(const P1Operator& p1, const P1Source& p1_source, int c, s
     LimiterReport& done = report.limiter;
     for (;;) {
         limiter.update(phi, flux);
-        const P1Operator limited(index_, density_, exposed_, medium);
+        const P1Operator limited(index_, density(c), exposed_, medium);
         P1Source source = source_of(limited);
         report.lines = -1;
         add_beams(limited, {{&source, c}}, {});

@@ -8,15 +8,16 @@
 
 namespace vdbcloud {
 
-std::shared_ptr<const Scattering::Closing> Scattering::closing(const P1Medium& medium)
+std::shared_ptr<const Scattering::Closing> Scattering::closing(int channel)
 {
+    const P1Medium medium = medium_of(channel);
     const double g = medium.phase.mean_cosine();
     const std::array<double, 2> of{medium.sigma_t_per_density, medium.albedo * g};
-    const std::vector<float>* tint = g == 0 ? nullptr : medium.tint;
-    if (closing_ && closing_->of == of && closing_->tint == tint) return closing_;
-    const P1Cells p1(index_, density_, medium);
-    closing_ = std::make_shared<Closing>(
-        Closing{of, tint, closure_exposed(p1, exposed_), streaming_limit(p1, frame_of(index_, o_.periodic, o_.up))});
+    const std::vector<float>*tint = g == 0 && !medium.mixed ? nullptr : medium.tint, *values = &density(channel);
+    if (closing_ && closing_->of == of && closing_->tint == tint && closing_->density == values) return closing_;
+    const P1Cells p1(index_, *values, medium);
+    closing_ = std::make_shared<Closing>(Closing{of, values, tint, closure_exposed(p1, exposed_),
+                                                 streaming_limit(p1, frame_of(index_, o_.periodic, o_.up))});
     note_work("sweep_voxel", streaming_directions);
     note_work("sweep_moment_voxel", streaming_directions);
     return closing_;
@@ -25,16 +26,17 @@ std::shared_ptr<const Scattering::Closing> Scattering::closing(const P1Medium& m
 Scattering::ClosedMatrix Scattering::closed_matrix(const ChannelGroup& group,
                                                    const std::vector<std::unique_ptr<ClosedMatrix>>& others)
 {
-    P1Medium medium = medium_of(group.solves[0].channel);
-    const auto closes = closing(medium);
+    const int channel = group.solves[0].channel;
+    P1Medium medium = medium_of(channel);
+    const auto closes = closing(channel);
     medium.limiter = &closes->limiter;
     const auto same = std::find_if(others.begin(), others.end(), [&](const auto& o) { return o->closing == closes; });
-    P1Operator p1 =
-        same == others.end() ? P1Operator(index_, density_, closes->exposed, medium) : P1Operator((*same)->p1, medium);
+    P1Operator p1 = same == others.end() ? P1Operator(index_, density(channel), closes->exposed, medium)
+                                         : P1Operator((*same)->p1, medium);
     note_work("p1_setup_voxel", 1);
     follow_emission(p1, group);
     const auto like = std::find_if(others.begin(), others.end(), [&](const auto& other) {
-        return other->closing == closes && other->p1.uniform_albedo() && p1.uniform_albedo() &&
+        return other->closing == closes && other->p1.uniform() && p1.uniform() &&
                other->p1.medium().albedo >= medium.albedo;
     });
     return {closes, std::move(p1), like == others.end() ? nullptr : like->get(), std::nullopt};
@@ -63,7 +65,7 @@ std::unique_ptr<Scattering::ClosedChannel> Scattering::open(ClosedMatrix& matrix
     std::vector<double>& phi = channel->phi;
     set_inflow(closure, c);
     // Light that is uncollided in P1's scaling but collided in this scaling starts along the beam.
-    const bool along = o_.closure.degree > 1 && o_.delta && p1.uniform_albedo() && p1.mean_cosine() != 0;
+    const bool along = o_.closure.degree > 1 && o_.delta && p1.uniform() && p1.mean_cosine() != 0;
     std::optional<P1Source> first;  // of P1 in its own scaling
     std::vector<double> ahead;
     if (along) {

@@ -77,7 +77,7 @@ void Scattering::add_closed_beams(const P1Operator& fine, int c, SecondMoment& c
     double& lines = report_.channel[c].lines;
     ChannelBeams own{medium_.sigma_t_per_density[c], medium_.albedo[c], {}};
     for (const Light& light : beams_) own.strength.push_back(light.strength()[c]);
-    const bool alike = fine.mean_cosine() == 0 && fine.uniform_albedo() && base.beam_absorbed.empty();
+    const bool alike = fine.mean_cosine() == 0 && fine.uniform() && base.beam_absorbed.empty();
     const auto x = alike && beam_source_ ? beams_as(beam_source_->of, own) : std::nullopt;
     if (!x) {
         add_beams(fine, {{&base, c}}, {}, note);
@@ -112,7 +112,7 @@ void Scattering::add_closed_beams(const P1Operator& fine, int c, SecondMoment& c
 bool Scattering::keeps_beams(const P1Operator& p1) const
 {
     constexpr size_t most = 4;
-    return p1.uniform_albedo() && beams_.size() <= most && beam_uses_ > 1;
+    return p1.uniform() && beams_.size() <= most && beam_uses_ > 1;
 }
 
 int Scattering::uses_of_beams(const std::vector<ChannelGroup>& groups) const
@@ -149,7 +149,7 @@ void Scattering::follow_emission(const P1Operator& p1, const ChannelGroup& group
     P1Medium medium = p1.medium();
     medium.degree = degree();
     medium.limiter = nullptr;
-    const P1Operator scaled(index_, density_, exposed_, medium);
+    const P1Operator scaled(index_, p1.density(), exposed_, medium);
     auto light = emitted_light(scaled, beam_medium(scaled), of, hemisphere());
     for (size_t k = 0; k < channels.size(); ++k) {
         ChannelReport& report = report_.channel[channels[k]];

@@ -121,20 +121,24 @@ void SecondMoment::add_uncollided(const Light& light, const std::vector<float>& 
 {
     add_beam_moments(light, fluence, strength, uncollided_);
     const auto towards = disc ? disc : light->common_direction();
-    if (!towards || p1_.medium().phase.mean_cosine() == 0) return;
-    std::vector<float>& first = first_scattered(-index_components(p1_.index(), *towards));
-    each_active(p1_.blocks(),
-                [&](size_t slot) { first[slot] += float(p1_.scaling(slot).albedo * strength * fluence[slot]); });
+    for (size_t n = 0; towards && n < p1_.media(); ++n) {
+        if (p1_.phase(n).mean_cosine() == 0) continue;
+        std::vector<float>& first = first_scattered(n, -index_components(p1_.index(), *towards));
+        each_active(p1_.blocks(), [&](size_t slot) {
+            first[slot] += float(p1_.scaling(slot).albedo * p1_.scaled_share(n, slot) * strength * fluence[slot]);
+        });
+    }
 }
 
-/// The source's term of light that a sun sends along `along`, beyond the expansion.
-std::vector<float>& SecondMoment::first_scattered(const Vec3d& along)
+/// The source's term of light that a sun sends along `along` and a medium scatters, beyond the expansion.
+std::vector<float>& SecondMoment::first_scattered(size_t medium, const Vec3d& along)
 {
+    const std::pair wanted{medium, along};
     for (size_t k = 0; k < suns_.size(); ++k)
-        if (suns_[k] == along) return source_[size_t(terms_) + k];
-    suns_.push_back(along);
-    const auto value = first_scattering(ordinates_, p1_.medium().phase, p1_.delta(), along);
-    const auto expanded = expanded_scattering(ordinates_, p1_.delta(), along);
+        if (suns_[k] == wanted) return source_[size_t(terms_) + k];
+    suns_.push_back(wanted);
+    const auto value = first_scattering(ordinates_, p1_.phase(medium), p1_.delta_of(medium), along);
+    const auto expanded = expanded_scattering(ordinates_, p1_.delta_of(medium), along);
     const size_t before = size_t(set_.source_terms);
     std::vector<float> basis;
     for (size_t m = 0; m < ordinates_.count(); ++m) {
@@ -200,15 +204,15 @@ void SecondMoment::take_excess(const std::vector<float>& swept, const std::vecto
 
 void SecondMoment::build_source()
 {
-    const std::vector<double>& scattered = p1_.delta().moments;
     for (int k = 0; k < terms_; ++k) source_[size_t(k)].resize(p1_.blocks().slots());
     each_active(p1_.blocks(), [&](size_t slot) {
         const double albedo = p1_.scaling(slot).albedo;
-        for (int l = 0, k = 0; k < terms_; ++l)
+        for (int l = 0, k = 0; k < terms_; ++l) {
+            const double scattered = albedo * p1_.moment(l, slot);
             for (const int end = harmonic_count(l); k < end; ++k)
                 source_[size_t(k)][slot] =
-                    float(albedo * scattered[size_t(l)] *
-                          (double(swept_.moments[size_t(k)][slot]) + uncollided_[size_t(k)][slot]));
+                    float(scattered * (double(swept_.moments[size_t(k)][slot]) + uncollided_[size_t(k)][slot]));
+        }
         if (!less_.empty()) source_[0][slot] -= less_[slot];
     });
 }

@@ -186,7 +186,7 @@ private:
     void close(P1Source& source, const std::vector<double>& outflow) const;
     void close_face(const Swept&, P1Source& source, size_t exposed, int face, const FaceTally& tally,
                     double additive_outflow) const;
-    std::vector<float>& first_scattered(const Vec3d& along);
+    std::vector<float>& first_scattered(size_t medium, const Vec3d& along);
     void add_beam_moments(const Light& light, const std::vector<float>& fluence, double strength,
                           std::vector<std::vector<float>>& moments) const;
 
@@ -201,8 +201,9 @@ private:
     std::shared_ptr<const std::vector<float>> sigma_;  // sigma_t'
     bool owns_sigma_ = true;
     std::vector<std::vector<float>> uncollided_, source_;  // terms of harmonics are empty between sweeps
-    std::vector<Vec3d> suns_;  // the ways of suns' light, along the index axes: a term of the source for each
-    std::vector<float> less_;  // of the source; empty: nothing
+    /// The medium that scatters and the ways of suns' light, along the index axes: a term of the source for each.
+    std::vector<std::pair<size_t, Vec3d>> suns_;
+    std::vector<float> less_;                   // of the source; empty: nothing
     std::vector<std::vector<float>> emission_;  // j / sigma_t' by Y_00: one array, or none
     struct Glow {
         SweepResult light;
