@@ -35,7 +35,7 @@ TEST_F(OverlapOfFiles, SingleScatteringOfTheSolvedFileIsThatOfTheFiles)
     // of all, and one for each medium.
     done("p1solve", "-q air.vdb dust.vdb cloud.vdb --sun 0.3,1,0.2 --delta off -o lit.vdb");
     for (const char* layer : {"direct_sun.R", "direct_sun.G", "direct_sun.B", "A"}) {
-        const std::string all = " --layers all";
+        const std::string all = " --aov all";
         EXPECT_NEAR(mean("lit.vdb", all, layer) / mean("air.vdb dust.vdb cloud.vdb", all + " --sun 0.3,1,0.2", layer), 1,
                     0.003)
             << layer;
@@ -68,7 +68,7 @@ TEST_F(OverlapOfFiles, WhiteMediaUnderAUniformSkyAreInvisible)
     for (const char* options : {"", " --iterations 2 --degree 3"}) {
         done("p1solve", std::string("-q air.vdb dust.vdb cloud.vdb --sky 1 --tolerance 1e-8 -o lit.vdb") + options);
         for (const char* channel : {"R", "G", "B"})
-            EXPECT_NEAR(mean("lit.vdb", " --background sky --depth float", channel), 1, 2e-5) << channel;
+            EXPECT_NEAR(mean("lit.vdb", " --background sky", channel), 1, 2e-5) << channel;
     }
 }
 
