@@ -25,6 +25,7 @@
 #include "vdbcloud/scatter/series_grids.h"
 
 #include <algorithm>
+#include <set>
 
 namespace vdbcloud {
 
@@ -345,13 +346,15 @@ bool glows(const Scene& scene)
 std::string accuracy_of_light(const LoadedScene& loaded)
 {
     std::string all;
+    std::set<GridBasePtr> told;  // volumes that overlap share grids
     for (size_t v = 0; v < loaded.scene.volumes.size(); ++v) {
         const Volume& volume = loaded.scene.volumes[v];
         std::vector<GridBasePtr> light(volume.transmittance.begin(), volume.transmittance.end());
         light.push_back(volume.collided.phi);
         for (const GridBasePtr& grid : light) {
-            const std::string text =
-                grid ? app::of_file(loaded.paths[v], [&] { return text_of(read_accuracy(*grid)); }) : "";
+            const std::string text = grid && told.insert(grid).second
+                                         ? app::of_file(loaded.paths[v], [&] { return text_of(read_accuracy(*grid)); })
+                                         : "";
             if (!text.empty()) all += (all.empty() ? "" : "; ") + grid->getName() + ": " + text;
         }
     }

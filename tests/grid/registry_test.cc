@@ -44,6 +44,8 @@ TEST(Registry, MapsEachNameToItsRole)
     const std::vector<std::pair<const char*, Role>> known = {{"density", Role::Density},
                                                              {"smoke", Role::Density},
                                                              {"Density", Role::Density},
+                                                             {"medium_2", Role::Density},
+                                                             {"Cd_3", Role::Colour},
                                                              {"heat", Role::Temperature},
                                                              {"fire", Role::Flame},
                                                              {"velocity", Role::Velocity},
@@ -76,7 +78,7 @@ TEST(Registry, MapsEachNameToItsRole)
     }
     for (const char* name :
          {"blob", "", "densities", "flux_", "flux_density", "flux_rg", "sh_", "sh_shape", "sh_2m_r", "sh_2", "sh_20_a",
-          "series_phi_", "series_phi_x", "series_", "transmittance_", "phi_2", "solid_2"})
+           "series_phi_", "series_phi_x", "series_", "transmittance_", "phi_2", "solid_2", "medium_", "medium_x", "Cd_"})
         EXPECT_FALSE(kind_of(name)) << name;
 }
 
@@ -101,9 +103,9 @@ TEST(Registry, KeepsWhatLaterStagesReadAndStoresResultsInFull)
         if (kind.half) half.insert(kind.name);
         if (kind.result) result.insert(kind.name);
     }
-    EXPECT_EQ(kept, (std::set<std::string>{"density", "transmittance_", "phi", "flux", "flux_", "sh_", "series_phi_",
-                                           "series_I_", "ground_radiance", "solid"}));
-    EXPECT_EQ(half, (std::set<std::string>{"density", "Cd", "sh_"}));
+    EXPECT_EQ(kept, (std::set<std::string>{"density", "medium_", "transmittance_", "phi", "flux", "flux_", "sh_",
+                                           "series_phi_", "series_I_", "ground_radiance", "solid"}));
+    EXPECT_EQ(half, (std::set<std::string>{"density", "medium_", "Cd", "Cd_", "sh_"}));
     EXPECT_EQ(result, (std::set<std::string>{"transmittance_", "phi", "flux", "flux_", "series_phi_", "series_I_",
                                              "heating", "ground_radiance"}));
     EXPECT_EQ(aliases("Cd"), (std::vector<std::string>{"Cd", "color", "colour", "albedo"}));

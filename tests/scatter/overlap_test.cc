@@ -36,8 +36,8 @@ Solved solve(const JoinedMedium& joined, const std::vector<Light>& lights, Scatt
     options.solve.tolerance = 1e-8;
     options.reentry_rays = 0;
     Solved solved;
-    solved.light = scatter_p1(*joined.density, joined.colour.get(), nullptr, joined.medium, lights, options, {},
-                              solved.report);
+    solved.light =
+        scatter_p1(*joined.density, joined.colour.get(), nullptr, joined.medium, lights, options, {}, solved.report);
     EXPECT_TRUE(solved.report.converged);
     return solved;
 }
@@ -91,8 +91,8 @@ TEST(Overlap, ChannelsOfTwoPhaseFunctionsAreMediaOfTheirMixture)
         for (const int c : {0, 2}) {
             const double w1 = first[c], w2 = 0.5 * second[c], all = first[c] + second[c];
             const PhaseFunction lobes("double-henyey-greenstein", {0.8, 0.4, w1 / (w1 + w2)});
-            const Solved single = solve(
-                joined_medium({part(density, Vec3d(all), Vec3d((w1 + w2) / all), lobes)}), sun, options);
+            const Solved single =
+                solve(joined_medium({part(density, Vec3d(all), Vec3d((w1 + w2) / all), lobes)}), sun, options);
             const auto own = fluence(mixed.light), of_one = fluence(single.light);
             for (auto v = density->cbeginValueOn(); v; ++v) {
                 const double x = own->tree().getValue(v.getCoord())[c], y = of_one->tree().getValue(v.getCoord())[c];
@@ -144,8 +144,8 @@ TEST(Overlap, SlabOfRayleighAndDropletsMatchesAddingDoubling)
         o.tau = all * (1 - w0 * f);
         o.w0 = w0 * (1 - f) / (1 - w0 * f);
         for (int l = 0; l < 2 * order; ++l)
-            o.moments.push_back(
-                (w1 * rayleigh.moment(l) + w2 * (forward.moment(l) - fine.delta_f)) / ((w1 + w2) * (1 - f)));
+            o.moments.push_back((w1 * rayleigh.moment(l) + w2 * (forward.moment(l) - fine.delta_f)) /
+                                ((w1 + w2) * (1 - f)));
         const test::SlabExact truth(o);
         const double swept_tau = air[c] + droplets * delta_scaling(forward, 5).extinction(0.98);
         const PlanePower& planes = solved.report.channel[size_t(c)].planes;
@@ -167,10 +167,10 @@ TEST(Overlap, SlabOfRayleighAndDropletsMatchesAddingDoubling)
 
 TEST(Overlap, WhiteMediaUnderAUniformSkyAreAFurnace)
 {
-    const JoinedMedium joined = joined_medium({part(body(1), Vec3d(20), Vec3d(1), forward),
-                                               part(body(2), Vec3d(2, 5, 11), Vec3d(1), rayleigh),
-                                               part(body(3), Vec3d(9, 5, 1), Vec3d(1), blunt)},
-                                              true);
+    const JoinedMedium joined =
+        joined_medium({part(body(1), Vec3d(20), Vec3d(1), forward), part(body(2), Vec3d(2, 5, 11), Vec3d(1), rayleigh),
+                       part(body(3), Vec3d(9, 5, 1), Vec3d(1), blunt)},
+                      true);
     for (ScatterOptions options : {ScatterOptions(), sweeps(1, 5), sweeps(3, 5)}) {
         options.sky = Sky::constant(Vec3d(1));
         const auto phi = fluence(solve(joined, {}, options).light);
@@ -182,9 +182,9 @@ TEST(Overlap, WhiteMediaUnderAUniformSkyAreAFurnace)
 
 TEST(Overlap, PowerOfColouredMediaBalances)
 {
-    const JoinedMedium joined = joined_medium({part(body(1), Vec3d(20), Vec3d(0.99, 1, 0.9), forward),
-                                               part(body(2), Vec3d(2, 5, 11), Vec3d(0.5), rayleigh)},
-                                              true);
+    const JoinedMedium joined = joined_medium(
+        {part(body(1), Vec3d(20), Vec3d(0.99, 1, 0.9), forward), part(body(2), Vec3d(2, 5, 11), Vec3d(0.5), rayleigh)},
+        true);
     for (const ScatterOptions& options : {ScatterOptions(), sweeps(3, 6)}) {
         const Solved solved = solve(joined, sun, options);
         EXPECT_EQ(solved.report.solves, 3);
