@@ -229,10 +229,10 @@ TEST_F(SeveralInputs, RefusalsNameBothFilesAndTheWayOut)
 {
     write("a.vdb", body(1), 6, 0.9, 0);
     write("b.vdb", body(2), 6, 0.9, 0.8);
+    const std::string sentence = refused("illuminate", "a.vdb b.vdb --sun 0,1,0 -o no.vdb");
+    for (const char* word : {"a.vdb", "b.vdb", "--phase", "p1solve"})
+        EXPECT_NE(sentence.find(word), std::string::npos) << sentence;
     for (const char* name : {"illuminate", "p1solve"}) {
-        const std::string sentence = refused(name, "a.vdb b.vdb --sun 0,1,0 -o no.vdb");
-        for (const char* word : {"a.vdb", "b.vdb", "--phase"})
-            EXPECT_NE(sentence.find(word), std::string::npos) << sentence;
         done(name, "-q a.vdb b.vdb --sun 0,1,0 --g 0.5 -o yes.vdb");
         EXPECT_EQ(read_medium(*find_grid(read_grid_file(path("yes.vdb")), "density")).phase,
                   PhaseFunction::henyey_greenstein(0.5));
