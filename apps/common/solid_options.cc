@@ -191,7 +191,6 @@ void declare_solids(App& app, SolidOptions& o, const std::string& group)
                "Without it the solids of the file")
             .scene("solids")
             .type_name("SOLID")
-            .scene("solids")
             .group(group);
 }
 

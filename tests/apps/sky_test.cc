@@ -80,7 +80,7 @@ TEST_F(SkyProgram, SweepsAndLightPathsAgreeUnderIt)
     expect_done("render -q" + view + "--samples 16 -o swept.exr");
     expect_done("render -q" + view + "--integrator path --spp 400 -o paths.exr");
     const Vec3d swept = mean("swept.exr"), paths = mean("paths.exr");
-    // 16 voxels across: the sun alone errs by as much.
+    // Sweeps on a cloud of 16 voxels across err by 2.2 to 2.7 % here; the paths have noise of a part of a per cent.
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(swept[c] / paths[c], 1, 0.04) << c;
     // The sky's share is large: without it the picture is another.
     expect_done("render -q lit.vdb --integrator path --spp 100 --resolution 12 --aov none -o sun.exr");

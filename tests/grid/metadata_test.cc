@@ -78,7 +78,8 @@ TEST(Metadata, HasTheRangesOfTheTable)
         ++bounded;
         EXPECT_FALSE(reads(next(key.range.least, -INFINITY))) << key.key;
         EXPECT_FALSE(reads(next(key.range.greatest, INFINITY))) << key.key;
-        EXPECT_EQ(reads(key.range.least + 0.5 * (key.range.greatest - key.range.least)), !key.range.whole) << key.key;
+        const double within = key.range.whole ? 0.5 : 0.5 * (key.range.greatest - key.range.least);
+        EXPECT_EQ(reads(key.range.least + within), !key.range.whole) << key.key;
     }
     EXPECT_GE(bounded, 12);
 }

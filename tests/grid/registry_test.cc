@@ -77,8 +77,9 @@ TEST(Registry, MapsEachNameToItsRole)
         EXPECT_TRUE(has_role(name, role)) << name;
     }
     for (const char* name :
-         {"blob", "", "densities", "flux_", "flux_density", "flux_rg", "sh_", "sh_shape", "sh_2m_r", "sh_2", "sh_20_a",
-           "series_phi_", "series_phi_x", "series_", "transmittance_", "phi_2", "solid_2", "medium_", "medium_x", "Cd_"})
+         {"blob",           "",        "densities", "flux_",   "flux_density", "flux_rg",      "sh_",
+          "sh_shape",       "sh_2m_r", "sh_2",      "sh_20_a", "series_phi_",  "series_phi_x", "series_",
+          "transmittance_", "phi_2",   "solid_2",   "medium_", "medium_x",     "Cd_"})
         EXPECT_FALSE(kind_of(name)) << name;
 }
 
