@@ -65,13 +65,17 @@ void declare_lights(App& app, LightOptions& o)
                 ->group(group);
         for (size_t p = 0; p < kind.parameters.size(); ++p) {
             const LightParameter& parameter = kind.parameters[p];
+            const bool direction = parameter.type == LightValue::Direction;
+            const std::string otherwise = direction ? shortest(parameter.otherwise) : shortest(parameter.otherwise[0]);
             const std::string option = option_of(kind, parameter),
                               help = parameter.help + std::string("; one for all ") + option_of(kind) +
-                                     ", or one for each [" + shortest(parameter.otherwise) + "]";
+                                     ", or one for each [" + otherwise + "]";
             const auto limits = std::isfinite(parameter.most) ? within(parameter.least, parameter.most) : nonnegative;
-            const Option declared = parameter.colour ? app.add_rgbs(option, of.colours[p], help)
-                                                     : app.add_option(option, of.numbers[p], help);
-            declared->check(limits)->needs(place)->scene_light(place, shortest(parameter.otherwise))->group(group);
+            const Option declared = direction ? app.add_vec3s(option, of.colours[p], help)
+                                    : parameter.type == LightValue::Colour
+                                        ? app.add_rgbs(option, of.colours[p], help)->check(limits)
+                                        : app.add_option(option, of.numbers[p], help)->check(limits);
+            declared->needs(place)->scene_light(place, otherwise)->group(group);
         }
         if (kind.at_infinity)
             app.add_choice<bool>(
@@ -107,9 +111,10 @@ std::vector<Light> lights_asked(const LightOptions& o, const Vec3d& up)
                 throw UsageError(option_of(kind) + " " + shortest(given.places[n]) + ": expected a direction, not 0");
             std::vector<Vec3d> values;
             for (size_t p = 0; p < kind.parameters.size(); ++p) {
-                const double otherwise = kind.parameters[p].otherwise;
-                values.push_back(kind.parameters[p].colour ? of(given.colours[p], n, Vec3d(otherwise))
-                                                           : Vec3d(of(given.numbers[p], n, otherwise)));
+                const LightParameter& parameter = kind.parameters[p];
+                values.push_back(parameter.type == LightValue::Number
+                                     ? Vec3d(of(given.numbers[p], n, parameter.otherwise[0]))
+                                     : of(given.colours[p], n, parameter.otherwise));
             }
             if (kind.at_infinity && o.by_atmosphere)
                 values[0] = through_atmosphere(values[0], given.places[n], up, o.turbidity);
@@ -135,7 +140,9 @@ std::string described(const Light& light)
 {
     std::string text = light.name + " " + light.kind().preposition + " " + brief(light.place());
     for (size_t p = 1; p < light.parameters().size(); ++p)
-        if (const double value = light.parameters()[p][0]; value != 0)
+        if (light.kind().parameters[p].type == LightValue::Direction)
+            text += std::string(" of ") + light.kind().parameters[p].name + " " + brief(light.parameters()[p]);
+        else if (const double value = light.parameters()[p][0]; value != 0)
             text += std::string(" of ") + light.kind().parameters[p].name + " " + brief(value);
     return text;
 }

@@ -14,7 +14,7 @@ struct LightOptions {
     struct OfKind {
         std::vector<Vec3d> places;
         /// Of each parameter: no value, one for all lights, or one for each light.
-        std::vector<std::vector<Vec3d>> colours;
+        std::vector<std::vector<Vec3d>> colours;  // and directions
         /// As `colours`, for parameters that are one number.
         std::vector<std::vector<double>> numbers;
     };
@@ -25,14 +25,15 @@ struct LightOptions {
 };
 
 /// An option for each kind of light and one for each of its parameters, from light_kinds(): --sun --sun-irradiance
-/// --sun-diameter --lamp --lamp-intensity, each any number of times. And --sun-colour --turbidity.
+/// --sun-diameter --lamp --lamp-intensity --spot --spot-intensity --spot-direction --spot-angle --spot-blend, each any
+/// number of times. And --sun-colour --turbidity.
 void declare_lights(App&, LightOptions&);
 
-/// The lights of the command line: sun, sun2, ..., then lamp, lamp2, ...; none without any place.
-/// With --sun-colour atmosphere each sun has its irradiance times what the atmosphere lets through for its height over
-/// `up`, relative to the luminance above the atmosphere.
-/// Throws UsageError if a parameter is given neither once nor once for each light, or a direction has no length, or if
-/// a sun whose colour follows from its height has set.
+/// The lights of the command line: sun, sun2, ..., then lamp, lamp2, ..., then spot, spot2, ...; none without any
+/// place. With --sun-colour atmosphere each sun has its irradiance times what the atmosphere lets through for its
+/// height over `up`, relative to the luminance above the atmosphere. Throws UsageError if a parameter is given neither
+/// once nor once for each light, or a direction has no length, or if a sun whose colour follows from its height has
+/// set.
 std::vector<Light> lights_asked(const LightOptions&, const Vec3d& up);
 
 /// A sun for a scene that has no light: from scene/camera's default_sun_direction, of irradiance 4 pi, with

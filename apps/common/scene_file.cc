@@ -16,7 +16,7 @@ const std::vector<SceneSection>& scene_sections()
 {
     static const std::vector<SceneSection> all = {
         {"medium", "what the cloud is made of, which way is up, along which axes the cloud repeats", false},
-        {"lights", "a sun or a lamp", true},
+        {"lights", "a sun, a lamp or a spot", true},
         {"sky", "the sky, which lights the medium and is drawn behind it", false},
         {"solids", "the ground and other solids", false},
         {"camera", "where the camera stands, and how it looks", false},

@@ -166,15 +166,15 @@ TEST(LightKinds, HaveWordsNamesAndKeysOfTheirOwn)
         EXPECT_TRUE(words.insert(kind->word).second) << kind->word;
         EXPECT_TRUE(names.insert(kind->name).second) << kind->name;
         ASSERT_FALSE(kind->parameters.empty()) << kind->word;
-        EXPECT_TRUE(kind->parameters[0].colour) << "the strength comes first";
-        EXPECT_EQ(kind->parameters[0].otherwise, 1);
+        EXPECT_EQ(kind->parameters[0].type, LightValue::Colour) << "the strength comes first";
+        EXPECT_EQ(kind->parameters[0].otherwise, Vec3d(1));
         std::set<std::string> keys{kind->place_key};
         for (const LightParameter& p : kind->parameters) EXPECT_TRUE(keys.insert(p.key).second) << p.key;
         const Light plain(*kind, kind->name, Vec3d(0, 3, 4));
         EXPECT_EQ(plain.strength(), Vec3d(1.0));
         EXPECT_NEAR(plain.place().length(), kind->at_infinity ? 1 : 5, 1e-15);
     }
-    EXPECT_EQ(words, (std::set<std::string>{"directional", "point"})) << "files hold these words";
+    EXPECT_EQ(words, (std::set<std::string>{"directional", "point", "spot"})) << "files hold these words";
 }
 
 TEST(Light, RoundTripsThroughMetadata)

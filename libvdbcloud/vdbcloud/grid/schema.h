@@ -59,11 +59,14 @@ inline constexpr const char* g = "vdbcloud:g";                                  
 inline constexpr const char* phase = "vdbcloud:phase";  // "isotropic", "rayleigh", "henyey-greenstein"
 
 // Metadata of a transmittance grid: its light, and the density from which it was computed.
-inline constexpr const char* light_kind = "vdbcloud:light_kind";          // "directional" or "point"
+inline constexpr const char* light_kind = "vdbcloud:light_kind";          // "directional", "point" or "spot"
 inline constexpr const char* light_to = "vdbcloud:light_to";              // vec3d, unit, towards a directional light
 inline constexpr const char* light_position = "vdbcloud:light_position";  // vec3d [world]
 inline constexpr const char* light_irradiance = "vdbcloud:light_irradiance";  // vec3d; point: intensity [per sr]
 inline constexpr const char* light_angular_diameter = "vdbcloud:light_angular_diameter";  // double [degrees]
+inline constexpr const char* light_axis = "vdbcloud:light_axis";    // vec3d, unit, in which a spot shines
+inline constexpr const char* light_cone = "vdbcloud:light_cone";    // double, a spot's cone from edge to edge [degrees]
+inline constexpr const char* light_blend = "vdbcloud:light_blend";  // double, soft part of a spot's cone
 inline constexpr const char* density_digest = "vdbcloud:density_digest";  // string: grid_digest() of that density
 
 // Metadata of a solid: its shape and its material (scene/solid.h).

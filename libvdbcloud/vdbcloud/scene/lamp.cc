@@ -1,6 +1,7 @@
 // The lamp: a point that shines alike in all directions.
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/scene/light_kinds.h"
+#include "vdbcloud/scene/solid_angle.h"
 
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/vdb.h"
@@ -12,13 +13,6 @@
 namespace vdbcloud {
 
 namespace {
-
-/// Signed solid angle under which a triangle is seen from the origin (Van Oosterom & Strackee 1983).
-double solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c)
-{
-    const double la = a.length(), lb = b.length(), lc = c.length();
-    return 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + a.dot(c) * lb + b.dot(c) * la);
-}
 
 class Lamp : public LightModel {
 public:
@@ -47,8 +41,7 @@ public:
     {
         std::array<Vec3d, 4> from;
         for (int k = 0; k < 4; ++k) from[k] = corner[k] - position_;
-        const double angle = solid_angle(from[0], from[1], from[2]) + solid_angle(from[0], from[2], from[3]);
-        return std::copysign(std::abs(angle), (from[0] + from[2]).dot(normal));
+        return std::copysign(solid_angle(from), (from[0] + from[2]).dot(normal));
     }
 
     std::optional<PointSource> source() const override { return PointSource{position_, 4 * pi}; }
@@ -72,8 +65,8 @@ const LightKind lamp_kind{"point",
                           "at",
                           false,
                           // The key says irradiance for every kind; files keep it.
-                          {{"intensity", schema::light_irradiance, "power per steradian, one number or r,g,b", true, 1,
-                            0, std::numeric_limits<double>::infinity()}},
+                          {{"intensity", schema::light_irradiance, "power per steradian, one number or r,g,b",
+                            LightValue::Colour, Vec3d(1), 0, std::numeric_limits<double>::infinity()}},
                           model};
 
 Light make_lamp(const Vec3d& position, const Vec3d& intensity, std::string name)

@@ -16,7 +16,7 @@ namespace vdbcloud {
 
 const std::vector<const LightKind*>& light_kinds()
 {
-    static const std::vector<const LightKind*> kinds{&sun_kind, &lamp_kind};  // in the order of help
+    static const std::vector<const LightKind*> kinds{&sun_kind, &lamp_kind, &spot_kind};  // in the order of help
     return kinds;
 }
 
@@ -57,9 +57,14 @@ std::string text_of(const Light& light)
     const Vec3d &at = light.place(), &strength = light.strength();
     text << light.name << ' ' << light.kind().preposition << ' ' << at[0] << ',' << at[1] << ',' << at[2] << " of "
          << strength[0] << ',' << strength[1] << ',' << strength[2];
-    for (size_t p = 1; p < light.parameters().size(); ++p)
-        if (const double value = light.parameters()[p][0]; value != 0)
-            text << ' ' << light.kind().parameters[p].name << ' ' << value;
+    for (size_t p = 1; p < light.parameters().size(); ++p) {
+        const LightParameter& parameter = light.kind().parameters[p];
+        const Vec3d& value = light.parameters()[p];
+        if (parameter.type == LightValue::Direction)
+            text << ' ' << parameter.name << ' ' << value[0] << ',' << value[1] << ',' << value[2];
+        else if (value[0] != 0)
+            text << ' ' << parameter.name << ' ' << value[0];
+    }
     return text.str();
 }
 
@@ -75,11 +80,15 @@ void check(const std::string& light, const LightParameter& parameter, const Vec3
         std::ostringstream expected;
         if (std::isfinite(parameter.most))
             expected << "a number in [" << parameter.least << ", " << parameter.most << "]";
+        else if (parameter.type == LightValue::Direction)
+            expected << "finite coordinates";
         else
             expected << "finite numbers, " << parameter.least << " or above";
-        if (parameter.colour) refuse(light, parameter.name, value, expected.str());
+        if (parameter.type != LightValue::Number) refuse(light, parameter.name, value, expected.str());
         refuse(light, parameter.name, value[0], expected.str());
     }
+    if (parameter.type == LightValue::Direction && !(value.length() > 0))
+        refuse(light, parameter.name, value, "a non-zero vector");
 }
 
 std::string kind_words()
@@ -102,8 +111,9 @@ Light::Light(const LightKind& kind, std::string named, const Vec3d& place, std::
         place_ /= length;
     }
     for (size_t p = 0; p < kind.parameters.size(); ++p) {
-        if (p == parameters_.size()) parameters_.emplace_back(kind.parameters[p].otherwise);
+        if (p == parameters_.size()) parameters_.push_back(kind.parameters[p].otherwise);
         check(name, kind.parameters[p], parameters_[p]);
+        if (kind.parameters[p].type == LightValue::Direction) parameters_[p].normalize();
     }
     model_ = kind.model(place_, parameters_);
 }
@@ -191,7 +201,7 @@ void write_light(MetaMap& to, const Light& light)
     set_vector(to, kind.place_key, light.place());
     for (size_t p = 0; p < kind.parameters.size(); ++p) {
         const LightParameter& parameter = kind.parameters[p];
-        if (parameter.colour)
+        if (parameter.type != LightValue::Number)
             set_vector(to, parameter.key, light.parameters()[p]);
         else
             set_number(to, parameter.key, light.parameters()[p][0]);
@@ -209,8 +219,9 @@ std::optional<Light> read_light(const MetaMap& from, const std::string& grid_nam
         if (!has_meta(from, kind->place_key)) refuse(name, kind->place_key, "is missing", "it beside the light's kind");
         std::vector<Vec3d> values;
         for (const LightParameter& parameter : kind->parameters)
-            values.push_back(parameter.colour ? get_vector(from, parameter.key, Vec3d(parameter.otherwise))
-                                              : Vec3d(get_number(from, parameter.key, parameter.otherwise)));
+            values.push_back(parameter.type == LightValue::Number
+                                 ? Vec3d(get_number(from, parameter.key, parameter.otherwise[0]))
+                                 : get_vector(from, parameter.key, parameter.otherwise));
         return Light(*kind, name, get_vector(from, kind->place_key, Vec3d(0.0)), std::move(values));
     }
     refuse(name, "kind", "'" + printable(word) + "'", kind_words());

@@ -1,7 +1,7 @@
 #pragma once
 // Lights: what shines from where, by one interface for all kinds, and how a light travels in a file.
 //
-// A new kind of light is a file of its own, as sun.cc and lamp.cc, a name in light_kinds.h and in the table of
+// A new kind of light is a file of its own, as sun.cc, lamp.cc and spot.cc, a name in light_kinds.h and in the table of
 // light.cc. Metadata, command lines, transmittance grids, sweeps and pictures use this interface and need no change.
 #include "vdbcloud/core/affine.h"
 
@@ -74,13 +74,15 @@ public:
     }
 };
 
-/// A number or a colour that a kind of light has beside its place.
+enum class LightValue { Number, Colour, Direction };
+
+/// A number, a colour or a direction that a kind of light has beside its place.
 struct LightParameter {
     const char* name;    ///< in messages and reports, and in the option's name: --sun-irradiance
     const char* key;     ///< metadata (grid/schema.h)
     const char* help;    ///< meaning and unit
-    bool colour;         ///< r,g,b; else one number, which is then all three components
-    double otherwise;    ///< where no value is given
+    LightValue type;     ///< a number is then all three components; a direction becomes unit
+    Vec3d otherwise;     ///< where no value is given
     double least, most;  ///< limits, inclusive; values must also be finite
 };
 
@@ -114,7 +116,7 @@ public:
     /// Unit direction towards a light at infinity, else its position [world].
     const Vec3d& place() const { return place_; }
     /// Per colour channel, what the field is proportional to: irradiance E across the beam of a sun, intensity
-    /// [power per steradian] of a lamp.
+    /// [power per steradian] of a lamp, and of a spot on its axis.
     const Vec3d& strength() const { return parameters_[0]; }
     const std::vector<Vec3d>& parameters() const { return parameters_; }
 
@@ -145,6 +147,11 @@ Light make_sun(const Vec3d& to_light, const Vec3d& irradiance = Vec3d(1, 1, 1), 
 
 /// A point that shines alike in all directions. `intensity`: power per steradian, per channel: E = intensity / r^2.
 Light make_lamp(const Vec3d& position, const Vec3d& intensity = Vec3d(1, 1, 1), std::string name = "lamp");
+
+/// A point that shines into a cone about `direction`, any length but 0. `angle` [degrees]: from edge to edge. `blend`,
+/// 0 to 1: the edge is soft from (1 - blend) of the half angle on. `intensity`: power per steradian on the axis.
+Light make_spot(const Vec3d& position, const Vec3d& direction, double angle = 45, double blend = 0.15,
+                const Vec3d& intensity = Vec3d(1, 1, 1), std::string name = "spot");
 
 /// True if two lights have the same field up to strength, to rounding: a transmittance grid of one serves the other.
 bool same_place(const Light&, const Light&);

@@ -4,6 +4,6 @@
 
 namespace vdbcloud {
 
-extern const LightKind sun_kind, lamp_kind;
+extern const LightKind sun_kind, lamp_kind, spot_kind;
 
 }  // namespace vdbcloud

@@ -67,17 +67,18 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-const LightKind sun_kind{
-    "directional",
-    "sun",
-    "direction",
-    schema::light_to,
-    "direction towards the sun, x,y,z",
-    "towards",
-    true,
-    {{"irradiance", schema::light_irradiance, "irradiance across the beam, one number or r,g,b", true, 1, 0, infinity},
-     {"diameter", schema::light_angular_diameter, "angular diameter of the disc [degrees]", false, 0, 0, 180}},
-    model};
+const LightKind sun_kind{"directional",
+                         "sun",
+                         "direction",
+                         schema::light_to,
+                         "direction towards the sun, x,y,z",
+                         "towards",
+                         true,
+                         {{"irradiance", schema::light_irradiance, "irradiance across the beam, one number or r,g,b",
+                           LightValue::Colour, Vec3d(1), 0, infinity},
+                          {"diameter", schema::light_angular_diameter, "angular diameter of the disc [degrees]",
+                           LightValue::Number, Vec3d(0), 0, 180}},
+                         model};
 
 Light make_sun(const Vec3d& to_light, const Vec3d& irradiance, double angular_diameter, std::string name)
 {
