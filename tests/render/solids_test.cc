@@ -126,6 +126,29 @@ TEST(Solids, AreLitInClosedFormByASunAndASky)
     }
 }
 
+TEST(Solids, AGlossyPlaneSeenFromAboveLosesNothing)
+{
+    // Seen along its normal no part of the lobe lies below the surface: all of a uniform sky comes back, times the
+    // colour.
+    for (const double roughness : {0.1, 0.4, 0.9}) {
+        Scene scene = clear_scene();
+        scene.background = scene.sky = Sky::constant(Vec3d(0.5));
+        Material glossy = diffuse(Vec3d(0.8));
+        glossy.finish = Finish::Glossy;
+        glossy.roughness = roughness;
+        scene.solids = {make_plane(Vec3d(0, -1, 0), Vec3d(0, 1, 0), glossy)};
+        const CameraView down = one_pixel(Vec3d(0, -1, 0), Vec3d(0, -1, 0));
+        IntegratorOptions many;
+        many.solid_rays = 4096;
+        // Of 4096 directions in an even pattern: 1e-3.
+        EXPECT_NEAR(Picture(scene, down, many).at("solid", 0), 0.4, 4e-4) << roughness;
+        const Estimate path = traced(
+            scene, 20000, [&](int) { return down.ray(0.5, 0.5); }, [](const RayResult& r) { return r.solid; });
+        EXPECT_NEAR(path.mean[0], 0.4, sigmas * path.error[0] + 1e-12) << roughness;
+        EXPECT_LT(path.error[0], 0.004);
+    }
+}
+
 TEST(Solids, MirrorShowsWhatTheMirroredCameraSees)
 {
     // A cube of cloud over a mirror, seen in the mirror, and from below it without the mirror.
