@@ -176,9 +176,13 @@ GridBasePtr light_grid(app::App& app, const GridFile& file, LoadedScene& loaded,
 }
 
 /// Sets the collided light of a volume without phi from the input's series in albedo, if the input has one.
-void relight_volume(app::App& app, const GridFile& file, Volume& volume, const std::vector<Light>& lights)
+void relight_volume(app::App& app, const GridFile& file, Volume& volume, const Scene& scene)
 {
+    const std::vector<Light>& lights = scene.lights;
     if (volume.collided.phi || !find_grid(file, schema::series_phi_name(0))) return;
+    if (!scene.solids.empty())
+        throw UsageError(file.path + ": its series in albedo knows no solids, and there is a " +
+                         described(scene.solids.front()) + ": run p1solve again without --series");
     if (app.dry_run()) {  // without a solve, which the tolerance stands for
         ScatterOptions given;
         given.reentry_rays = 0;
@@ -312,7 +316,7 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
     for (const Overlap& overlap : overlaps)
         app::of_file(files[overlap.first].path, [&] { require_same_light(files[overlap.first], overlap, out.scene); });
     for (size_t v = 0; v < files.size() && shows_light_grids(o); ++v)
-        app::of_file(files[v].path, [&] { relight_volume(app, files[v], out.scene.volumes[v], out.scene.lights); });
+        app::of_file(files[v].path, [&] { relight_volume(app, files[v], out.scene.volumes[v], out.scene); });
     for (size_t v = 0; v < files.size() && o.integrator.vertices > 0; ++v)
         if (const Volume& volume = out.scene.volumes[v];
             !volume.collided.phi && !find_grid(files[v], schema::series_phi_name(0)) && !volume.density->empty())
