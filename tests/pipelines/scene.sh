@@ -29,7 +29,7 @@ expect() {
     [ "$found" = "$1" ] || fail "$2: expected '$1' made again, got '$found'"
     [ -z "$(again)" ] || fail "$2, made twice: something is made again"
 }
-expect 'density.vdb exr light.vdb scatter.vdb ' 'an empty folder'
+expect 'density.vdb envelope.vdb exr light.vdb scatter.vdb ' 'an empty folder'
 
 sed -i 's/^fov = .*/fov = 44/' scene.toml
 why=$(picture why)
@@ -51,6 +51,8 @@ touch scene.toml
 expect '' 'other comments and forms of numbers'
 sed -i 's/^seed = .*/seed = 8/' density.toml
 expect 'density.vdb exr light.vdb scatter.vdb ' 'another density'
+sed -i 's/^towers = .*/towers = 8/' envelope.toml
+expect 'density.vdb envelope.vdb exr light.vdb scatter.vdb ' 'another envelope'
 
 cp scene.toml good.toml
 sed -i 's/^fov = .*/fof = 40/' scene.toml
