@@ -95,6 +95,7 @@ void declare_lights(App& app, LightOptions& o)
                     "--sun-colour atmosphere or --sky preetham")
         ->scene("sky", "turbidity")
         ->group(group);
+    declare_environment(app, o.environment);
 }
 
 std::vector<Light> lights_asked(const LightOptions& o, const Vec3d& up)
@@ -121,6 +122,7 @@ std::vector<Light> lights_asked(const LightOptions& o, const Vec3d& up)
             lights.emplace_back(kind, numbered(kind.name, n), given.places[n], std::move(values));
         }
     }
+    for (Light& sun : o.environment.suns(up)) lights.push_back(std::move(sun));
     return lights;
 }
 

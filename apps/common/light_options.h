@@ -1,6 +1,7 @@
 #pragma once
 // Options for lights, shared by the stages that compute their transmittance.
 #include "app.h"
+#include "environment_options.h"
 
 #include "vdbcloud/scene/light.h"
 
@@ -19,6 +20,7 @@ struct LightOptions {
         std::vector<std::vector<double>> numbers;
     };
     std::vector<OfKind> kinds;
+    EnvironmentOptions environment;
     bool by_atmosphere = false;  ///< suns through a clear atmosphere
     double turbidity = 2.2;
     std::function<bool()> sky_has_turbidity;  ///< set by declare_sky()
@@ -29,11 +31,11 @@ struct LightOptions {
 /// number of times. And --sun-colour --turbidity.
 void declare_lights(App&, LightOptions&);
 
-/// The lights of the command line: sun, sun2, ..., then lamp, lamp2, ..., then spot, spot2, ...; none without any
-/// place. With --sun-colour atmosphere each sun has its irradiance times what the atmosphere lets through for its
-/// height over `up`, relative to the luminance above the atmosphere. Throws UsageError if a parameter is given neither
-/// once nor once for each light, or a direction has no length, or if a sun whose colour follows from its height has
-/// set.
+/// The lights of the command line: sun, sun2, ..., then lamp, lamp2, ..., then spot, spot2, ..., then the suns of an
+/// environment; none without any place and picture. With --sun-colour atmosphere each sun has its irradiance times what
+/// the atmosphere lets through for its height over `up`, relative to the luminance above the atmosphere. Throws
+/// UsageError if a parameter is given neither once nor once for each light, or a direction has no length, or if a sun
+/// whose colour follows from its height has set.
 std::vector<Light> lights_asked(const LightOptions&, const Vec3d& up);
 
 /// A sun for a scene that has no light: from scene/camera's default_sun_direction, of irradiance 4 pi, with

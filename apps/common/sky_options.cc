@@ -16,6 +16,8 @@ namespace {
 /// The sky by its --sky, before single values of it.
 Sky base_of(const SkyOptions& o, const LightOptions& of_lights, const std::vector<Light>& lights, const Vec3d& up)
 {
+    if (o.environment->asked())
+        return environment_sky(o.environment->panorama(), o.environment->turn, o.environment->gain, up);
     if (!o.sky.empty() && o.sky != "day" && o.sky != "preetham") {
         GradientSky sky;
         sky.zenith = sky.horizon = sky.ground = colour_asked("--sky", o.sky, "day, preetham, one number or r,g,b");
@@ -52,10 +54,14 @@ void declare_sky(App& app, SkyOptions& o, LightOptions& lights, const std::strin
                            [](const std::string& text) {
                                return text.empty() || text == "day" || text == "preetham" || is_colour(text);
                            }))
+            ->not_with([&lights] { return lights.environment.asked(); }, "--environment")
             ->scene("sky", "model")
             ->group(group);
     const auto of_gradient = [&](const Option& option) {
-        return option.not_with([&o] { return o.sky == "preetham"; }, "--sky preetham").scene("sky").group(group);
+        return option
+            .not_with([&o] { return o.sky == "preetham" || o.environment->asked(); }, "--sky preetham or --environment")
+            .scene("sky")
+            .group(group);
     };
     o.option.zenith = of_gradient(app.add_rgb("--sky-zenith", o.zenith,
                                               "radiance of the sky straight up, one number or r,g,b; without it a "
@@ -72,11 +78,13 @@ void declare_sky(App& app, SkyOptions& o, LightOptions& lights, const std::strin
                     "ground of albedo 0.2")
             ->check(nonnegative)
             ->default_str("")
+            ->not_with([&lights] { return lights.environment.asked(); }, "--environment")
             ->scene("sky")
             ->group(group);
     o.option.haze = of_gradient(app.add_option("--sky-haze", o.haze,
                                                "how narrow the bright band at the horizon is; larger is narrower"))
                         ->check(nonnegative);
+    o.environment = &lights.environment;
     lights.sky_has_turbidity = [&o] { return o.sky == "preetham"; };
 }
 
@@ -85,15 +93,16 @@ bool shape_asked(const SkyOptions& o)
     return o.option.zenith.given() || o.option.horizon.given() || o.option.ground.given();
 }
 
-bool sky_asked(const SkyOptions& o) { return o.option.sky.given() || shape_asked(o); }
+bool sky_asked(const SkyOptions& o) { return o.option.sky.given() || shape_asked(o) || o.environment->asked(); }
 
 Sky sky_of(const SkyOptions& o, const LightOptions& of_lights, const std::vector<Light>& lights, const Vec3d& up,
            const std::optional<Sky>& otherwise)
 {
     try {
-        const Sky base = o.sky.empty() && otherwise && (otherwise->gradient() || !shape_asked(o))
-                             ? *otherwise
-                             : base_of(o, of_lights, lights, up);
+        const Sky base =
+            o.sky.empty() && !o.environment->asked() && otherwise && (otherwise->gradient() || !shape_asked(o))
+                ? *otherwise
+                : base_of(o, of_lights, lights, up);
         auto sky = base.gradient();
         if (!sky) return base;
         if (o.option.zenith.given()) sky->zenith = o.zenith;

@@ -10,6 +10,7 @@ struct SkyOptions {
     std::string sky;  ///< "day", "preetham", a colour, or empty
     Vec3d zenith{0, 0, 0}, horizon{0, 0, 0}, ground{0, 0, 0};
     double haze = GradientSky().haze;
+    const EnvironmentOptions* environment = nullptr;  ///< set by declare_sky()
     struct {
         Option sky, zenith, horizon, ground, haze, turbidity;
     } option;
@@ -21,11 +22,11 @@ void declare_sky(App&, SkyOptions&, LightOptions&, const std::string& group, con
 
 /// True if one of the three radiances was given.
 bool shape_asked(const SkyOptions&);
-/// True if --sky or one of the three radiances was given.
+/// True if --sky, one of the three radiances or --environment was given.
 bool sky_asked(const SkyOptions&);
 
-/// The sky that the options describe, over `up`: of --sky; without it `otherwise`, or a clear day about the suns, with
-/// the values that were given. The brightest sun is that of --sky preetham. Throws UsageError.
+/// The sky that the options describe, over `up`: of --sky or --environment; without it `otherwise`, or a clear day
+/// about the suns, with the values that were given. The brightest sun is that of --sky preetham. Throws UsageError.
 Sky sky_of(const SkyOptions&, const LightOptions&, const std::vector<Light>& lights, const Vec3d& up,
            const std::optional<Sky>& otherwise = std::nullopt);
 

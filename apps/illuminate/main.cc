@@ -56,7 +56,10 @@ std::vector<Task> tasks_of(app::App& app, const IlluminateOptions& o, const std:
         if (!holds) app.say("light '" + light.name + "' was computed for another medium: doing it again");
         tasks.push_back({light, holds});
     }
-    if (tasks.empty()) {
+    if (tasks.empty() && o.lights.environment.asked()) {
+        app.say(printable(o.lights.environment.path) +
+                ": the environment has no sun, and no light is written: it is a sky for p1solve and render");
+    } else if (tasks.empty()) {
         tasks.push_back({app::automatic_sun(vector_of(app::settled_up(app, o.up, file, true))), false});
         app.say("no light asked for: a " + app::described(tasks[0].light));
     }
@@ -112,11 +115,11 @@ void illuminate(app::App& app, IlluminateOptions& o)
     o.accuracy.periodic = in.periodic;
     choose_solids(app, o, in);
     app.uses(in.density->getName());
-    const UpAxis up = app::settled_up(app, o.up, in.file, o.lights.by_atmosphere);
+    const UpAxis up = app::settled_up(app, o.up, in.file, o.lights.by_atmosphere || o.lights.environment.asked());
     const auto asked = app::lights_asked(o.lights, vector_of(up));
     const auto tasks = app::of_file(in.file.path, [&] { return tasks_of(app, o, asked, in); });
     check_effects(o, computed(tasks));
-    app::tell_darkness(app, lights_of(tasks), false);
+    app::tell_darkness(app, lights_of(tasks), o.lights.environment.asked());
     if (app.dry_run())
         return app::tell(app, plan_of(o, in, tasks, true),
                          "light " + std::to_string(in.density->activeVoxelCount()) + " voxels by " +

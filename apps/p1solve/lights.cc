@@ -47,7 +47,7 @@ std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, app::Mediu
     GridFile& file = in.file;
     const FloatGrid& density = *in.density;
     const Medium& medium = in.medium;
-    const UpAxis up = app::settled_up(app, o.up, file, o.lights.by_atmosphere);
+    const UpAxis up = app::settled_up(app, o.up, file, o.lights.by_atmosphere || o.lights.environment.asked());
     auto lights = app::lights_asked(o.lights, vector_of(up));
     if (lights.empty()) lights = app::inherited_lights(in.lights);
     const bool glow = bool(find_grid(file, schema::emission));

@@ -24,6 +24,7 @@
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/select.h"
+#include "vdbcloud/scene/panorama.h"
 #include "vdbcloud/scene/solid.h"
 
 #include <algorithm>
@@ -38,6 +39,9 @@ void choose_solids(app::App& app, P1solveOptions& o, app::MediumInput& in)
     const Vec3d up = vector_of(app::settled_up(app, o.up, in.file, false));
     o.scatter.solids = app::chosen_solids(app, o.solids, {&in.file}, up);
     if (!o.solids.asked.empty()) put_solids(in.file, o.scatter.solids);
+    if (o.series.order > 0 && o.lights.environment.asked())
+        throw UsageError("--series " + std::to_string(o.series.order) +
+                         " beside --environment: the series keeps no picture of the sky, leave one of them out");
     if (o.series.order > 0 && !o.scatter.solids.empty())
         throw UsageError("--series " + std::to_string(o.series.order) + " beside the " +
                          described(o.scatter.solids.front()) + ": the series knows no solids, leave --series out");
@@ -102,6 +106,7 @@ void solve(app::App& app, P1solveOptions& o)
     }
     if (light.phi) app::tell_accuracy(app, "multiple scattering", accuracy, *light.phi);
     put_collided_light(file, light);
+    put_panorama(file, light.phi ? o.scatter.sky.map() : nullptr);
     remove_grids(file, [](const std::string& name) {
         return schema::has_role(name, schema::Role::Heating) || schema::has_role(name, schema::Role::GroundRadiance);
     });

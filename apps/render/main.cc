@@ -68,9 +68,9 @@ void render(app::App& app, RenderOptions& o)
         loaded.scene.sky = *loaded.sky;
     // Solids are lit by the sky that is seen, if no other sky is known.
     if (!loaded.scene.solids.empty() && loaded.scene.sky.dark())
-        loaded.scene.sky = loaded.sky ? *loaded.sky : background.sky;
+        loaded.scene.sky = loaded.sky ? *loaded.sky : background.light;
     o.integrator.passes.over_background = background.in_exr;
-    if (shows_light_grids(o) && app::sky_asked(o.sky) && loaded.sky && !(background.sky == *loaded.sky))
+    if (shows_light_grids(o) && app::sky_asked(o.sky) && loaded.sky && !(background.light == *loaded.sky))
         app.warnings()(
             "the picture shows the sky asked for, and another sky lit the medium: for one sky run p1solve with it");
     app::tell_darkness(app, loaded.scene.lights, glows(loaded.scene));

@@ -11,6 +11,7 @@
 #include "vdbcloud/grid/select.h"
 #include "vdbcloud/scatter/expected_share.h"
 #include "vdbcloud/scatter/scatter_plan.h"
+#include "vdbcloud/scene/panorama.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -77,7 +78,8 @@ void add_multiple(app::App& app, const RenderOptions& o, std::vector<GridFile>& 
     app::tell_accuracy(app, "multiple scattering", accuracy_of(report, lights), *light.phi);
     put_collided_light(file, light);
     volume.collided = read_collided_light(file, volume.medium.phase, app.warnings());
-    loaded.sky = read_sky(*light.phi);
+    put_panorama(file, options.sky.map());
+    loaded.sky = read_sky(*light.phi, &file);
 }
 
 void tell_left_out(app::App& app, const RenderOptions& o, const LoadedScene& loaded)

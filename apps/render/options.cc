@@ -425,12 +425,13 @@ ChosenBackground chosen_background(const RenderOptions& o, const std::vector<Lig
     ChosenBackground out;
     if (o.background == "none") return out;
     if (o.background.empty() || o.background == "sky") {
-        out.sky = app::sky_of(o.sky, o.lights, lights, vector_of(up), lit_by);
+        out.light = app::sky_of(o.sky, o.lights, lights, vector_of(up), lit_by);
+        out.sky = out.light.drawn();
         out.in_exr = !o.background.empty() || (app::sky_asked(o.sky) && !of_scene(o.sky));
         return out;
     }
     const Vec3d colour = app::colour_asked("--background", o.background, "none, sky, or r,g,b");
-    out.sky = GradientSky{colour, colour, colour, GradientSky().haze, vector_of(up)};
+    out.sky = out.light = GradientSky{colour, colour, colour, GradientSky().haze, vector_of(up)};
     out.in_exr = true;
     return out;
 }

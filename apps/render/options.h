@@ -80,7 +80,8 @@ bool wants_background_layer(const RenderOptions&);
 
 /// The background of the picture, and whether the .exr shows it.
 struct ChosenBackground {
-    Sky sky;
+    Sky sky;    ///< with the suns of an environment
+    Sky light;  ///< the same as it lights
     bool in_exr = false;
 };
 

@@ -290,7 +290,7 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
     o.option.solid_rays.check_effect(!out.scene.solids.empty(), "--solid");
     for (const GridFile& file : files)
         if (const auto phi = fluence_grid(file)) {
-            const auto lit_by = app::of_file(file.path, [&] { return read_sky(*phi); });
+            const auto lit_by = app::of_file(file.path, [&] { return read_sky(*phi, &file); });
             if (shows_light_grids(o)) require_same_up(file, lit_by, out.up);
             if (!out.sky) out.sky = lit_by;
         }

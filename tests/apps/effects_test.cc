@@ -75,6 +75,17 @@ std::string text(const Words& words)
     return all;
 }
 
+/// All directions at 0.5 and 0.25 where red is, but for a sun of 1000 in one of 64 x 32 pixels. Radiance's .hdr, flat.
+std::string sky_with_a_sun()
+{
+    std::string all = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 32 +X 64\n";
+    for (int n = 0; n < 64 * 32; ++n) {
+        const bool sun = n == 10 * 64 + 20, left = n % 64 < 32;
+        all += {char(left ? 64 : 128), char(128), char(128), char(sun ? 139 : 128)};
+    }
+    return all;
+}
+
 class OptionEffects : public testing::TestWithParam<ToolEffects> {
 protected:
     /// in.vdb: a cloud. rock.vdb: with a mountain. lattice.vdb, exact.vdb, solved.vdb: their light. seed, moved,
@@ -87,6 +98,7 @@ protected:
         write_text(*inputs_ / "boxes.txt", "0 0 0 90 90 90 0.1\n");
         write_text(*inputs_ / "points.txt", "0 0.3 0\n");
         write_text(*inputs_ / "map.pgm", std::string("P5\n2 2\n255\n") + std::string({0, 127, '\xff', 60}));
+        write_text(*inputs_ / "sky.hdr", sky_with_a_sun());
         const RunResult r =
             in_folder("fractalgen -q --size 16 -o in.vdb && fractalgen -q in.vdb --mountain --size 16 -o rock.vdb && "
                       "illuminate -q in.vdb --extinction 20 --sun 0.3,1,0.2 -o lattice.vdb && "
@@ -119,7 +131,7 @@ protected:
     Outcome run_in(const std::string& folder, const Words& words)
     {
         std::string line = "rm -rf " + folder + " && mkdir " + folder + " && cd " + folder +
-                           " && for f in ../*.vdb ../*.pgm ../*.txt; do ln -s $f; done; " + GetParam().tool;
+                           " && for f in ../*.vdb ../*.pgm ../*.hdr ../*.txt; do ln -s $f; done; " + GetParam().tool;
         for (const std::string& word : words) line += " '" + word + "'";
         if (GetParam().tool != "vdbdiff") line += " --json report.json";
         Outcome outcome{in_folder(line), *inputs_ / folder, ""};

@@ -15,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 namespace vdbcloud::test {
 namespace {
@@ -98,6 +99,102 @@ TEST_F(SkyProgram, RefusesWhatHasNoEffect)
     expect_refused("p1solve lit.vdb --sky 1 --turbidity 1.5 --sun-colour atmosphere -o no.vdb", "--turbidity");
     expect_refused("p1solve lit.vdb --sky preetham --sun 0,-1,0 -o no.vdb", "expected a sun above the horizon");
     expect_refused("p1solve cloud.vdb --extinction 1 --lamp 0,9,0 --sky preetham -o no.vdb", "without a sun");
+}
+
+/// A folder with a cloud, and pictures of all directions: sky.hdr has a sun, studio.hdr a wide panel.
+class Environments : public InFolder<Environments> {
+public:
+    static constexpr const char* made = "fractalgen -q --size 16 -o cloud.vdb";
+
+protected:
+    static constexpr int width = 128, height = 64;
+    static constexpr const char* medium = "--extinction 6 --albedo 0.95 --g 0.5 ";
+
+    /// Radiance's .hdr, flat: `exponent` of 2 of each pixel by row and column, and half of it in red.
+    static void paint(const std::string& name, const std::function<int(int, int)>& exponent)
+    {
+        std::string all = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 64 +X 128\n";
+        for (int row = 0; row < height; ++row)
+            for (int column = 0; column < width; ++column)
+                all += {char(64), char(128), char(128), char(129 + exponent(row, column))};
+        write_text(*folder_ / name, all);
+    }
+    void SetUp() override
+    {
+        paint("sky.hdr", [](int row, int column) { return row == 20 && column == 30 ? 13 : row < 32 ? -1 : -3; });
+        paint("studio.hdr",
+              [](int row, int column) { return row > 20 && row < 40 && column > 20 && column < 40 ? 6 : -4; });
+    }
+};
+
+TEST_F(Environments, SunsOfThePictureAreLightsAndTheRestIsTheSkyBehind)
+{
+    expect_done(std::string("illuminate -q cloud.vdb ") + medium + "--environment sky.hdr -o lit.vdb");
+    const auto lights = lights_of(read_grid_file(*folder_ / "lit.vdb"));
+    ASSERT_EQ(lights.size(), 1u);
+    // A texel of 2^13 and its solid angle; in red one half. 20 times the mean stays with the sky.
+    const double size = 2 * M_PI / width * (std::sin(M_PI * (0.5 - 20.0 / 64)) - std::sin(M_PI * (0.5 - 21.0 / 64)));
+    EXPECT_NEAR(lights[0].strength()[1] / (8192 * size), 1, 0.02);
+    EXPECT_NEAR(lights[0].strength()[0] / lights[0].strength()[1], 0.5, 1e-6);
+    const double up = M_PI * (0.5 - 20.5 / height), turn = 2 * M_PI * (0.5 - 30.5 / width);
+    const Vec3d towards(std::cos(up) * std::sin(turn), std::sin(up), std::cos(up) * std::cos(turn));
+    EXPECT_LT((lights[0].place() - towards).length(), 1e-5);
+    // The file tells render all that it needs; asking again changes nothing.
+    expect_done("p1solve -q lit.vdb --environment sky.hdr --iterations 2 -o solved.vdb");
+    expect_done("render -q solved.vdb --resolution 24 --background sky -o told.exr");
+    expect_done("render -q solved.vdb --resolution 24 --environment sky.hdr --background sky -o asked.exr");
+    expect_done("idiff -q -fail 0 -warn 0 told.exr asked.exr");
+    const PictureFile told = picture(*folder_ / "told.exr");
+    EXPECT_NEAR(told.at(0, 0, "G"), 0.5, 0.4) << "the sky, above or below its horizon";
+    // Another sky in its place takes the picture out.
+    expect_done("p1solve -q solved.vdb --sky 1 -o other.vdb");
+    EXPECT_FALSE(find_grid(read_grid_file(*folder_ / "other.vdb"), schema::environment));
+}
+
+TEST_F(Environments, PicturesAgreeWithLightPaths)
+{
+    // Without a sun illuminate adds nothing, and says so.
+    const RunResult lit =
+        in_folder(std::string("illuminate cloud.vdb ") + medium + "--environment studio.hdr -o lit.vdb");
+    EXPECT_EQ(lit.status, 0) << lit.err;
+    EXPECT_NE(lit.err.find("the environment has no sun"), std::string::npos) << lit.err;
+    EXPECT_TRUE(lights_of(read_grid_file(*folder_ / "lit.vdb")).empty());
+    for (const char* name : {"studio.hdr", "sky.hdr"}) {
+        const std::string sky = std::string(" --environment ") + name + " --environment-turn 40 ";
+        expect_done("p1solve -q cloud.vdb " + std::string(medium) + sky +
+                    "--iterations 5 --directions 128 -o solved.vdb");
+        const std::string frame = "--resolution 12 --background none ";
+        expect_done("render -q solved.vdb --samples 4 " + frame + "-o light.exr");
+        expect_done("render -q cloud.vdb " + std::string(medium) + sky + "--integrator path --spp 2048 " + frame +
+                    "-o paths.exr");
+        const PictureFile light = picture(*folder_ / "light.exr"), paths = picture(*folder_ / "paths.exr");
+        double of_light = 0, of_paths = 0;
+        for (int j = 0; j < 12; ++j)
+            for (int i = 0; i < 12; ++i) {
+                of_light += light.at(i, j, "G");
+                of_paths += paths.at(i, j, "G");
+            }
+        // Light scattered by its first two moments, and 16 voxels: within 5 %; noise of the paths 0.5 %.
+        EXPECT_NEAR(of_light / of_paths, 1, 0.05) << name;
+    }
+}
+
+TEST_F(Environments, RefuseWhatIsNoPictureOfAllDirections)
+{
+    const auto refused = [](const std::string& options, int status, const std::string& piece) {
+        const RunResult r = in_folder("p1solve -q cloud.vdb --extinction 1 " + options + " -o no.vdb");
+        EXPECT_EQ(r.status, status) << options << r.err;
+        EXPECT_NE(r.err.find(piece), std::string::npos) << r.err;
+        EXPECT_EQ(in_folder("test -e no.vdb").status, 1);
+    };
+    refused("--environment missing.exr", 1, "missing.exr");
+    refused("--environment cloud.vdb", 1, "cloud.vdb");
+    write_text(*folder_ / "square.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 2\n" + std::string(16, '\x40'));
+    refused("--environment square.hdr", 1, "square.hdr: a panorama of 2 x 2 pixels: expected");
+    refused("--environment sky.hdr --sky day --sun 0,1,0", 2, "--sky");
+    refused("--environment sky.hdr --sky-zenith 1", 2, "--sky-zenith");
+    refused("--environment-turn 4", 2, "--environment-turn");
+    refused("--environment sky.hdr --series 2 --albedo 0.9", 2, "beside --environment");
 }
 
 }  // namespace

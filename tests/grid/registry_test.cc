@@ -105,7 +105,7 @@ TEST(Registry, KeepsWhatLaterStagesReadAndStoresResultsInFull)
         if (kind.result) result.insert(kind.name);
     }
     EXPECT_EQ(kept, (std::set<std::string>{"density", "medium_", "transmittance_", "phi", "flux", "flux_", "sh_",
-                                           "series_phi_", "series_I_", "ground_radiance", "solid"}));
+                                           "series_phi_", "series_I_", "ground_radiance", "environment", "solid"}));
     EXPECT_EQ(half, (std::set<std::string>{"density", "medium_", "Cd", "Cd_", "sh_"}));
     EXPECT_EQ(result, (std::set<std::string>{"transmittance_", "phi", "flux", "flux_", "series_phi_", "series_I_",
                                              "heating", "ground_radiance"}));

@@ -66,6 +66,7 @@ enum class Role {
     SeriesOrder,
     Heating,
     GroundRadiance,
+    Environment,
     Solid,
     Water,
     Rain,

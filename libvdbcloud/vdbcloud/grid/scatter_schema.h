@@ -58,6 +58,11 @@ inline constexpr const char* lit_sky_kind = "vdbcloud:sky_kind";
 inline constexpr const char* lit_sky_turbidity = "vdbcloud:sky_turbidity";
 inline constexpr const char* lit_sky_sun = "vdbcloud:sky_sun";
 inline constexpr const char* lit_sky_scale = "vdbcloud:sky_scale";
+// string, double, double: fingerprint of the texels of an environment (scene/panorama.h), degrees that it is turned by
+// (lit_sky_scale: what it is multiplied with), and 1 if its suns are part of it
+inline constexpr const char* lit_sky_texels = "vdbcloud:sky_texels";
+inline constexpr const char* lit_sky_turn = "vdbcloud:sky_turn";
+inline constexpr const char* lit_sky_suns = "vdbcloud:sky_suns";
 // vec3d: incident sky radiance from the zenith
 inline constexpr const char* lit_sky = "vdbcloud:sky";
 // vec3d: incident sky radiance from the horizon; absent: lit_sky

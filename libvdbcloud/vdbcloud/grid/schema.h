@@ -16,6 +16,7 @@
 // | sh_<lm>, sh_<lm>_<rgb> | float | moments of collided radiance, degree 2 and more (grid/scatter_schema.h) | 0 |
 // | heating                | vec3s, or float where channels share one; absorbed power per volume | 0            |
 // | ground_radiance        | vec3s | radiance of the ground upwards, at the layer where it lies | 0          |
+// | environment            | vec3s | radiance from all directions, latitude (-y) by longitude (-x), a voxel a texel | 0 |
 // | solid                  | float | level set of an opaque body, signed distance [world unit]  | +band      |
 //
 // Lengths are world units. Directions point along propagation, except `light_to`, which points towards the light.
@@ -40,6 +41,7 @@ inline constexpr const char* flux = "flux";          // of all channels
 inline constexpr const char* flux_prefix = "flux_";  // followed by r, g or b
 inline constexpr const char* heating = "heating";
 inline constexpr const char* ground_radiance = "ground_radiance";
+inline constexpr const char* environment = "environment";
 inline constexpr const char* solid = "solid";
 
 // Metadata of the file.

@@ -4,7 +4,23 @@
 #include "vdbcloud/render/picture_bytes.h"
 #include "vdbcloud/render/picture_module.h"
 
+#include <array>
+#include <fstream>
+
 namespace vdbcloud {
+
+namespace {
+
+/// OpenImageIO reads a .vdb with an OpenVDB of its own, which brings this process down.
+void require_no_grids(const std::string& path)
+{
+    constexpr std::array<char, 4> magic{' ', 'B', 'D', 'V'};
+    std::array<char, 4> first{};
+    std::ifstream(path, std::ios::binary).read(first.data(), first.size());
+    if (first == magic) throw IoError(printable(path) + ": cannot read it as a picture: it is a .vdb file of grids");
+}
+
+}  // namespace
 
 Pixels read_pixels(const std::string& path)
 {
@@ -20,6 +36,7 @@ Pixels read_pixels(const std::string& path)
                           " pixels of " + std::to_string(size.channels) +
                           " channels: expected at most 16384 pixels a side and 2^28 values");
     };
+    require_no_grids(path);
     Pixels pixels;
     const std::string trouble = picture_module(path).read(path, check, pixels);
     if (!trouble.empty()) throw IoError(printable(path) + ": cannot read it as a picture: " + printable(trouble));

@@ -4,6 +4,7 @@
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/sources.h"
 #include "vdbcloud/optics/medium.h"
+#include "vdbcloud/scene/panorama.h"
 
 namespace vdbcloud {
 
@@ -19,6 +20,7 @@ void add(Digest& digest, const Sky& sky)
     digest.add_text(sky.kind().word);
     add(digest, sky.up());
     for (const Vec3d& parameter : sky.parameters()) add(digest, parameter);
+    if (sky.map()) digest.add_text(sky.map()->digest());
 }
 
 void add(Digest& digest, const Vec3SGridPtr& grid)

@@ -4,6 +4,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/scatter_schema.h"
+#include "vdbcloud/scene/panorama.h"
 #include "vdbcloud/scene/sky_kinds.h"
 
 #include <algorithm>
@@ -16,7 +17,7 @@ namespace {
 
 const std::vector<const SkyKind*>& sky_kinds()
 {
-    static const std::vector<const SkyKind*> kinds = {&gradient_kind, &preetham_kind};
+    static const std::vector<const SkyKind*> kinds = {&gradient_kind, &preetham_kind, &environment_kind};
     return kinds;
 }
 
@@ -46,8 +47,8 @@ void check(const SkyParameter& parameter, const Vec3d& value)
 
 }  // namespace
 
-Sky::Sky(const SkyKind& kind, const Vec3d& up, std::vector<Vec3d> parameters)
-    : kind_(&kind), description_{up, std::move(parameters), false}
+Sky::Sky(const SkyKind& kind, const Vec3d& up, std::vector<Vec3d> parameters, std::shared_ptr<const Panorama> map)
+    : kind_(&kind), description_{up, std::move(parameters), false, std::move(map)}
 {
     if (!(up.length() > 0 && std::isfinite(up.length()))) refuse("up", up, "a vector with a length above 0");
     description_.up = up.unit();
@@ -72,6 +73,7 @@ Sky Sky::above_horizon() const
 
 bool operator==(const Sky& a, const Sky& b)
 {
+    if (bool(a.map()) != bool(b.map()) || (a.map() && a.map()->digest() != b.map()->digest())) return false;
     return a.kind_ == b.kind_ && a.up() == b.up() && a.parameters() == b.parameters() &&
            a.description_.ends_at_horizon == b.description_.ends_at_horizon;
 }
@@ -80,6 +82,7 @@ void write_sky(MetaMap& to, const Sky& sky)
 {
     set_text(to, schema::lit_sky_kind, sky.kind().word);
     set_vector(to, schema::lit_sky_up, sky.up());
+    if (sky.map()) set_text(to, schema::lit_sky_texels, sky.map()->digest());
     for (size_t p = 0; p < sky.parameters().size(); ++p) {
         const SkyParameter& parameter = sky.kind().parameters[p];
         if (parameter.vector)
@@ -89,7 +92,21 @@ void write_sky(MetaMap& to, const Sky& sky)
     }
 }
 
-std::optional<Sky> read_sky(const MetaMap& from)
+namespace {
+
+std::shared_ptr<const Panorama> texels_of(const MetaMap& from, const GridFile* file)
+{
+    const std::string digest = get_text(from, schema::lit_sky_texels, "");
+    if (digest.empty() || !file) return nullptr;
+    auto map = panorama_of(*file);
+    if (map && map->digest() != digest)
+        throw InputError("grid 'environment' is not the one that lit the medium: run p1solve again");
+    return map;
+}
+
+}  // namespace
+
+std::optional<Sky> read_sky(const MetaMap& from, const GridFile* file)
 {
     const std::string word = get_text(from, schema::lit_sky_kind, gradient_kind.word);
     std::string words;
@@ -102,7 +119,8 @@ std::optional<Sky> read_sky(const MetaMap& from)
             values.push_back(parameter.vector ? get_vector(from, parameter.key, otherwise)
                                               : Vec3d(get_number(from, parameter.key, otherwise[0])));
         }
-        const Sky sky(*kind, get_vector(from, schema::lit_sky_up, Vec3d(0, 1, 0)), std::move(values));
+        const Sky sky(*kind, get_vector(from, schema::lit_sky_up, Vec3d(0, 1, 0)), std::move(values),
+                      texels_of(from, file));
         if (sky.dark()) return std::nullopt;
         return sky;
     }

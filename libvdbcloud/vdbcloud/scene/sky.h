@@ -13,6 +13,16 @@
 
 namespace vdbcloud {
 
+class Light;
+class Panorama;
+struct GridFile;
+
+/// Radiance from a part of the sphere: its mean over the part.
+struct SkyPart {
+    Vec3d direction, radiance;
+    double solid_angle;
+};
+
 /// The radiance of one sky in world space, a function of direction. Directions are unit and point AWAY from the viewer:
 /// a camera ray's, against the light's propagation. Immutable, so any number of threads may use it.
 class SkyModel {
@@ -31,6 +41,13 @@ public:
 
     /// The same in all directions: `up` does not matter.
     virtual bool uniform() const { return false; }
+
+    /// Parts that cover the sphere, for a sky with detail that a few directions would miss; empty for a smooth one.
+    virtual const std::vector<SkyPart>& parts() const
+    {
+        static const std::vector<SkyPart> none;
+        return none;
+    }
 };
 
 /// A number or a colour of a kind of sky.
@@ -47,6 +64,7 @@ struct SkyDescription {
     Vec3d up;  ///< unit
     std::vector<Vec3d> parameters;
     bool ends_at_horizon;
+    std::shared_ptr<const Panorama> map;  ///< of an environment
 };
 
 /// A kind of sky: its words, metadata and parameters, and how to make its field.
@@ -79,7 +97,7 @@ public:
     Sky() : Sky(GradientSky{}) {}  ///< black
     Sky(const GradientSky&);
     /// Parameters in the order of the kind's. Throws InputError, naming the one that is not admissible.
-    Sky(const SkyKind&, const Vec3d& up, std::vector<Vec3d> parameters);
+    Sky(const SkyKind&, const Vec3d& up, std::vector<Vec3d> parameters, std::shared_ptr<const Panorama> map = nullptr);
     /// The same radiance everywhere.
     static Sky constant(const Vec3d& radiance) { return GradientSky{radiance, radiance, radiance}; }
 
@@ -87,17 +105,21 @@ public:
     const Vec3d& up() const { return description_.up; }  ///< unit
     const std::vector<Vec3d>& parameters() const { return description_.parameters; }
     std::optional<GradientSky> gradient() const;  ///< none: another kind
+    const std::shared_ptr<const Panorama>& map() const { return description_.map; }
 
     Vec3d radiance(const Vec3d& direction) const { return model_->radiance(direction); }
     Vec3d mean_inflow(const Vec3d& normal) const { return model_->mean_inflow(normal); }
     std::vector<Vec3d> tones() const { return model_->tones(); }
     bool uniform() const { return model_->uniform(); }
+    const std::vector<SkyPart>& parts() const { return model_->parts(); }
     bool dark() const { return dark_; }
 
     /// This sky, dark below the horizon. That is not stored with a grid, which tells its ground by itself.
     Sky above_horizon() const;
+    /// As a viewer sees it: an environment with the suns that light by themselves (environment_suns()).
+    Sky drawn() const;
 
-    /// True for the same kind and parameters.
+    /// True for the same kind, parameters and texels.
     friend bool operator==(const Sky&, const Sky&);
 
 private:
@@ -116,9 +138,17 @@ private:
 Sky preetham_sky(const Vec3d& to_sun, const Vec3d& sun_irradiance, double turbidity, const Vec3d& up,
                  const std::optional<Vec3d>& ground = std::nullopt);
 
+/// The sky of a panorama without its suns, times `gain`. The middle of the picture lies along the axis after `up` in
+/// the order x, y, z, turned by `turn` degrees, counterclockwise as seen from above: with y up along z, with x to its
+/// left, as OpenEXR has it. Throws InputError for a turn outside -360..360 and a gain that is not finite or below 0.
+Sky environment_sky(std::shared_ptr<const Panorama>, double turn, double gain, const Vec3d& up);
+/// Its suns as lights: environment, environment2, ...
+std::vector<Light> environment_suns(const Panorama&, double turn, double gain, const Vec3d& up);
+
 /// Writes the sky that lit a grid into its metadata (schema::lit_sky_kind ...), and reads it back: none if there is
-/// none or it is black. Reading throws InputError as the constructor of Sky.
+/// none or it is black. An environment's texels lie in the file (scene/panorama.h); `file`: where they are looked for.
+/// Reading throws InputError as the constructor of Sky, and for texels that are missing or other ones.
 void write_sky(MetaMap&, const Sky&);
-std::optional<Sky> read_sky(const MetaMap&);
+std::optional<Sky> read_sky(const MetaMap&, const GridFile* file = nullptr);
 
 }  // namespace vdbcloud

@@ -4,6 +4,6 @@
 
 namespace vdbcloud {
 
-extern const SkyKind gradient_kind, preetham_kind;
+extern const SkyKind gradient_kind, preetham_kind, environment_kind;
 
 }  // namespace vdbcloud
