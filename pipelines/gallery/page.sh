@@ -19,7 +19,8 @@ paper() {
     case $1 in
     fractal-cumulus | sunset | mirror-sphere | ground-shadow) echo "fractal clouds at 512 x 512: 1 to 6 hours of a processor" ;;
     cloud-and-mountain) echo "cloud and mountain at 256 x 256: 1 to 6 hours of a processor" ;;
-    *) echo "-" ;;
+    cumulus-growth) echo "simulated cloud at 512 x 512: 1 to 6 hours of a processor" ;;
+    *) echo "no picture of this kind" ;;
     esac
 }
 

@@ -7,7 +7,18 @@ top=$(cd "$(dirname "$0")/../.." && pwd)
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 fail() { echo "gallery.sh: $*" >&2; exit 1; }
-pictures="ground-shadow cloud-and-mountain"
+pictures="ground-shadow cloud-and-mountain dust"
+# Every picture is in the gallery: each has a folder with a scene, and the Disney cloud is skipped by name without its file.
+all() { make -n -s -C "$top/pipelines/gallery" BIN="$bin" OUT="$folder/all" VDBCLOUD_REAL="$1" 2> /dev/null; }
+mkdir "$folder/real"
+all "$folder/real" > "$folder/said" || true
+for p in fractal-cumulus sunset cloud-and-mountain mirror-sphere ground-shadow fog-with-spotlight dust stratocumulus cumulus-growth; do
+    [ -e "$top/pipelines/$p/scene.toml" ] && grep -q "/$p.png --fit" "$folder/said" || fail "$p is not in the gallery"
+done
+grep -q "gallery: disney is skipped" "$folder/said" && ! grep -q "/disney.png" "$folder/said" || fail "disney without its file"
+touch "$folder/real/wdas_cloud_sixteenth.vdb"
+all "$folder/real" > "$folder/said" || true
+grep -q "/disney.png --fit" "$folder/said" || fail "disney is not in the gallery, though its file is there"
 gallery() { make -s -C "$top/pipelines/gallery" PICTURE=small PICTURES="$pictures" BIN="$bin" OUT="$folder" > "$folder/said" 2> "$folder/progress" || { cat "$folder/progress" >&2; fail "status $?"; }; }
 gallery
 for p in $pictures; do
@@ -16,7 +27,7 @@ for p in $pictures; do
 done
 # Errors between two bounds: of pictures of a few thousand pixels, of an error that is neither 0 nor the picture's size.
 sed -n 's/.*<td>error<td>\([^ ]*\) % (\([^ ]*\) to \([^ ]*\))/\1 \2 \3/p' "$folder/index.html" |
-    awk '{ ++n; if (!($1 > 0.5 && $1 < 25 && $2 < $1 && $1 < $3)) { print "gallery.sh: error " $0 > "/dev/stderr"; bad = 1 } } END { exit bad || n != 2 }' ||
+    awk '{ ++n; if (!($1 > 0.5 && $1 < 25 && $2 < $1 && $1 < $3)) { print "gallery.sh: error " $0 > "/dev/stderr"; bad = 1 } } END { exit bad || n != 3 }' ||
     fail "errors are not as expected"
 # The mountain travels in the file of the light that it shadows.
 "$bin/vdbdiff" "$folder/cloud-and-mountain/cloud-and-mountain.light.vdb" "$folder/cloud-and-mountain/cloud-and-mountain.density.vdb" > "$folder/diff" 2>&1 && fail "no solid in the file"
@@ -30,7 +41,7 @@ if command -v chromium > /dev/null; then
         "$folder/index.html" > "$folder/seen.html"
     seen=$(HOME=$folder timeout 100 chromium --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --virtual-time-budget=20000 \
         --user-data-dir="$folder/profile" --dump-dom "file://$folder/seen.html" 2> "$folder/chromium.log" | sed -n 's/.*<title>\(seen [^<]*\)<.*/\1/p')
-    [ "$seen" = "seen 0 of 2" ] || fail "Chromium says '$seen': expected two pictures and none missing"
+    [ "$seen" = "seen 0 of 3" ] || fail "Chromium says '$seen': expected three pictures and none missing"
 else
     echo "gallery.sh: chromium is not installed: the page was not opened in a browser"
 fi
