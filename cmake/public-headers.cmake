@@ -2,12 +2,13 @@
 # All other headers are the library's own; those that begin with "Private to MODULE/" serve one module alone.
 # tests/layering.cmake checks both.
 set(public_headers
-    core/atomic_file.h core/constants.h core/control_groups.h core/error.h core/memory.h core/number_range.h core/progress.h core/shortest.h core/vdb.h core/workload.h
+    core/atomic_file.h core/constants.h core/control_groups.h core/effects.h core/error.h core/memory.h core/number_range.h core/progress.h core/shortest.h core/vdb.h core/workload.h
     grid/compare.h grid/density.h grid/digest.h grid/emission.h grid/extent.h grid/grid_file.h grid/metadata.h grid/probe.h
     grid/registry.h grid/schema.h grid/select.h grid/sources.h grid/statistics.h grid/tree_size.h grid/up_axis.h
     voxels/box_medium.h voxels/cloud_table.h voxels/voxel_mean.h
     file/io.h file/table.h file/text.h
     optics/automatic_extinction.h optics/joined_medium.h optics/medium.h optics/mixture.h optics/optical_depth.h optics/phase_function.h optics/solid_rays.h
+    effects/effects.h
     scene/atmosphere.h scene/camera.h scene/colour.h scene/light.h scene/panorama.h scene/sky.h scene/solid.h
     light/transmittance_grid.h
     scatter/expected_share.h scatter/multiple_scattering.h scatter/scatter_plan.h scatter/series_grids.h scatter/voxel_error.h

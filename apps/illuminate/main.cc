@@ -16,6 +16,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/digest.h"
 #include "vdbcloud/grid/metadata.h"
+#include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/grid/select.h"
 #include "vdbcloud/grid/sources.h"
@@ -26,10 +27,11 @@ using namespace vdbcloud;
 
 namespace {
 
-/// A light. `done`: its grid in the file is valid for this density and medium.
+/// A light. `done`: its grid in the file is valid for this density and medium. `idle`: it adds nothing.
 struct Task {
     Light light;
     bool done;
+    bool idle = false;
 };
 
 /// The lights of the command line, which replace lights of the same name and the same lights in the inputs, then the
@@ -50,10 +52,12 @@ std::vector<Task> tasks_of(app::App& app, const IlluminateOptions& o, const std:
     for (const auto& light : app::inherited_lights(in.lights, asked)) {
         if (!asked.empty()) app.say("the " + app::described(light) + " of the input stays: '" + light.name + "'");
         const auto grid = find_grid(file, transmittance_name(light));
-        const bool holds = grid && app::same_extinction(*grid, in.medium) && read_periodic(*grid) == in.periodic &&
+        const bool filled = grid && (grid->activeVoxelCount() > 0 || in.density->activeVoxelCount() == 0);
+        const bool holds = filled && app::same_extinction(*grid, in.medium) && read_periodic(*grid) == in.periodic &&
                            get_text(*grid, schema::density_digest, "") == digest &&
                            get_text(*grid, schema::solids, "") == standing;
-        if (!holds) app.say("light '" + light.name + "' was computed for another medium: doing it again");
+        if (!holds && light.strength() != Vec3d(0.0))
+            app.say("light '" + light.name + "' was computed for another medium: doing it again");
         tasks.push_back({light, holds});
     }
     if (tasks.empty() && o.lights.environment.asked()) {
@@ -67,13 +71,29 @@ std::vector<Task> tasks_of(app::App& app, const IlluminateOptions& o, const std:
 }
 
 /// The solids asked for take the place of those of the file, and travel in it. Results for other solids are dropped.
-void choose_solids(app::App& app, IlluminateOptions& o, app::MediumInput& in)
+std::vector<Solid> choose_solids(app::App& app, IlluminateOptions& o, app::MediumInput& in)
 {
-    o.accuracy.solids =
+    std::vector<Solid> solids =
         app::chosen_solids(app, o.solids, {&in.file}, vector_of(app::settled_up(app, o.up, in.file, false)));
-    if (!o.solids.asked.empty()) put_solids(in.file, o.accuracy.solids);
-    if (o.accuracy.solids.empty()) return;
-    for (size_t n = 0; n < o.accuracy.solids.size(); ++n) app.say("solid: " + described(o.accuracy.solids[n]));
+    if (!o.solids.asked.empty()) put_solids(in.file, solids);
+    for (const Solid& solid : solids) app.say("solid: " + described(solid));
+    if (is_asked(app::effects_asked(o.effects), Effect::Solids)) o.accuracy.solids = solids;
+    return solids;
+}
+
+/// The effects in play. Lights that add nothing become idle.
+Effects choose_effects(const IlluminateOptions& o, const app::MediumInput& in, const std::vector<Solid>& solids,
+                       std::vector<Task>& tasks)
+{
+    EffectFacts facts;
+    facts.stage = EffectStage::Light;
+    facts.media = {{in.density.get(), in.medium}};
+    for (const Task& task : tasks) facts.lights.push_back(task.light);
+    facts.solids = solids;
+    facts.periodic = in.periodic;
+    Effects effects(facts, app::effects_asked(o.effects));
+    for (size_t n = 0; n < tasks.size(); ++n) tasks[n].idle = !effects.lights()[n];
+    return effects;
 }
 
 std::vector<Light> lights_of(const std::vector<Task>& tasks)
@@ -87,7 +107,7 @@ std::vector<Light> computed(const std::vector<Task>& tasks)
 {
     std::vector<Light> lights;
     for (const Task& task : tasks)
-        if (!task.done) lights.push_back(task.light);
+        if (!task.done && !task.idle) lights.push_back(task.light);
     return lights;
 }
 
@@ -99,7 +119,7 @@ app::Plan plan_of(const IlluminateOptions& o, const app::MediumInput& in, const 
     double kept = 0;
     for (const GridBasePtr& grid : in.file.grids) plan.work.add("write_byte", app::value_bytes(*grid));
     for (const Task& task : tasks) {
-        if (task.done) continue;
+        if (task.done || task.idle) continue;
         const TransmittancePlan light = transmittance_plan(*in.density, in.medium, task.light, o.accuracy, count);
         plan.work += light.work;
         plan.work.add("write_byte", light.value_bytes);
@@ -109,15 +129,40 @@ app::Plan plan_of(const IlluminateOptions& o, const app::MediumInput& in, const 
     return plan;
 }
 
+/// Adds the grid of a light to the file.
+EffectCosts illuminate_by(app::App& app, const IlluminateOptions& o, app::MediumInput& in, const Light& light)
+{
+    const auto phase = app.phase(transmittance_name(light));
+    TransmittanceReport found;
+    const GridBasePtr grid =
+        transmittance_grid(*in.density, in.medium, light, o.accuracy, app.progress(light.name), &found);
+    put_grid(in.file, grid);
+    app::tell_accuracy(app, grid->getName(), accuracy_of(found), *grid);
+    auto& report = app.report();
+    report["counts"][light.name + "_voxels"] = found.voxels;
+    if (!o.accuracy.solids.empty()) {
+        report["counts"][light.name + "_hidden_voxels"] = found.hidden;
+        if (found.voxels > 0 && found.hidden == found.voxels) app.say(app::described(light) + " reaches no voxel");
+    }
+    app.add_work(found.work);
+    if (found.compared > 0)
+        report["accuracy"][light.name] = {{"compared_voxels", found.compared},
+                                          {"mean_transmittance_error", found.mean_error},
+                                          {"max_transmittance_error", found.max_error}};
+    return found.costs;
+}
+
 void illuminate(app::App& app, IlluminateOptions& o)
 {
     app::MediumInput in = app::read_one_medium(app, o, o.medium);
     o.accuracy.periodic = in.periodic;
-    choose_solids(app, o, in);
+    const std::vector<Solid> solids = choose_solids(app, o, in);
     app.uses(in.density->getName());
     const UpAxis up = app::settled_up(app, o.up, in.file, o.lights.by_atmosphere || o.lights.environment.asked());
     const auto asked = app::lights_asked(o.lights, vector_of(up));
-    const auto tasks = app::of_file(in.file.path, [&] { return tasks_of(app, o, asked, in); });
+    auto tasks = app::of_file(in.file.path, [&] { return tasks_of(app, o, asked, in); });
+    const Effects effects = choose_effects(o, in, solids, tasks);
+    app::tell_effects(app, o.effects, effects);
     check_effects(o, computed(tasks));
     app::tell_darkness(app, lights_of(tasks), o.lights.environment.asked());
     if (app.dry_run())
@@ -126,24 +171,14 @@ void illuminate(app::App& app, IlluminateOptions& o)
                              std::to_string(tasks.size()) + " lights");
     app::require_memory(plan_of(o, in, tasks, false));
 
+    EffectCosts costs;
     for (const auto& task : tasks) {
         app.uses(transmittance_name(task.light));
-        if (task.done) continue;
-        const auto phase = app.phase(transmittance_name(task.light));
-        TransmittanceReport found;
-        const GridBasePtr grid =
-            transmittance_grid(*in.density, in.medium, task.light, o.accuracy, app.progress(task.light.name), &found);
-        put_grid(in.file, grid);
-        app::tell_accuracy(app, grid->getName(), accuracy_of(found), *grid);
-        auto& report = app.report();
-        report["counts"][task.light.name + "_voxels"] = found.voxels;
-        if (!o.accuracy.solids.empty()) report["counts"][task.light.name + "_hidden_voxels"] = found.hidden;
-        app.add_work(found.work);
-        if (found.compared > 0)
-            report["accuracy"][task.light.name] = {{"compared_voxels", found.compared},
-                                                   {"mean_transmittance_error", found.mean_error},
-                                                   {"max_transmittance_error", found.max_error}};
+        if (task.idle && !task.done) put_grid(in.file, unlit_grid(*in.density, task.light));
+        if (!task.done && !task.idle) costs += illuminate_by(app, o, in, task.light);
     }
+    in.file.metadata->removeMeta(schema::multiple_left_out);  // of other light
+    app::tell_costs(app, o.effects, effects, costs);
     app.write(o.output, in.file);
 }
 

@@ -46,6 +46,7 @@ void declare(app::App& app, IlluminateOptions& o)
         ->check(app::within(0, 1000000))
         ->only_with(lattice, "--fidelity lattice");
 
+    app::declare_effects(app, o.effects);
     app.takes_rungs();
     app.examples({{"a cloud in the afternoon sun, and its picture",
                    "fractalgen --size 96 -o cloud.vdb && illuminate cloud.vdb --sun 0.7,0.5,0.3 -o lit.vdb && render "

@@ -1,5 +1,6 @@
 #pragma once
 // The options of illuminate.
+#include "effect_options.h"
 #include "light_options.h"
 #include "medium_options.h"
 #include "solid_options.h"
@@ -15,6 +16,7 @@ struct IlluminateOptions : app::StageOptions {
     app::MediumOptions medium;
     app::LightOptions lights;
     app::SolidOptions solids;
+    app::EffectOptions effects;
     TransmittanceOptions accuracy;
     app::Option disc_samples;
     std::vector<app::Option> of_suns;  ///< no effect on lamps, nor in a periodic medium, whose rays are all exact

@@ -11,6 +11,7 @@
 #include "vdbcloud/light/transmittance_grid.h"
 #include "vdbcloud/optics/mixture.h"
 
+#include <algorithm>
 #include <set>
 #include <string>
 
@@ -25,6 +26,12 @@ bool has_light(const app::MediumInput& in, const Light& light, const std::vector
            read_periodic(*there) == in.periodic &&
            get_text(*there, schema::solids, "") == solids_digest(solids, /*materials=*/false) &&
            get_text(*there, schema::density_digest, "") == grid_digest(*in.density);
+}
+
+bool adds_nothing(const EffectsAsked& asked, const Light& light)
+{
+    return !is_asked(asked, Effect::Lights) ||
+           (asked.mode != EffectsAsked::Mode::All && light.strength() == Vec3d(0.0));
 }
 
 /// Removes the grids of lights that are not those of the solution: later stages would take them for its lights.
@@ -55,9 +62,16 @@ std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, app::Mediu
         lights.push_back(app::automatic_sun(vector_of(app::settled_up(app, o.up, file, true))));
         app.say("no light asked for: a " + app::described(lights[0]));
     }
+    const EffectsAsked effects = app::effects_asked(o.effects);
     for (const Light& light : lights) {
         app.uses(transmittance_name(light));
         if (app.dry_run()) continue;
+        if (adds_nothing(effects, light)) {
+            const auto is_it = [&](const Light& theirs) { return same_light(theirs, light); };
+            const auto all = lights_of(file);
+            if (std::none_of(all.begin(), all.end(), is_it)) put_grid(file, unlit_grid(density, light));
+            continue;
+        }
         if (has_light(in, light, o.scatter.solids)) continue;
         const auto phase = app.phase(transmittance_name(light));
         TransmittanceOptions accuracy;

@@ -210,6 +210,8 @@ void declare(app::App& app, P1solveOptions& o)
     declare_closure(app, o);
     declare_power(app, o);
     declare_accuracy(app, o);
+    app::declare_effects(app, o.effects);
+    app::declare_accuracy_error(app, o.effects);
     app.takes_rungs();
     app.examples(
         {{"multiple scattering in a cloud of droplets, and its picture",

@@ -1,5 +1,6 @@
 #pragma once
 // The options of p1solve.
+#include "effect_options.h"
 #include "inputs.h"
 #include "light_options.h"
 #include "medium_options.h"
@@ -19,6 +20,7 @@ struct P1solveOptions : app::StageOptions {
     app::MediumOptions medium;
     app::LightOptions lights;
     app::SolidOptions solids;
+    app::EffectOptions effects;
     app::SkyOptions sky;
     ScatterOptions scatter;
     app::Option rays_per_voxel, delta, disc_samples, keep_moments, heating, ground;

@@ -115,6 +115,33 @@ void add_voxel_error(app::App& app, Accuracy& accuracy, const VoxelError& voxels
                                    {"twice_against_four_times", voxels.four}};
 }
 
+namespace {
+
+/// Adds the grids of lights that the file lacks.
+void add_lights(app::Plan& plan, const P1solveOptions& o, const app::MediumInput& in, const std::vector<Light>& lights)
+{
+    for (const Light& light : lights) {
+        if (adds_nothing(app::effects_asked(o.effects), light) || has_light(in, light, o.scatter.solids)) continue;
+        TransmittanceOptions accuracy;
+        accuracy.disc_samples = o.scatter.disc_samples;
+        accuracy.periodic = in.periodic;
+        const TransmittancePlan stored = transmittance_plan(*in.density, in.medium, light, accuracy, true);
+        plan.work += stored.work;
+        plan.work.add("write_byte", stored.value_bytes);
+        plan.bytes += stored.grid_bytes;
+    }
+}
+
+}  // namespace
+
+app::Plan writing_plan(const P1solveOptions& o, const app::MediumInput& in, const std::vector<Light>& lights)
+{
+    app::Plan plan;
+    for (const GridBasePtr& grid : in.file.grids) plan.work.add("write_byte", app::value_bytes(*grid));
+    add_lights(plan, o, in, lights);
+    return plan;
+}
+
 app::Plan plan_of(app::App& app, const P1solveOptions& o, const app::MediumInput& in, const Vec3SGrid* tint,
                   const Vec3SGrid* emission, const std::vector<Light>& lights)
 {
@@ -151,16 +178,7 @@ app::Plan plan_of(app::App& app, const P1solveOptions& o, const app::MediumInput
         plan.bytes = std::max(plan.bytes, scatter.grid_bytes + voxels.bytes);
     }
     if (!count) return plan;
-    for (const Light& light : lights) {
-        if (has_light(in, light, o.scatter.solids)) continue;
-        TransmittanceOptions accuracy;
-        accuracy.disc_samples = o.scatter.disc_samples;
-        accuracy.periodic = in.periodic;
-        const TransmittancePlan stored = transmittance_plan(density, in.medium, light, accuracy, true);
-        plan.work += stored.work;
-        plan.work.add("write_byte", stored.value_bytes);
-        plan.bytes += stored.grid_bytes;
-    }
+    add_lights(plan, o, in, lights);
     auto& estimate = app.report()["estimate"];
     if (scatter.directions > 0) estimate["directions"] = scatter.directions;
     estimate["bytes_per_active_voxel"] = plan.bytes / std::max(1.0, double(density.activeVoxelCount()));

@@ -19,6 +19,9 @@ void add_voxel_error(app::App&, Accuracy&, const VoxelError&);
 app::Plan plan_of(app::App&, const P1solveOptions&, const app::MediumInput&, const Vec3SGrid* tint,
                   const Vec3SGrid* emission, const std::vector<Light>&);
 
+/// Events of a run that solves nothing.
+app::Plan writing_plan(const P1solveOptions&, const app::MediumInput&, const std::vector<Light>&);
+
 /// True if a sky or emission brings light into the medium.
 bool glows(const ScatterReport&);
 

@@ -8,6 +8,7 @@
 // thinned on its way to the eye. With --integrator path: all orders of scattering, by unbiased light paths.
 #include "camera.h"
 #include "certify.h"
+#include "effects.h"
 #include "multiple.h"
 #include "progressive.h"
 
@@ -59,21 +60,14 @@ void render(app::App& app, RenderOptions& o)
     choose_samples(o);
     const ImageSize size = image_size(o);
     LoadedScene loaded = load_scene(app, o);
-    const auto background = chosen_background(o, loaded.scene.lights, loaded.up, loaded.sky);
+    const auto background = chosen_background(o, loaded.lights, loaded.up, loaded.sky);
     loaded.scene.background = background.sky;
-    // A certificate's paths see the sky that was asked for, too, where no file has one.
-    if (!shows_light_grids(o) || (o.option.certify.given() && !loaded.sky && app::sky_asked(o.sky)))
-        loaded.scene.sky = chosen_sky(o, loaded.scene.lights, loaded.up, loaded.sky);
-    else if ((traces_paths(o) || o.option.certify.given()) && loaded.sky)
-        loaded.scene.sky = *loaded.sky;
-    // Solids are lit by the sky that is seen, if no other sky is known.
-    if (!loaded.scene.solids.empty() && loaded.scene.sky.dark())
-        loaded.scene.sky = loaded.sky ? *loaded.sky : background.light;
+    if (loaded.effects.on(Effect::Sky)) loaded.scene.sky = lighting_sky(o, loaded, background.light);
     o.integrator.passes.over_background = background.in_exr;
     if (shows_light_grids(o) && app::sky_asked(o.sky) && loaded.sky && !(background.light == *loaded.sky))
         app.warnings()(
             "the picture shows the sky asked for, and another sky lit the medium: for one sky run p1solve with it");
-    app::tell_darkness(app, loaded.scene.lights, glows(loaded.scene));
+    app::tell_darkness(app, loaded.lights, glows(loaded.scene));
     const CameraView view(chosen_camera(app, o, loaded, size), size);
     require_open_camera(loaded.scene, view);
     report_picture(app, o, loaded, view);
@@ -101,6 +95,8 @@ void render(app::App& app, RenderOptions& o)
     if (!o.option.exposure.given()) o.view.exposure = auto_exposure(film);
     report_cost(app, cost, render_work(film, loaded.scene, o.integrator, cost), o.view.exposure);
     app.add_work(writing_work(o));
+    loaded.costs += cost.costs;
+    app::tell_costs(app, o.effects, loaded.effects, loaded.costs);
     if (traces_paths(o)) report_passes(app, cost.passes);
     report_coarseness(app, o, cost.coarse, film);
     write_pictures(app, o, loaded, film, view, background.in_exr, cost, certificate);

@@ -26,18 +26,10 @@ ScatterOptions scatter_options(const RenderOptions& o, const LoadedScene& loaded
     options.closure.iterations = 3;
     options.periodic = loaded.scene.periodic;
     options.solids = loaded.scene.solids;
+    options.channels_apart = loaded.effects.forced();
     options.up = vector_of(loaded.up);
-    options.sky = app::lighting_sky(o.sky, o.lights, loaded.scene.lights, options.up);
+    if (loaded.effects.on(Effect::Sky)) options.sky = app::lighting_sky(o.sky, o.lights, loaded.lights, options.up);
     return options;
-}
-
-/// "84 %", or "below 1 %".
-std::string percent(double share)
-{
-    if (share < 0.01) return "below 1 %";
-    char text[32];
-    std::snprintf(text, sizeof text, share > 0.995 ? "%.1f %%" : "%.0f %%", std::min(99.9, 100 * share));
-    return text;
 }
 
 }  // namespace
@@ -71,6 +63,7 @@ void add_multiple(app::App& app, const RenderOptions& o, std::vector<GridFile>& 
     const CollidedLight light = scatter_p1(density, volume.colour.get(), volume.emission.get(), volume.medium, lights,
                                            options, app.progress("multiple"), report);
     app.add_work(report.work);
+    loaded.costs += report.costs;
     if (!report.converged)
         throw ConvergenceError(file.path +
                                ": --multiple: the solver missed its tolerance: run p1solve with other options");
@@ -82,6 +75,19 @@ void add_multiple(app::App& app, const RenderOptions& o, std::vector<GridFile>& 
     loaded.sky = read_sky(*light.phi, &file);
 }
 
+ShareFound share_of_multiple(app::App& app, const RenderOptions& o, const LoadedScene& loaded)
+{
+    const auto phase = app.phase("expected share");
+    const Volume& volume = loaded.scene.volumes.front();
+    ShareOptions options;
+    options.periodic = loaded.scene.periodic;
+    options.enough = app::accuracy_error(o.effects);
+    options.error = std::min(options.error, std::max(1e-5, options.enough / 8));
+    const ExpectedShare found =
+        expected_share(*volume.density, volume.colour.get(), volume.medium, loaded.lights, Sky(), options);
+    return {found.share, found.error};
+}
+
 void tell_left_out(app::App& app, const RenderOptions& o, const LoadedScene& loaded)
 {
     const std::vector<Volume>& volumes = loaded.scene.volumes;
@@ -89,6 +95,12 @@ void tell_left_out(app::App& app, const RenderOptions& o, const LoadedScene& loa
     const bool unread = app.get_option("--quiet")->count() > 0 && app.get_option("--json")->count() == 0;
     if (unread) return;
     if (traces_paths(o) || app.dry_run() || std::any_of(volumes.begin(), volumes.end(), complete)) return;
+    if (const EffectState& multiple = loaded.effects[Effect::Multiple]; multiple.left_out)
+        return app.say("the picture shows light that is scattered once: multiple scattering is left out, " +
+                       multiple.why);
+    if (loaded.left_out_before)
+        return app.say("the picture shows light that is scattered once: p1solve left out an expected " +
+                       share_text(*loaded.left_out_before) + " of scattered light");
     ExpectedShare most;
     ShareOptions options;
     options.periodic = loaded.scene.periodic;
@@ -100,7 +112,7 @@ void tell_left_out(app::App& app, const RenderOptions& o, const LoadedScene& loa
     }
     if (most.paths == 0) return;
     app.report()["left_out"] = {{"share", most.share}, {"error", most.error}};
-    app.say("the picture shows light that is scattered once: light that is scattered again, " + percent(most.share) +
+    app.say("the picture shows light that is scattered once: light that is scattered again, " + share_text(most.share) +
             " of all scattering, is left out; --multiple adds it");
 }
 

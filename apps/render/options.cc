@@ -351,6 +351,8 @@ void declare(app::App& app, RenderOptions& o)
     declare_camera(app, o);
     declare_sampling(app, o);
     declare_picture(app, o);
+    app::declare_effects(app, o.effects);
+    app::declare_accuracy_error(app, o.effects).only_with([&o] { return o.multiple; }, "--multiple");
     app.takes_rungs();
     app.examples({{"a cloud framed, lit and exposed automatically",
                    "fractalgen --size 96 -o cloud.vdb && render cloud.vdb --resolution 256x192 -o cloud.png"},

@@ -1,5 +1,6 @@
 #pragma once
 // The options of render, and values that are read from their text.
+#include "effect_options.h"
 #include "light_options.h"
 #include "medium_options.h"
 #include "sky_options.h"
@@ -27,6 +28,7 @@ struct RenderOptions {
     app::MediumOptions medium;
     app::LightOptions lights;
     app::SolidOptions solids;
+    app::EffectOptions effects;
     TransmittanceOptions light;  ///< for transmittance grids that the input lacks
 
     Camera camera;

@@ -53,6 +53,8 @@ ImageMetadata image_metadata(const app::App& app, const RenderOptions& o, const 
                              "sigma_t per density " + app::shortest(m.sigma_t_per_density) + ", albedo " +
                                  app::shortest(m.albedo) + ", " + m.phase.text()});
     }
+    if (const std::string all = app::left_out(loaded.effects); !all.empty())
+        out.texts.push_back({"vdbcloud:left_out", all});
     if (const std::string accuracy = accuracy_of_light(loaded); !accuracy.empty())
         out.texts.push_back({"vdbcloud:accuracy", accuracy});
     out.numbers = {{"vdbcloud:exposure", exposure}, {picture::samples, double(o.sampling.samples)}};

@@ -1,5 +1,6 @@
 #include "scene.h"
 
+#include "effects.h"
 #include "inputs.h"
 #include "multiple.h"
 #include "overlap.h"
@@ -17,6 +18,7 @@
 #include "vdbcloud/grid/grid_file.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
+#include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/select.h"
 #include "vdbcloud/grid/sources.h"
 #include "vdbcloud/optics/collided_light.h"
@@ -47,7 +49,7 @@ Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
     volume.medium = app::chosen_medium(app, o.medium, *volume.density);
     volume.colour = app::vector_grid(app, file, grid_of(file, schema::colour));
     volume.emission = app::vector_grid(app, file, find_grid(file, schema::emission));
-    if (!shows_light_grids(o)) return volume;
+    if (!shows_light_grids(o) || !is_asked(app::effects_asked(o.effects), Effect::Multiple)) return volume;
     volume.collided = read_collided_light(file, volume.medium.phase, app.warnings());
     const GridBasePtr& phi = volume.collided.phi;
     if (const GridBasePtr series = find_grid(file, schema::series_phi_name(0));
@@ -113,6 +115,12 @@ std::string misfit(const GridBase& grid, const Light& light, const Volume& volum
     return digest == grid_digest(*volume.density) ? "" : "was computed from another density";
 }
 
+/// The grid stands for a light that added nothing in an earlier stage, and has no values.
+bool is_unlit(const GridBase& grid, const Volume& volume)
+{
+    return grid.activeVoxelCount() == 0 && volume.density->activeVoxelCount() > 0;
+}
+
 /// True if the inputs have a usable transmittance grid for each light.
 bool brings_all(const std::vector<GridFile>& files, const Scene& scene)
 {
@@ -121,7 +129,7 @@ bool brings_all(const std::vector<GridFile>& files, const Scene& scene)
         for (const Light& light : scene.lights) {
             const Volume& volume = scene.volumes[v];
             const GridBasePtr grid = volume.collided.scaling.delta_f > 0 ? nullptr : grid_of_light(files[v], light);
-            if (!grid || !misfit(*grid, light, volume, scene).empty()) return false;
+            if (!grid || is_unlit(*grid, volume) || !misfit(*grid, light, volume, scene).empty()) return false;
         }
     return true;
 }
@@ -155,6 +163,7 @@ GridBasePtr light_grid(app::App& app, const GridFile& file, LoadedScene& loaded,
                                       light, o.light);
     }
     GridBasePtr own = grid_of_light(file, light);
+    if (own && is_unlit(*own, volume)) own = nullptr;
     if (own)
         if (const std::string reason = misfit(*own, light, volume, scene); !reason.empty()) {
             app.warnings()(file.path + ": " + printable(own->getName()) + " " + reason +
@@ -258,11 +267,33 @@ void choose_ground(const RenderOptions& o, const std::vector<GridFile>& files, L
     out.scene.ground = ground_beneath(densities, vector_of(out.up), *albedo);
 }
 
+/// The lights asked for, else those of the files, else a sun if nothing else lights the scene.
+void choose_lights(app::App& app, const RenderOptions& o, const std::vector<GridFile>& files, LoadedScene& out)
+{
+    out.lights = app::lights_asked(o.lights, vector_of(out.up));
+    if (out.lights.empty()) out.lights = app::inherited_lights(app::lights_found(files));
+    for (const GridFile& file : files)
+        if (has_meta(*file.metadata, schema::multiple_left_out) &&
+            app::lights_asked(o.lights, vector_of(out.up)).empty())
+            out.left_out_before = get_number(*file.metadata, schema::multiple_left_out, 0);
+    // A medium with phi is visible without a sun, and one that p1solve has found dark is dark.
+    const bool glows =
+        out.left_out_before ||
+        std::any_of(files.begin(), files.end(), [](const GridFile& f) { return bool(fluence_grid(f)); }) ||
+        ((!shows_light_grids(o) || o.multiple) && glows_by_itself(out.scene, o));
+    if (!out.lights.empty() || glows) return;
+    out.lights.push_back(app::automatic_sun(vector_of(out.up)));
+    out.automatic_light = true;
+    app.say("no light given: " + app::described(out.lights[0]) + ", irradiance " +
+            app::brief(out.lights[0].strength()[0]));
+}
+
 }  // namespace
 
 LoadedScene load_scene(app::App& app, RenderOptions& o)
 {
     std::vector<GridFile> files = app::read_inputs(app, o.inputs, o.density, !o.up);
+    const EffectsAsked asked = app::effects_asked(o.effects);
 
     LoadedScene out;
     out.scene.periodic = o.light.periodic = app::periodic_axes(o.periodic, files);
@@ -284,7 +315,8 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
     out.up = up_of(app, o, files);
     std::vector<const GridFile*> all;
     for (const GridFile& file : files) all.push_back(&file);
-    out.scene.solids = o.light.solids = app::chosen_solids(app, o.solids, all, vector_of(out.up));
+    const std::vector<Solid> solids = app::chosen_solids(app, o.solids, all, vector_of(out.up));
+    if (is_asked(asked, Effect::Solids)) out.scene.solids = o.light.solids = solids;
     for (const Solid& solid : out.scene.solids)
         for (const Vec3d& corner : corners_of(solid)) out.corners.push_back(corner);
     o.option.solid_rays.check_effect(!out.scene.solids.empty(), "--solid");
@@ -298,24 +330,20 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
     if (shows_light_grids(o)) require_one_solution(files, out.scene);
     const auto overlaps = overlaps_of(files);
     for (const Overlap& overlap : overlaps)
-        if (overlap.several()) share_collided(files[overlap.first], overlap, out.scene);
+        if (overlap.several() && is_asked(asked, Effect::Multiple))
+            share_collided(files[overlap.first], overlap, out.scene);
     choose_ground(o, files, out);
-    out.scene.lights = app::lights_asked(o.lights, vector_of(out.up));
-    if (out.scene.lights.empty()) out.scene.lights = app::inherited_lights(app::lights_found(files));
-    // A medium with phi is visible without a sun.
-    const bool glows =
-        std::any_of(files.begin(), files.end(), [](const GridFile& f) { return bool(fluence_grid(f)); }) ||
-        ((!shows_light_grids(o) || o.multiple) && glows_by_itself(out.scene, o));
-    if (out.scene.lights.empty() && !glows) {
-        out.scene.lights.push_back(app::automatic_sun(vector_of(out.up)));
-        out.automatic_light = true;
-        app.say("no light given: " + app::described(out.scene.lights[0]) + ", irradiance " +
-                app::brief(out.scene.lights[0].strength()[0]));
-    }
-    if (o.multiple) app::of_file(files.front().path, [&] { add_multiple(app, o, files, out); });
+    choose_lights(app, o, files, out);
+    out.effects = effects_of(app, o, files, out, solids,
+                             out.scene.ground ? std::optional(out.scene.ground->albedo) : std::nullopt);
+    app::tell_effects(app, o.effects, out.effects);
+    apply(out.effects, o, out);
+    o.option.multiple.check_effect(is_asked(asked, Effect::Multiple), "multiple among --effects");
+    if (o.multiple && out.effects.on(Effect::Multiple))
+        app::of_file(files.front().path, [&] { add_multiple(app, o, files, out); });
     for (const Overlap& overlap : overlaps)
         app::of_file(files[overlap.first].path, [&] { require_same_light(files[overlap.first], overlap, out.scene); });
-    for (size_t v = 0; v < files.size() && shows_light_grids(o); ++v)
+    for (size_t v = 0; v < files.size() && shows_light_grids(o) && is_asked(asked, Effect::Multiple); ++v)
         app::of_file(files[v].path, [&] { relight_volume(app, files[v], out.scene.volumes[v], out.scene); });
     for (size_t v = 0; v < files.size() && o.integrator.vertices > 0; ++v)
         if (const Volume& volume = out.scene.volumes[v];
@@ -332,9 +360,11 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
             GridBasePtr grid;
             for (size_t v = overlap.first; v < overlap.first + overlap.count; ++v) {
                 // One grid of all media serves each, where light passes no medium of another file.
-                if (v == overlap.first || overlaps.size() > 1)
+                if (v == overlap.first || overlaps.size() > 1) {
+                    const EffectCosts::Timer timer(out.costs, Effect::Lights);
                     grid = app::of_file(files[v].path,
                                         [&] { return light_grid(app, files[v], out, overlap, v, light, o); });
+                }
                 out.scene.volumes[v].transmittance.push_back(grid);
             }
         }

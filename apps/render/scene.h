@@ -9,8 +9,12 @@
 namespace vdbcloud {
 
 struct LoadedScene {
-    Scene scene;                     ///< background not yet chosen
-    std::vector<std::string> paths;  ///< of the input behind each volume
+    Scene scene;                ///< of the effects in play; background not yet chosen
+    std::vector<Light> lights;  ///< all, in play or not
+    Effects effects;
+    EffectCosts costs;                      ///< of the effects, while the scene was loaded
+    std::optional<double> left_out_before;  ///< the share of multiple scattering that p1solve left out
+    std::vector<std::string> paths;         ///< of the input behind each volume
     UpAxis up = UpAxis::Y;
     std::vector<Vec3d> corners;  ///< of boxes around the media [world]; empty for empty media
     std::optional<Sky> sky;      ///< the sky of the first input whose phi has one

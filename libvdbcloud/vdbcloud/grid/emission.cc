@@ -12,6 +12,14 @@ bool emits(const Vec3SGrid* emission)
     return found;
 }
 
+bool tints(const Vec3SGrid* tint)
+{
+    bool found = false;
+    if (!tint) return false;
+    for (auto v = tint->cbeginValueOn(); v && !found; ++v) found = *v != Vec3f(1.0f);
+    return found;
+}
+
 bool emits_outside(const Vec3SGrid& emission, const FloatGrid& density)
 {
     const bool same = emission.transform() == density.transform();

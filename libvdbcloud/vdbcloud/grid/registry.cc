@@ -124,6 +124,7 @@ const std::vector<MetaKey>& meta_keys()
         {meters_per_unit, "double", "file", positive},
         {density_choice, "string", "file"},
         {media, "double", "file", {2, 100, yes}},
+        {multiple_left_out, "double", "file", share},
         {sim_parameters, "string", "file"},
         {sim_changes, "string", "file"},
         {sim_pressure, "string", "file"},

@@ -50,6 +50,8 @@ inline constexpr const char* left_out = "vdbcloud:left_out";
 inline constexpr const char* periodic = "vdbcloud:periodic";
 // double: albedo of the ground beneath the medium; absent: no ground
 inline constexpr const char* ground_albedo = "vdbcloud:ground_albedo";
+// double, of the file: share of the scattered light that p1solve did not compute
+inline constexpr const char* multiple_left_out = "vdbcloud:multiple_left_out";
 // string: the lights of the solution (lights_text)
 inline constexpr const char* lit_by = "vdbcloud:lights";
 // string: kind of the sky (scene/sky.h); absent: gradient

@@ -3,6 +3,7 @@
 #include "vdbcloud/core/refuse.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/digest.h"
+#include "vdbcloud/grid/emission.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/schema.h"
@@ -21,13 +22,13 @@ constexpr Source table[] = {{schema::density, schema::density_digest, &Sources::
                             {schema::colour, schema::colour_digest, &Sources::colour},
                             {schema::emission, schema::emission_digest, &Sources::emission}};
 
-std::string digest_or_none(const Vec3SGrid* grid) { return grid ? grid_digest(*grid) : schema::no_grid; }
+std::string digest_or_none(const Vec3SGrid* grid, bool counts) { return counts ? grid_digest(*grid) : schema::no_grid; }
 
 }  // namespace
 
 Sources sources_of(const FloatGrid& density, const Vec3SGrid* colour, const Vec3SGrid* emission)
 {
-    return {grid_digest(density), digest_or_none(colour), digest_or_none(emission)};
+    return {grid_digest(density), digest_or_none(colour, tints(colour)), digest_or_none(emission, emits(emission))};
 }
 
 void write_sources(MetaMap& to, const Sources& sources)

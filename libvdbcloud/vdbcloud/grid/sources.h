@@ -14,7 +14,8 @@ struct Sources {
     std::string density, colour, emission;
 };
 
-/// The fingerprints of these grids. `colour` (Cd) and `emission` may be null.
+/// The fingerprints of these grids. `colour` (Cd) and `emission` may be null; one that changes nothing (Cd of 1,
+/// emission of 0) counts as none.
 Sources sources_of(const FloatGrid& density, const Vec3SGrid* colour, const Vec3SGrid* emission);
 
 /// Stores all three fingerprints: schema::density_digest, colour_digest, emission_digest.

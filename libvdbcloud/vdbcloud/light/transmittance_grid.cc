@@ -323,8 +323,11 @@ Accuracy accuracy_of(const TransmittanceReport& report)
     return accuracy;
 }
 
-GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, const Light& light,
-                               const TransmittanceOptions& o, const Progress& progress, TransmittanceReport* report)
+namespace {
+
+/// transmittance_grid() of one medium. `report` is null, or empty.
+GridBasePtr find_grid(const FloatGrid& density, const Medium& medium, const Light& light, const TransmittanceOptions& o,
+                      const Progress& progress, TransmittanceReport* report)
 {
     check(o);
     require_light_that_leaves(light, index_from_world(density.transform(), density.getName()), o.periodic);
@@ -339,7 +342,6 @@ GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, c
         find_transmittance({{*bricks, medium.sigma_t_per_density, Vec3d(0.0)}}, parts, channels, false, solids, o,
                            wanted, progress, &products);
     if (report) {
-        *report = {};
         report->work.add("light_point", double(wanted.leaf.size() * 512 * parts.size()));
         report->work.add("lattice_product", double(products));
         report->voxels = wanted.voxels;
@@ -353,6 +355,46 @@ GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, c
     bricks.reset();
     GridBasePtr grid = made_grid(density, medium, light, wanted, transmittance, channels, o);
     set_text(*grid, schema::density_digest, grid_digest(density));
+    return grid;
+}
+
+void add_fields(EffectCosts& costs, const GridBase& grid, const TransmittanceOptions& o, const Workload& work)
+{
+    const double bytes = double(grid.memUsage());
+    costs.hold(Effect::Lights, 1, bytes);
+    if (!grid.isType<FloatGrid>()) {
+        costs.enter(Effect::Colour);
+        costs.hold(Effect::Colour, 2, bytes * 2 / 3);
+    }
+    if (!o.solids.empty()) {
+        costs.enter(Effect::Solids, work.of("solid_ray"));
+        costs.hold(Effect::Solids, o.solids.size(), bytes_of(o.solids));
+    }
+    if (o.periodic != std::array<bool, 3>{}) costs.enter(Effect::Periodic);
+}
+
+}  // namespace
+
+GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, const Light& light,
+                               const TransmittanceOptions& o, const Progress& progress, TransmittanceReport* report)
+{
+    TransmittanceReport found;
+    GridBasePtr grid;
+    {
+        const EffectCosts::Timer timer(found.costs, Effect::Lights);
+        grid = find_grid(density, medium, light, o, progress, report ? &found : nullptr);
+    }
+    add_fields(found.costs, *grid, o, found.work);
+    if (report) *report = found;
+    return grid;
+}
+
+GridBasePtr unlit_grid(const FloatGrid& density, const Light& light)
+{
+    const FloatGridPtr grid = FloatGrid::create(1.0f);
+    grid->setName(transmittance_name(light));
+    grid->setTransform(density.transform().copy());
+    write_light(*grid, light);
     return grid;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 // Pass one: the light that reaches each voxel, as a transmittance grid for each light.
+#include "vdbcloud/core/effects.h"
 #include "vdbcloud/core/progress.h"
 #include "vdbcloud/core/workload.h"
 #include "vdbcloud/grid/accuracy.h"
@@ -40,6 +41,7 @@ struct TransmittanceReport {
     double max_error = 0;
     int64_t hidden = 0;  ///< voxels that solids keep from all of the light
     Workload work;       ///< events of data/unit_costs.txt, but for cells of exact rays
+    EffectCosts costs;
 };
 
 /// What bounds the error of a light's grid. Nothing is known of a grid that was not compared.
@@ -64,6 +66,9 @@ Accuracy accuracy_of(const TransmittanceReport&);
 GridBasePtr transmittance_grid(const FloatGrid& density, const Medium& medium, const Light& light,
                                const TransmittanceOptions& options, const Progress& progress = {},
                                TransmittanceReport* report = nullptr);
+
+/// In place of the grid of a light that adds nothing: a grid without voxels, whose metadata describe the light.
+GridBasePtr unlit_grid(const FloatGrid& density, const Light& light);
 
 /// What transmittance_grid() would do and hold.
 struct TransmittancePlan {

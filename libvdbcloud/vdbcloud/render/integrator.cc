@@ -7,6 +7,7 @@
 #include "vdbcloud/render/layer_places.h"
 #include "vdbcloud/render/media.h"
 #include "vdbcloud/render/path_image.h"
+#include "vdbcloud/render/scene_costs.h"
 #include "vdbcloud/render/surface_light.h"
 
 #include <algorithm>
@@ -135,7 +136,9 @@ RenderCost render_image(Film& film, const Scene& scene, const CameraView& view, 
         coarse = expose_coarse_first(film, sampling, options.passes, factory, progress);
     else
         expose(film, sampling, factory, progress);
-    return {rays, cells, lit, 0, 0, unconverged, {}, coarse};
+    return {rays, cells,  lit,
+            0,    0,      unconverged,
+            {},   coarse, costs_of(scene, prepared, rays, lit ? lit.load() : cells.load())};
 }
 
 }  // namespace vdbcloud

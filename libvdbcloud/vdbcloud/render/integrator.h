@@ -1,5 +1,6 @@
 #pragma once
 // Pass two of Kajiya & Von Herzen 1984: what a camera sees of media, given the light that reaches each point.
+#include "vdbcloud/core/effects.h"
 #include "vdbcloud/core/progress.h"
 #include "vdbcloud/optics/collided_light.h"
 #include "vdbcloud/optics/medium.h"
@@ -114,6 +115,7 @@ struct RenderCost {
     uint64_t unconverged = 0;  ///< Romberg: rays that reached the finest level before the tolerance
     PassReport passes;         ///< Path: samples of each pixel, and the noise that they leave
     CoarseReport coarse;       ///< others, with a time limit or a picture that is shown: how far they came
+    EffectCosts costs;         ///< of the effects; Path: of the grids that rays read alone
 };
 
 /// Fills the film, whose layers are those of render_layers(). The film's window and size are the view's.

@@ -3,6 +3,7 @@
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/optics/channels.h"
 #include "vdbcloud/optics/periodic_light.h"
 #include "vdbcloud/optics/spherical_harmonics.h"
 #include "vdbcloud/render/plain_cells.h"
@@ -165,15 +166,6 @@ void add_collided(const CollidedLight& light, const Repeat& repeat, SharedMaps& 
     }
 }
 
-bool same_channels(const Vec3d& v) { return v[0] == v[1] && v[1] == v[2]; }
-
-/// Whether all channels attenuate alike: the scaled medium's extinction depends on the albedo.
-bool extinction_is_grey(const Volume& volume)
-{
-    if (!volume.medium.grey()) return false;
-    return volume.collided.scaling.delta_f == 0 || (same_channels(volume.medium.albedo) && !volume.colour);
-}
-
 /// The distance from a lamp within which depth comes from rays: 8 voxels of the coarsest medium. 0 where the extinction
 /// differs from place to place by more than density, which rays do not know.
 double near_of(const Scene& scene)
@@ -247,7 +239,7 @@ PreparedScene::PreparedScene(const Scene& scene, const IntegratorOptions& option
         if (volume.collided.phi) add_scales(volume.collided, prepared);
         if (volume.collided.phi && volume.collided.scaling.delta_f > 0)
             prepared.peak = std::make_unique<ForwardPeak>(volume.medium.phase, volume.collided.scaling);
-        grey = grey && extinction_is_grey(volume);
+        grey = grey && grey_extinction(volume.medium, bool(volume.colour), volume.collided.scaling.delta_f);
         if (!shadow_rays && volume.transmittance.size() != lights.size())
             throw InputError("a volume has " + std::to_string(volume.transmittance.size()) +
                              " transmittance grids: expected one for each of " + std::to_string(lights.size()) +

@@ -4,6 +4,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/render/layer_places.h"
 #include "vdbcloud/render/path.h"
+#include "vdbcloud/render/scene_costs.h"
 
 #include <atomic>
 #include <memory>
@@ -45,7 +46,7 @@ RenderCost render_paths(Film& film, const Scene& scene, const CameraView& view, 
         };
     };
     const PassReport report = expose_in_passes(film, sampling, options.passes, factory, progress);
-    return {rays, collisions, lit, ends, end_cells, 0, report, {}};
+    return {rays, collisions, lit, ends, end_cells, 0, report, {}, costs_of(scene, prepared.media, rays, collisions)};
 }
 
 }  // namespace vdbcloud

@@ -1,7 +1,8 @@
 #include "vdbcloud/scatter/channel_groups.h"
 
+#include "vdbcloud/optics/channels.h"
+
 #include <algorithm>
-#include <cmath>
 #include <optional>
 
 namespace vdbcloud {
@@ -16,17 +17,6 @@ std::optional<double> solution_as(const ChannelInput& a, const ChannelInput& b)
 }
 
 }  // namespace
-
-std::optional<double> multiple(const std::vector<double>& a, const std::vector<double>& b)
-{
-    double x = -1;
-    for (size_t k = 0; k < a.size(); ++k)
-        if (a[k] != 0) x = b[k] / a[k];
-    if (x < 0) return std::nullopt;
-    for (size_t k = 0; k < a.size(); ++k)
-        if (std::abs(b[k] - x * a[k]) > 1e-14 * std::abs(b[k])) return std::nullopt;
-    return x;
-}
 
 std::optional<double> beams_as(const ChannelBeams& of, const ChannelBeams& as)
 {
@@ -50,8 +40,9 @@ std::vector<std::vector<const ChannelGroup*>> swept_together(const std::vector<C
     return together;
 }
 
-std::vector<ChannelGroup> group_channels(const std::array<ChannelInput, 3>& input)
+std::vector<ChannelGroup> group_channels(const std::array<ChannelInput, 3>& input, bool apart)
 {
+    if (apart) return {{{{0, {{0, 1.0}}}}}, {{{1, {{1, 1.0}}}}}, {{{2, {{2, 1.0}}}}}};
     std::vector<ChannelGroup> groups;
     for (int c = 0; c < 3; ++c) {
         const ChannelInput& own = input[size_t(c)];

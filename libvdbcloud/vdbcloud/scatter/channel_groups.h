@@ -25,9 +25,6 @@ struct ChannelGroup {
     std::vector<Solve> solves;
 };
 
-/// Factor x such that b = x a, if such a factor exists.
-std::optional<double> multiple(const std::vector<double>& a, const std::vector<double>& b);
-
 /// What a channel's beams depend on, where all light is scattered alike into all directions, by one albedo.
 struct ChannelBeams {
     double extinction = 0, albedo = 0;
@@ -42,7 +39,8 @@ std::optional<double> beams_as(const ChannelBeams& of, const ChannelBeams& as);
 std::vector<std::vector<const ChannelGroup*>> swept_together(const std::vector<ChannelGroup>&,
                                                              const std::array<double, 3>& extinction, bool scales);
 
-/// Channels share a solution if matrix and emission are equal and their lights differ only by a factor x >= 0.
-std::vector<ChannelGroup> group_channels(const std::array<ChannelInput, 3>&);
+/// Channels share a solution if matrix and emission are equal and their lights differ only by a factor x >= 0; none does
+/// with `apart`.
+std::vector<ChannelGroup> group_channels(const std::array<ChannelInput, 3>&, bool apart = false);
 
 }  // namespace vdbcloud

@@ -164,6 +164,7 @@ ExpectedShare share_of(const Channel& channel, const DensityPoints& points, cons
             square += off * off;
         }
         out.error = std::sqrt(square) / all;
+        if (out.paths >= 2 * batch && out.share - 4 * out.error > options.enough) break;
     } while (out.paths < options.most_paths && (out.error > options.error || out.paths < 2 * batch));
     return out;
 }

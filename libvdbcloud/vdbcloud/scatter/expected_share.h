@@ -12,6 +12,9 @@ namespace vdbcloud {
 struct ShareOptions {
     double error = 0.005;  ///< more paths are taken until the standard error of the share is at or below this value
     int most_paths = 4096;
+    /// No more paths are taken where the share is above this by 4 standard errors: what is asked for is on which side
+    /// it is.
+    double enough = 1;
     std::array<bool, 3> periodic{false, false, false};
 };
 

@@ -43,6 +43,7 @@ Scattering::Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Ve
     if (tint) clamp_tint();
     report.solids = bool(solids_);
     mix();
+    note_fields();
     report.voxels = index_.blocks().active_count();
     report.blocks = index_.blocks().count();
     report.exposed = exposed_.size();
@@ -50,6 +51,7 @@ Scattering::Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Ve
     report.top = 2 * axis + (index_.axis(axis).dot(o_.up) > 0);
     if (o_.flux_map) report.flux_map = columns_of(index_, o_.up);
     if (!o_.ground_albedo || report.blocks == 0) return;
+    const EffectCosts::Timer timer(report.costs, Effect::Ground);
     if (index_.blocks().period() == Vec3i(0, 0, 0)) {
         endless_.emplace(index_, o_.up, *o_.ground_albedo, beams_, o_.sky);
         report.endless_ground = true;
@@ -82,6 +84,7 @@ CollidedLight Scattering::run(const Progress& progress)
     if (o_.closure.iterations == 0 && fields.scaling.mean_cosine() != 0) fields.flux_limit = longest_flux;
     collided_grids(
         index_, solution_, share_, std::min(degree(), o_.keep_moments), [&](GridBase& grid) { stamp(grid); }, fields);
+    note_results(fields);
     return fields;
 }
 
@@ -117,17 +120,20 @@ std::vector<ChannelGroup> Scattering::groups() const
         for (const Vec3d& tone : o_.sky.tones()) of.light.push_back(tone[c]);
         of.light.push_back(of.emission ? 1.0 : 0.0);
     }
-    return group_channels(input);
+    return group_channels(input, o_.channels_apart);
 }
 
 void Scattering::note_bytes(const P1Operator& p1, size_t sources, size_t besides)
 {
     const size_t slots = index_.blocks().slots();
     size_t now = p1.bytes() + slots * (4 + 8 * sources) + besides + exposed_.size() * sizeof(ExposedVoxel);
+    size_t beams = 0;
     for (const auto& beam : kept_)
         if (beam)
-            now += 4 * slots * (beam->centres.empty() ? 3 : 4) + exposed_.size() * sizeof(beam->depths.exposed[0]) +
-                   beam->depths.boxed.size() * sizeof(beam->depths.boxed[0]);
+            beams += 4 * slots * (beam->centres.empty() ? 3 : 4) + exposed_.size() * sizeof(beam->depths.exposed[0]) +
+                     beam->depths.boxed.size() * sizeof(beam->depths.boxed[0]);
+    now += beams;
+    beam_bytes_ = std::max(beam_bytes_, double(beams));
     if (medium_.phase.mean_cosine() != 0) now += 24 * slots * sources;
     report_.bytes = std::max(report_.bytes, now);
 }
@@ -142,7 +148,7 @@ std::vector<P1Source> Scattering::p1_sources(const P1Operator& p1, const Channel
     add_beams(p1, lit, progress);
     for (const auto& [source, c] : lit) {
         add_sky_and_glow(p1, c, *source);
-        if (ground_) ground_->add_direct(p1, ground_->direct(beam_medium(p1), beams_, c), *source);
+        add_direct_ground(p1, c, *source);
     }
     return sources;
 }
@@ -230,7 +236,9 @@ void Scattering::stamp(GridBase& grid) const
         set_text(grid, schema::mixture, mixture_text(o_.parts, scalings_of(o_.parts, degree(), o_.delta)));
     write_sources(grid, sources_);
     write_sky(grid, o_.sky);
-    set_text(grid, schema::lit_by, lights_text(lights_));
+    std::vector<Light> lights = lights_;
+    lights.insert(lights.end(), o_.hidden_lights.begin(), o_.hidden_lights.end());
+    set_text(grid, schema::lit_by, lights_text(lights));
     write_periodic(grid, o_.periodic);
     write_ground(grid, o_.ground_albedo);
     if (solids_) set_text(grid, schema::solids, solids_digest(o_.solids, /*materials=*/true));
@@ -240,6 +248,7 @@ CollidedLight scatter_p1(const FloatGrid& density, const Vec3SGrid* tint, const 
                          const Medium& medium, const std::vector<Light>& lights, const ScatterOptions& options,
                          const Progress& progress, ScatterReport& report)
 {
+    const EffectCosts::Timer timer(report.costs, Effect::Multiple);
     report.emission_outside = emission && emits_outside(*emission, density);
     Scattering scattering(density, tint, emission, medium, lights, options, report);
     return scattering.run(progress);

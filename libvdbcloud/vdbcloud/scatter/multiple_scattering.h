@@ -1,5 +1,6 @@
 #pragma once
 // Multiple scattering by P1: from a density and its lights to phi and flux, all three channels.
+#include "vdbcloud/core/effects.h"
 #include "vdbcloud/core/workload.h"
 #include "vdbcloud/grid/accuracy.h"
 #include "vdbcloud/optics/collided_light.h"
@@ -56,6 +57,9 @@ struct ScatterOptions {
     int line_rays = 1;      ///< 1: measure each sun's lost power by lines through the medium; 0: do not
     bool flux_map = false;  ///< make ScatterReport::flux_map. For P1 alone: by one sweep of closure.directions
     bool heating = false;   ///< make ScatterReport::heating
+    /// Lights of the scene that reach no voxel: metadata name them, and nothing else is done for them.
+    std::vector<Light> hidden_lights{};
+    bool channels_apart = false;  ///< no channel shares the solution of another
 };
 
 /// Powers of a ground [radiance x (world unit)^2]. Of an endless ground under a medium that ends on all sides: what the
@@ -91,6 +95,7 @@ struct ScatterReport {
     size_t voxels = 0, blocks = 0, exposed = 0;
     size_t bytes = 0;  ///< peak memory of the solve's arrays
     Workload work;     ///< events of data/unit_costs.txt
+    EffectCosts costs;
     int levels = 0;
     int solves = 0;
     bool converged = true;

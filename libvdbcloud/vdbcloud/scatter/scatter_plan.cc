@@ -3,6 +3,7 @@
 #include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/tree_size.h"
+#include "vdbcloud/optics/channels.h"
 #include "vdbcloud/optics/mixture.h"
 #include "vdbcloud/scatter/beam.h"
 #include "vdbcloud/scatter/channel_groups.h"
@@ -29,14 +30,13 @@ std::array<const std::vector<float>*, 3> channels_of(const Vec3SGrid* grid)
 {
     static const std::array<std::vector<float>, 3> address;
     if (!grid) return {};
-    for (auto v = grid->cbeginValueOn(); v; ++v)
-        if ((*v)[0] != (*v)[1] || (*v)[0] != (*v)[2]) return {&address[0], &address[1], &address[2]};
+    if (!same_channels(grid)) return {&address[0], &address[1], &address[2]};
     return {&address[0], &address[0], &address[0]};
 }
 
 /// Channels as Scattering::groups() joins them.
 std::vector<ChannelGroup> groups_of(const Vec3SGrid* tint, const Vec3SGrid* emission, const Medium& medium,
-                                    const std::vector<Light>& lights, const Sky& sky)
+                                    const std::vector<Light>& lights, const ScatterOptions& o)
 {
     const auto tints = channels_of(tint), emissions = channels_of(emission);
     std::array<ChannelInput, 3> input;
@@ -46,10 +46,10 @@ std::vector<ChannelGroup> groups_of(const Vec3SGrid* tint, const Vec3SGrid* emis
         of.tint = tints[size_t(c)];
         of.emission = emissions[size_t(c)];
         for (const Light& light : lights) of.light.push_back(light.strength()[c]);
-        for (const Vec3d& tone : sky.tones()) of.light.push_back(tone[c]);
+        for (const Vec3d& tone : o.sky.tones()) of.light.push_back(tone[c]);
         of.light.push_back(emission ? 1.0 : 0.0);
     }
-    return group_channels(input);
+    return group_channels(input, o.channels_apart);
 }
 
 /// Voxels with a face outside; no more than `enough` are counted.
@@ -245,7 +245,7 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
     Counts n;
     n.blocks = blocks_of(density);
     plan.voxels = 512 * n.blocks;
-    const auto groups = groups_of(tint, emission, medium, lights, o.sky);
+    const auto groups = groups_of(tint, emission, medium, lights, o);
     n.groups = double(groups.size());
     for (const ChannelGroup& group : groups) {
         n.solves += double(group.solves.size());

@@ -119,6 +119,11 @@ private:
 
     /// P1's sources of a group's channels.
     std::vector<P1Source> p1_sources(const P1Operator& p1, const ChannelGroup& group, const Progress& progress);
+    /// Adds what a ground under a medium that repeats sends up of the lights.
+    void add_direct_ground(const P1Operator& p1, int c, P1Source& source);
+    /// Notes what the fields and results of the effects hold.
+    void note_fields();
+    void note_results(const CollidedLight&);
     /// P1's source, with room for what the request needs.
     P1Source source_of(const P1Operator& p1) const;
 
@@ -261,6 +266,7 @@ private:
     std::unique_ptr<TransportSweep> transport_;
     std::optional<BeamSource> beam_source_;
     std::vector<std::optional<KeptBeam>> kept_;           // by beam, until the last use
+    double beam_bytes_ = 0;                               // most that kept_ holds
     int beam_uses_ = 0;                                   // of add_beams() that are left
     std::array<std::optional<EmittedLight>, 3> emitted_;  // of the solve at work
     std::array<double, 3> emitted_share_{};               // share_by_rays() of it

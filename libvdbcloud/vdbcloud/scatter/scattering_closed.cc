@@ -94,7 +94,7 @@ std::unique_ptr<Scattering::ClosedChannel> Scattering::open(ClosedMatrix& matrix
     if (along) add_sky_and_glow(p1, c, *first);
     if (ground_) {
         if (!along) first = base;
-        ground_->add_direct(p1, ground_->direct(beam_medium(p1), beams_, c), *first);
+        add_direct_ground(p1, c, *first);
     }
     std::vector<double> rhs;  // of `base`, where P1's source is that source
     if (!first) rhs = base.rhs;

@@ -27,6 +27,7 @@ void Scattering::find_one_beam(const P1Operator& p1, const Progress& progress)
 {
     kept_.resize(beams_.size());
     if (beams_.size() != 1 || kept_[0]) return;
+    const EffectCosts::Timer timer(report_.costs, Effect::Lights);
     kept_[0].emplace(find_beam(beam_medium(p1), beams_[0], keeps_beams(p1) && sweeps_take_beams(), progress));
 }
 
@@ -34,6 +35,7 @@ void Scattering::add_beams(const P1Operator& p1, const std::vector<std::pair<P1S
                            const Progress& progress, const BeamNote& note)
 {
     if (beams_.empty()) return;
+    const EffectCosts::Timer timer(report_.costs, Effect::Lights);
     const double extinction = beam_extinction(p1);
     std::optional<BeamMedium> medium;  // where depths are not known
     const bool keeps = keeps_beams(p1);
@@ -134,7 +136,9 @@ void Scattering::follow_emission(const P1Operator& p1, const ChannelGroup& group
             of.push_back(emission(solve.channel));
             channels.push_back(solve.channel);
         }
-    const double share = of.empty() ? 0.0 : share_by_rays(index_.blocks(), of);
+    if (of.empty()) return;
+    const EffectCosts::Timer timer(report_.costs, Effect::Emission);
+    const double share = share_by_rays(index_.blocks(), of);
     if (share == 0) return;
     if (!by_rays() || !box_allows_rays(index_.blocks())) {
         report_.emission_without_rays = true;
@@ -163,6 +167,8 @@ void Scattering::follow_emission(const P1Operator& p1, const ChannelGroup& group
 
 void Scattering::add_emission_to(SecondMoment& closure, int c) const
 {
+    if (!emission(c)) return;
+    const EffectCosts::Timer timer(report_.costs, Effect::Emission);
     if (const EmittedLight* light = emitted(c)) {
         closure.add_uncollided(light->moments);
         closure.scatter_less(light->followed);
@@ -173,12 +179,22 @@ void Scattering::add_emission_to(SecondMoment& closure, int c) const
 void Scattering::add_sky_and_glow(const P1Operator& p1, int c, P1Source& source) const
 {
     if (!o_.sky.dark() || endless_) {
+        const EffectCosts::Timer timer(report_.costs, o_.sky.dark() ? Effect::Ground : Effect::Sky);
         auto radiance = sky_on_faces(index_, o_.sky, c);
         if (endless_) endless_->add_on_faces(c, radiance);
         add_sky(p1, radiance, source);
     }
+    if (!emission(c)) return;
+    const EffectCosts::Timer timer(report_.costs, Effect::Emission);
     if (const EmittedLight* light = emitted(c)) add_emitted(p1, *light, source);
     if (const double share = swept_share(c); share > 0) add_emission(p1, *emission(c), share, source);
+}
+
+void Scattering::add_direct_ground(const P1Operator& p1, int c, P1Source& source)
+{
+    if (!ground_) return;
+    const EffectCosts::Timer timer(report_.costs, Effect::Ground);
+    ground_->add_direct(p1, ground_->direct(beam_medium(p1), beams_, c), source);
 }
 
 P1Source Scattering::source_of(const P1Operator& p1) const
@@ -191,6 +207,7 @@ P1Source Scattering::source_of(const P1Operator& p1) const
 void Scattering::set_inflow(SecondMoment& closure, int c) const
 {
     if (o_.sky.dark() && !endless_) return;
+    const EffectCosts::Timer timer(report_.costs, o_.sky.dark() ? Effect::Ground : Effect::Sky);
     auto radiance = sky_along(index_, o_.sky, c, closure.set().direction);
     if (endless_) endless_->add_along(c, closure.set().direction, radiance);
     closure.set_sky(std::move(radiance));
@@ -198,11 +215,12 @@ void Scattering::set_inflow(SecondMoment& closure, int c) const
 
 std::optional<SweepGround> Scattering::swept_ground(const P1Operator& p1, int c) const
 {
+    if (!endless_ && !ground_) return std::nullopt;
+    const EffectCosts::Timer timer(report_.costs, Effect::Ground);
     if (endless_) {
         report_.work.add("ground_ray", endless_->rays());
         return endless_->swept(beam_medium(p1), c);
     }
-    if (!ground_) return std::nullopt;
     return SweepGround{ground_->face(), ground_->albedo(), ground_->direct(beam_medium(p1), beams_, c), {}, {}};
 }
 
@@ -211,6 +229,60 @@ void Scattering::note_patch(const std::optional<SweepGround>& ground)
     if (!endless_) return;
     direct_on_ground_ = ground->direct;
     diffuse_on_ground_ = ground->irradiance;
+}
+
+namespace {
+
+template<typename T>
+double held(const std::vector<T>& values)
+{
+    return double(values.capacity() * sizeof(T));
+}
+
+}  // namespace
+
+void Scattering::note_fields()
+{
+    EffectCosts& costs = report_.costs;
+    for (const auto& [effect, fields] : {std::pair{Effect::Tint, tint_}, {Effect::Emission, emission_}})
+        for (int c = 0; c < 3; ++c) {
+            if (fields[c].empty()) continue;
+            costs.enter(effect);
+            costs.hold(effect, 1, held(fields[c]));
+        }
+    if (solids_) {
+        costs.enter(Effect::Solids);
+        costs.hold(Effect::Solids, o_.solids.size(), bytes_of(o_.solids) + double(open_->memUsage()));
+    }
+    for (const ChannelMixture& mixture : mixtures_) {
+        costs.enter(Effect::Mixture);
+        costs.hold(Effect::Mixture, 1, held(mixture.density) + held(mixture.tint));
+    }
+    if (o_.periodic != std::array<bool, 3>{}) costs.enter(Effect::Periodic);
+}
+
+void Scattering::note_results(const CollidedLight& fields)
+{
+    EffectCosts& costs = report_.costs;
+    const auto hold = [&](Effect effect, const GridBasePtr& grid) {
+        if (grid) costs.hold(effect, 1, double(grid->memUsage()));
+    };
+    hold(Effect::Multiple, fields.phi);
+    hold(Effect::Ground, report_.ground);
+    costs.hold(Effect::Multiple, 0, double(report_.bytes));
+    if (!beams_.empty()) costs.hold(Effect::Lights, beams_.size(), beam_bytes_);
+    const bool one = fields.phi && fields.phi->isType<FloatGrid>();
+    for (size_t c = 0; c < (one ? 1u : 3u); ++c) {
+        hold(Effect::Anisotropy, fields.flux[c]);
+        for (const FloatGridPtr& moment : fields.moments[c]) hold(Effect::Anisotropy, moment);
+    }
+    if (costs[Effect::Anisotropy].fields > 0) costs.enter(Effect::Anisotropy);
+    for (size_t c = 1; c < 3; ++c) {
+        const Solution& further = solution_[c];
+        if (further.phi.empty()) continue;
+        costs.enter(Effect::Colour);
+        costs.hold(Effect::Colour, 1, held(further.phi));
+    }
 }
 
 }  // namespace vdbcloud

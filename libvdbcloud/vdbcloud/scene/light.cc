@@ -159,7 +159,8 @@ bool same_light(const Light& a, const Light& b) { return same_place(a, b) && a.s
 std::string lights_text(const std::vector<Light>& lights)
 {
     std::vector<std::string> texts;
-    for (const Light& light : lights) texts.push_back(text_of(light));
+    for (const Light& light : lights)
+        if (light.strength() != Vec3d(0.0)) texts.push_back(text_of(light));
     return sorted_list(std::move(texts));
 }
 

@@ -160,8 +160,8 @@ bool same_place(const Light&, const Light&);
 bool same_light(const Light&, const Light&);
 
 /// "sun towards 0,1,0 of 1,1,1 diameter 5; lamp at 1,2,3 of 4,4,4", with 12 digits: which lights a solution belongs to.
-/// Parameters beside the strength are named where they are not 0. Sorted: lights are a set, and neither the order of
-/// options nor that of grids in a file, which other programs change, has a meaning.
+/// Parameters beside the strength are named where they are not 0. Lights of strength 0 are left out. Sorted: lights are
+/// a set, and neither the order of options nor that of grids in a file, which other programs change, has a meaning.
 std::string lights_text(const std::vector<Light>&);
 
 /// The lights of a solution by its metadata, as lights_text() has it, where they are other lights than these; nothing

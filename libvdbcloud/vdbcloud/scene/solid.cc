@@ -189,6 +189,14 @@ std::string described(const Solid& s)
     return "level set '" + printable(s.level_set ? s.level_set->getName() : "") + "'";
 }
 
+double bytes_of(const std::vector<Solid>& solids)
+{
+    double bytes = 0;
+    for (const Solid& solid : solids)
+        if (solid.level_set) bytes += double(solid.level_set->memUsage());
+    return bytes;
+}
+
 std::vector<Vec3d> corners_of(const Solid& s)
 {
     std::vector<Vec3d> out;

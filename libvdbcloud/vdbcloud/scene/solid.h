@@ -66,6 +66,9 @@ void check(const Solid&);
 /// "sphere at 0,1,0 of radius 0.5", "level set 'solid'": for messages.
 std::string described(const Solid&);
 
+/// Memory of their level sets [bytes].
+double bytes_of(const std::vector<Solid>&);
+
 /// Corners [world] of a box about a solid; none for a plane.
 std::vector<Vec3d> corners_of(const Solid&);
 

@@ -162,6 +162,7 @@ FieldBricks::FieldBricks(const BrickMap& map, const std::vector<Field>& fields)
         places_[size_t(number)] = int32_t(stored.size());
         stored.push_back(b);
     }
+    bricks_ = stored.size();
     const size_t size = 729 * size_t(count_), room = 8;
     values_.reset(new float[stored.size() * size + room]);
     std::fill_n(values_.get() + stored.size() * size, room, 0.0f);

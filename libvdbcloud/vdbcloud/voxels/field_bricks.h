@@ -26,6 +26,8 @@ public:
     FieldBricks(const BrickMap& map, const std::vector<Field>& fields);
 
     int count() const { return count_; }
+    /// Of the values of one of count() [bytes].
+    double bytes_of_value() const { return 729.0 * sizeof(float) * double(bricks_); }
     /// The corners of a brick by BrickMap's number; null for a brick of zeros. Seven floats after the last corner can
     /// be read and mean nothing.
     const float* brick(int32_t number) const
@@ -36,6 +38,7 @@ public:
 
 private:
     int count_ = 0;
+    size_t bricks_ = 0;  // with values
     std::vector<int32_t> places_;
     std::unique_ptr<float[]> values_;
 };
