@@ -105,6 +105,9 @@ part = $(if $(filter clean,$(MAKECMDGOALS)),,$(shell f=$(OUT)/$(3).part; mkdir -
     else rm -f $$f.new; exit 1; fi)$(if $(filter-out 0,$(.SHELLSTATUS)),$(error $(2): refused by $(1))))
 ifneq ($(wildcard scene.toml),)
 $(foreach p,illuminate p1solve render,$(call part,$(p),scene.toml,$(p)))
+# A list of effects without multiple scattering leaves p1solve nothing to do.
+unsolved := $(shell sed -n 's/^effects = "\(.*\)"$$/\1/p' $(OUT)/p1solve.part 2> /dev/null | grep -vxE 'auto|all|(.*,)?multiple(,.*)?')
+lit := $(if $(unsolved),light,$(lit))
 endif
 
 # $(call say,FILE): prints its absolute path.

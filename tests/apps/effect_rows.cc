@@ -176,6 +176,8 @@ const std::vector<ToolEffects>& tool_effects()
         {"illuminate",
          "in.vdb --extinction 20 -o out.vdb",
          {
+             {"--effects multiple", S::Values, "", "", true},
+             {"--explain", S::Elsewhere, "SceneEffects.ExplainHas*", "--quiet"},
              {"--frames 1,3", S::Elsewhere, "Frames.*", "", true},
              {"--one-medium", S::Elsewhere, "Frames.SeparateFramesAreNoMediumUnlessAskedFor", "in.vdb"},
              {"--density nothing", S::Status, "", "", true},
@@ -223,6 +225,9 @@ const std::vector<ToolEffects>& tool_effects()
         {"p1solve",
          "in.vdb --extinction 20 --albedo 0.9 --reentry-rays 100 -o out.vdb",
          {
+             {"--effects lights", S::Values, "", "", true},
+             {"--explain", S::Elsewhere, "SceneEffects.ExplainHas*", "--quiet"},
+             {"--accuracy-error 99%", S::Values, "", "--effects all"},
              {"--solid sphere;at=0.5,0.8,0.5;radius=0.2", S::Values, "", "", true},
              {"--frames 1,3", S::Elsewhere, "Frames.*", "", true},
              {"--one-medium", S::Elsewhere, "Frames.SeparateFramesAreNoMediumUnlessAskedFor", "in.vdb"},
@@ -307,6 +312,10 @@ const std::vector<ToolEffects>& tool_effects()
         {"render",
          "in.vdb --extinction 20 --resolution 12 -o out.exr",
          {
+             {"--effects multiple", S::Values, "", "", true},
+             {"--explain", S::Elsewhere, "SceneEffects.ExplainHas*", "--quiet"},
+             {"--accuracy-error 99%", S::Values, "--multiple", ""},
+             {"--accuracy-error 99%", S::Elsewhere, "the row before", "--multiple --effects all"},
              {"--solid sphere;at=0.5,0.8,0.5;radius=0.2", S::Values, "", "", true},
              {"--solid-rays 3", S::Values, "--solid plane;at=0,0.1,0", "--integrator path"},
              {"--frames 1,3", S::Elsewhere, "Frames.*", "", true},

@@ -88,7 +88,7 @@ std::string share_text(double share)
     const double x = 100 * share;
     if (x > 0 && x < 0.01) return "less than 0.01 %";
     char text[32];
-    std::snprintf(text, sizeof text, x > 99.5 ? "%.1f %%" : x >= 10 ? "%.0f %%" : "%.2g %%", std::min(99.9, x));
+    std::snprintf(text, sizeof text, x > 99.5 ? "%.1f %%" : x >= 5 ? "%.0f %%" : "%.2g %%", std::min(99.9, x));
     return text;
 }
 
