@@ -142,11 +142,7 @@ TEST_F(SceneEffects, OneThatIsOffHasNoEntriesFieldsAndBytes)
         EXPECT_GT(double(found["entries"]) + double(found["fields"]), 0) << name << ": " << row.tool << " " << row.on;
     }
     EXPECT_EQ(known.size(), effect_names().size()) << "an effect without a row";
-}
-
-// A grid that adds nothing is read and passed on, and nothing is made of it.
-TEST_F(SceneEffects, OneThatAddsNothingTakesNoMemory)
-{
+    // A grid that adds nothing is read and passed on, and nothing is made of it.
     for (const Row& row : rows()) {
         if (row.idle.empty() || row.without.empty() || row.effect == Effect::Multiple) continue;
         const bool grid = row.effect == Effect::Emission || row.effect == Effect::Tint;
