@@ -1,5 +1,5 @@
-// make_vectors IN.vdb emission|Cd idle|on OUT.vdb: adds to a density's file a vector grid in the voxels of the density, with values
-// that add nothing (idle) or something (on): emission of 0 or a tenth of the density, Cd of 1 or 0.9.
+// make_vectors IN.vdb emission|Cd idle|on OUT.vdb: adds to a density's file a vector grid in the voxels of the density,
+// with values that add nothing (idle) or something (on): emission of 0 or a tenth of the density, Cd of 1 or 0.9.
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/file/io.h"
 

@@ -182,7 +182,7 @@ Seen Chain::run(const World& world, const Change& change)
         // Of two worlds whose share of multiple scattering is near the limit one might be solved and the other not.
         if (world.solve.find("--effects") == std::string::npos) append(options, {"--accuracy-error", "0"});
         if (!stage("p1solve", "lit.vdb", options)) return seen;
-        seen.channels = nlohmann::json::parse(read_text(folder_ + "/solved.json"))["channels"];
+        seen.channels = nlohmann::json::parse(read_text(folder_ + "/solved.json")).value("channels", nlohmann::json());
     }
     if (world.runs("illuminate") || world.runs("p1solve"))
         for (const GridBasePtr& grid : read_own(folder_ + "/lit.vdb").grids) seen.grids[grid->getName()] = grid;
