@@ -14,7 +14,7 @@ fail() { echo "effects.sh: $*" >&2; exit 1; }
 chain() {
     local name=$1 scene=$2
     shift 2
-    "$bin/illuminate" -q cloud.vdb --scene "$scene" "${solid[@]}" "$@" -o light.vdb --error-samples 0
+    "$bin/illuminate" -q cloud.vdb --scene "$scene" "${solid[@]}" "$@" -o light.vdb
     "$bin/p1solve" -q light.vdb --scene "$scene" "$@" --iterations 1 -o solved.vdb
     "$bin/render" -q solved.vdb --scene "$scene" "${frame[@]}" "$@" --resolution 24x16 --samples 1 --aov none --background none -o "$name.exr"
 }

@@ -55,8 +55,9 @@ struct EffectFacts {
     std::vector<MediumFacts> media;
     std::vector<Light> lights;
     std::vector<bool> hidden;  ///< of each light: its transmittance is 0 everywhere; empty: not known
-    bool lights_shown = false;  ///< the picture has a layer for each light, so that lights without power are in play, too
-    Sky sky;                   ///< that lights the medium or solids; black: none
+    bool lights_shown =
+        false;  ///< the picture has a layer for each light, so that lights without power are in play, too
+    Sky sky;    ///< that lights the medium or solids; black: none
     std::optional<double> ground_albedo;
     std::vector<Solid> solids;
     std::array<bool, 3> periodic{false, false, false};

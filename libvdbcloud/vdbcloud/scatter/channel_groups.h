@@ -39,8 +39,8 @@ std::optional<double> beams_as(const ChannelBeams& of, const ChannelBeams& as);
 std::vector<std::vector<const ChannelGroup*>> swept_together(const std::vector<ChannelGroup>&,
                                                              const std::array<double, 3>& extinction, bool scales);
 
-/// Channels share a solution if matrix and emission are equal and their lights differ only by a factor x >= 0; none does
-/// with `apart`.
+/// Channels share a solution if matrix and emission are equal and their lights differ only by a factor x >= 0; none
+/// does with `apart`.
 std::vector<ChannelGroup> group_channels(const std::array<ChannelInput, 3>&, bool apart = false);
 
 }  // namespace vdbcloud
