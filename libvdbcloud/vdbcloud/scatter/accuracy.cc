@@ -45,7 +45,11 @@ Accuracy accuracy_of(const ScatterReport& report, const std::vector<Light>& ligh
     if (std::any_of(lights.begin(), lights.end(), [](const Light& light) { return light->source().has_value(); }))
         accuracy.left_out.push_back(lamp_cusp);
     if (report.endless_ground) accuracy.left_out.push_back("changes of the ground's light beyond its patch");
-    if (report.solids)
+    if (report.solids && std::any_of(report.channel.begin(), report.channel.end(), swept))
+        accuracy.left_out.push_back(
+            "what solids mirror into the medium otherwise than a diffuse surface, and what those "
+            "far from it hide and send");
+    else if (report.solids)
         accuracy.left_out.push_back(
             "light that solids reflect into the medium, and that they hide but for suns and lamps");
     if (report.emission_outside) accuracy.left_out.push_back("emission outside the density");

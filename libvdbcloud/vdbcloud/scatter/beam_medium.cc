@@ -57,15 +57,14 @@ BeamDepths BeamMedium::depths(const std::vector<ExposedVoxel>& exposed, const Li
     tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
         for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
             const Vec3i at = blocks.voxel(slot);
-            found.seen[slot] = blocks.active(slot) && !hidden(Vec3d(at[0], at[1], at[2]), light);
+            found.seen[slot] = blocks.active(slot) && !hidden(index_.world(Vec3d(at[0], at[1], at[2])), light);
         }
     });
     return found;
 }
 
-bool BeamMedium::hidden(const Vec3d& voxel, const Light& light) const
+bool BeamMedium::hidden(const Vec3d& x, const Light& light) const
 {
-    const Vec3d x = index_.world(voxel);
     const Sight sight = light->towards(x);
     return solids_->blocked({x, sight.direction}, sight.distance);
 }
@@ -77,9 +76,13 @@ LineDepths BeamMedium::lines(const Light& light) const
 
 double BeamMedium::depth(const Vec3d& voxel, const Light& light) const
 {
-    if (solids_ && hidden(voxel, light)) return std::numeric_limits<double>::infinity();
-    return bricks_ ? depth_to_light(*bricks_, *light, index_.world(voxel))
-                   : periodic_depth(index_, values(), light, voxel);
+    return bricks_ ? depth_from(index_.world(voxel), light) : periodic_depth(index_, values(), light, voxel);
+}
+
+double BeamMedium::depth_from(const Vec3d& x, const Light& light) const
+{
+    if (solids_ && hidden(x, light)) return std::numeric_limits<double>::infinity();
+    return depth_to_light(*bricks_, *light, x);
 }
 
 }  // namespace vdbcloud

@@ -33,13 +33,15 @@ public:
     LineDepths lines(const Light&) const;
     /// Density depth from a point (voxel coordinates) to a light; infinity where a solid hides it.
     double depth(const Vec3d& voxel, const Light&) const;
+    /// The same from a point in world space, of a medium that ends on all sides.
+    double depth_from(const Vec3d& x, const Light&) const;
 
 private:
     const VoxelIndex& index_;
     const std::vector<float>& density_;
     double extinction_;
     std::vector<float> scaled_;  // density of a periodic medium, if not density_
-    bool hidden(const Vec3d& voxel, const Light&) const;
+    bool hidden(const Vec3d& x, const Light&) const;
     const SolidRays* solids_;
     std::optional<BrickMap> bricks_;  // of a medium that ends on all sides
     const std::vector<float>& values() const { return scaled_.empty() ? density_ : scaled_; }

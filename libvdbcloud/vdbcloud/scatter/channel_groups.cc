@@ -12,7 +12,7 @@ namespace {
 /// Factor x such that b's light is x times a's light, if such a factor exists.
 std::optional<double> solution_as(const ChannelInput& a, const ChannelInput& b)
 {
-    if (a.emission != b.emission) return std::nullopt;
+    if (a.emission != b.emission || a.surfaces != b.surfaces) return std::nullopt;
     return multiple(a.light, b.light);
 }
 

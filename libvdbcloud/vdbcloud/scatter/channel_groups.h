@@ -12,8 +12,9 @@ struct ChannelInput {
     std::array<double, 2> matrix{};  ///< extinction and albedo
     const std::vector<float>* tint = nullptr;
     const std::vector<float>* emission = nullptr;
-    const void* mixed = nullptr;  ///< overlapping media, compared by address
-    std::vector<double> light;    ///< strengths of all sources: lights, sky, emission
+    const void* mixed = nullptr;     ///< overlapping media, compared by address
+    std::vector<double> light;       ///< strengths of all sources: lights, sky, emission
+    std::vector<double> surfaces{};  ///< reflectances of solids
 };
 
 /// Channels that share one matrix, divided into solves whose channels share one solution.
@@ -39,8 +40,8 @@ std::optional<double> beams_as(const ChannelBeams& of, const ChannelBeams& as);
 std::vector<std::vector<const ChannelGroup*>> swept_together(const std::vector<ChannelGroup>&,
                                                              const std::array<double, 3>& extinction, bool scales);
 
-/// Channels share a solution if matrix and emission are equal and their lights differ only by a factor x >= 0; none
-/// does with `apart`.
+/// Channels share a solution if matrix, emission and surfaces are equal and their lights differ only by a factor x >=
+/// 0; none does with `apart`.
 std::vector<ChannelGroup> group_channels(const std::array<ChannelInput, 3>&, bool apart = false);
 
 }  // namespace vdbcloud

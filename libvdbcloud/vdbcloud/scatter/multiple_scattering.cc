@@ -29,7 +29,8 @@ Scattering::Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Ve
       open_(solids_ ? without_solids(density, *solids_, options.periodic) : nullptr), grid_(open_ ? *open_ : density),
       sources_(options.parts.empty() ? sources_of(density, tint, emission) : sources_of(options.parts, emission)),
       medium_(medium), lights_(lights), beams_(points_of(lights, options.disc_samples)), o_(with_horizon(options)),
-      report_(report), index_(grid_, {options.periodic}), density_(index_.gather(grid_)),
+      report_(report), surface_(grid_, options.closure.iterations > 0 ? solids_.get() : nullptr),
+      index_(grid_, {options.periodic, surface_.blocks}), density_(index_.gather(grid_)),
       exposed_(exposed_voxels(index_, density_))
 {
     for (const Light& light : lights)
@@ -42,6 +43,7 @@ Scattering::Scattering(const FloatGrid& density, const Vec3SGrid* tint, const Ve
     if (emission && emission_[0] == emission_[1] && emission_[0] == emission_[2]) release(emission_[1], emission_[2]);
     if (tint) clamp_tint();
     report.solids = bool(solids_);
+    if (!surface_.elements.empty()) walls_ = walls_of(surface_, *solids_, index_);
     mix();
     note_fields();
     report.voxels = index_.blocks().active_count();
@@ -119,6 +121,7 @@ std::vector<ChannelGroup> Scattering::groups() const
         for (const Light& light : lights_) of.light.push_back(light.strength()[c]);
         for (const Vec3d& tone : o_.sky.tones()) of.light.push_back(tone[c]);
         of.light.push_back(of.emission ? 1.0 : 0.0);
+        if (walls_) of.surfaces = reflectances(o_.solids, c);
     }
     return group_channels(input, o_.channels_apart);
 }

@@ -90,7 +90,7 @@ PlanePower planes_by_rays(const P1Operator& p1, const P1Source& source, const P1
 }
 
 PlanePower planes_by_sweep(const VoxelIndex& index, const PlaneLight& light, const P1Budget& budget, double reentry,
-                           const Hemisphere& hemisphere, const PlaneGround& ground)
+                           const Hemisphere& hemisphere, const PlaneGround& ground, bool scaled)
 {
     PlanePower power;
     power.known = true;
@@ -123,7 +123,7 @@ PlanePower planes_by_sweep(const VoxelIndex& index, const PlaneLight& light, con
         from_medium += ground.up(sky[face]);
         if (ground.diffuse < 0) scalable -= ground.albedo * medium[face];
     }
-    if (scalable != 0) power.scaled_by = from_medium / scalable - 1;
+    if (scaled && scalable != 0) power.scaled_by = from_medium / scalable - 1;
     for (size_t face = 0; face < 6; ++face) power.out[face] = medium[face] * (1 + power.scaled_by) + sky[face];
     power.reflected = ahead * (1 + power.scaled_by) + sky_ahead;
     power.from_ground = ground.face >= 0 ? ground.up(power.out[size_t(ground.face)]) : from_patch;

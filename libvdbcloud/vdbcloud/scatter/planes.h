@@ -94,9 +94,10 @@ PlanePower planes_by_rays(const P1Operator&, const P1Source&, const P1Budget&, c
                           int channel, const Hemisphere&, const PlaneGround& = {});
 
 /// The planes of a sweep. The sum is that of the budget; how it is divided comes from the sweep. `reentry`: share of
-/// the budget's outflow that is lost (P1 alone), 0 where the budget is that of sweeps.
+/// the budget's outflow that is lost (P1 alone), 0 where the budget is that of sweeps. `scaled`: not beside solids,
+/// which take light and send some into the planes: the sum is then the sweep's own.
 PlanePower planes_by_sweep(const VoxelIndex&, const PlaneLight&, const P1Budget&, double reentry, const Hemisphere&,
-                           const PlaneGround& = {});
+                           const PlaneGround& = {}, bool scaled = true);
 
 /// Power per area of the planes' cells as `power` has it: the light of a sweep, scaled. Requires PlaneLight::by_cell.
 std::vector<float> plane_flux(const PlaneLight&, const PlanePower&, int face);

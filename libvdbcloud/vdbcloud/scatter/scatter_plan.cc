@@ -11,6 +11,7 @@
 #include "vdbcloud/scatter/endless_ground.h"
 #include "vdbcloud/scatter/harmonics.h"
 #include "vdbcloud/scatter/ordinates.h"
+#include "vdbcloud/scatter/solid_walls.h"
 #include "vdbcloud/scatter/streaming.h"
 #include "vdbcloud/sweep/light_lattice.h"
 #include "vdbcloud/voxels/brick_map.h"
@@ -48,8 +49,21 @@ std::vector<ChannelGroup> groups_of(const Vec3SGrid* tint, const Vec3SGrid* emis
         for (const Light& light : lights) of.light.push_back(light.strength()[c]);
         for (const Vec3d& tone : o.sky.tones()) of.light.push_back(tone[c]);
         of.light.push_back(emission ? 1.0 : 0.0);
+        if (o.closure.iterations > 0) of.surfaces = reflectances(o.solids, c);
     }
     return group_channels(input, o.channels_apart);
+}
+
+/// Blocks about the surface of solids in which the medium has none.
+double wall_blocks(const FloatGrid& density, const ScatterOptions& o)
+{
+    if (o.solids.empty() || o.closure.iterations == 0) return 0;
+    const SolidRays solids(o.solids);
+    const SolidSurface surface(density, &solids);
+    double count = 0;
+    for (const Vec3i& at : surface.blocks)
+        count += density.tree().probeConstLeaf(openvdb::Coord(8 * at[0], 8 * at[1], 8 * at[2])) == nullptr;
+    return count;
 }
 
 /// Voxels with a face outside; no more than `enough` are counted.
@@ -243,7 +257,7 @@ ScatterPlan scatter_plan(const FloatGrid& density, const Vec3SGrid* tint, const 
     check_voxels(density, {o.periodic});
     const auto leaves = double(density.tree().leafCount());
     Counts n;
-    n.blocks = blocks_of(density);
+    n.blocks = blocks_of(density) + wall_blocks(density, o);
     plan.voxels = 512 * n.blocks;
     const auto groups = groups_of(tint, emission, medium, lights, o);
     n.groups = double(groups.size());

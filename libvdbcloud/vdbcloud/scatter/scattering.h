@@ -16,6 +16,7 @@
 #include "vdbcloud/scatter/multiple_scattering.h"
 #include "vdbcloud/scatter/scatter_plan.h"
 #include "vdbcloud/scatter/solid_mask.h"
+#include "vdbcloud/scatter/solid_walls.h"
 
 #include <functional>
 #include <optional>
@@ -154,6 +155,9 @@ private:
     void set_inflow(SecondMoment& closure, int c) const;
     /// The ground as sweeps meet it; none where there is none.
     std::optional<SweepGround> swept_ground(const P1Operator& p1, int c) const;
+    /// The solids as the sweeps of a channel meet them, lit by suns and lamps and by the sky without the medium; none
+    /// where there are none.
+    std::optional<LitWalls> lit_walls(const P1Operator& p1, int c) const;
     /// Keeps what a sweep found on an endless ground.
     void note_patch(const std::optional<SweepGround>& ground);
     /// Solves P1 with the endless ground's light, in a fixed number of rounds, so that lights add up: the patch's light
@@ -213,6 +217,7 @@ private:
         std::optional<P1Source> base;
         std::vector<double> phi;
         std::optional<SweepGround> ground;
+        std::optional<LitWalls> walls;
         PlaneLight planes;
     };
     /// Solves the transport equation of all channels of some groups.
@@ -250,11 +255,13 @@ private:
     std::vector<std::optional<Vec3d>> towards_;  // of each beam: the middle of its sun
     const ScatterOptions o_;
     ScatterReport& report_;
+    const SolidSurface surface_;  // as sweeps meet it; empty without sweeps
     VoxelIndex index_;
     std::vector<float> density_;
     std::vector<ChannelMixture> mixtures_;  // of overlapping media: those that differ
     std::array<size_t, 3> mixture_of_{};    // by channel
     std::vector<ExposedVoxel> exposed_;
+    std::optional<SweepWalls> walls_;       // the surface on the voxels
     std::optional<GroundPlane> ground_;     // under a medium that repeats
     std::optional<EndlessGround> endless_;  // under a medium that ends on all sides
     // Of the channel that is being finished; on an endless ground their changes by the medium.

@@ -115,6 +115,8 @@ std::unique_ptr<Scattering::ClosedChannel> Scattering::open(ClosedMatrix& matrix
     for (size_t slot = 0; slot < ahead.size(); ++slot) phi[slot] += ahead[slot];
     channel->ground = swept_ground(fine, c);
     if (channel->ground) closure.set_ground(&*channel->ground);
+    channel->walls = lit_walls(fine, c);
+    if (channel->walls) closure.set_walls(&*channel->walls);
     channel->planes = requested_planes();
     return channel;
 }

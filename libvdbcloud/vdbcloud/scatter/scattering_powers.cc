@@ -26,8 +26,8 @@ void Scattering::finish(const P1Operator& p1, const P1Source& source, int c, con
     P1Budget collided = report.budget;
     for (size_t face = 0; face < 6; ++face) collided.out[face] -= source.emission_out[face];
     if (swept)
-        report.planes =
-            planes_by_sweep(index_, *swept, collided, flux ? std::max(rays.reentry, 0.0) : 0.0, hemisphere(), ground);
+        report.planes = planes_by_sweep(index_, *swept, collided, flux ? std::max(rays.reentry, 0.0) : 0.0,
+                                        hemisphere(), ground, !walls_);
     else if (rays.reentry >= 0)
         report.planes = planes_by_rays(p1, source, collided, rays, o_.sky, c, hemisphere(), ground);
     const PlanePower of_collided = report.planes;

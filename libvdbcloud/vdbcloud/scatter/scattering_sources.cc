@@ -1,3 +1,4 @@
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/scatter/exposed_beam.h"
 #include "vdbcloud/scatter/scattering.h"
@@ -211,6 +212,33 @@ void Scattering::set_inflow(SecondMoment& closure, int c) const
     auto radiance = sky_along(index_, o_.sky, c, closure.set().direction);
     if (endless_) endless_->add_along(c, closure.set().direction, radiance);
     closure.set_sky(std::move(radiance));
+}
+
+std::optional<LitWalls> Scattering::lit_walls(const P1Operator& p1, int c) const
+{
+    if (!walls_) return std::nullopt;
+    const size_t count = surface_.elements.size();
+    LitWalls lit{{&*walls_, {}, std::vector<float>(count)}, std::vector<float>(count), std::vector<float>(count)};
+    const BeamMedium medium = beam_medium(p1);
+    const std::array<double, 6> sky = sky_on_faces(index_, o_.sky, c);
+    tbb::parallel_for(size_t(0), count, [&](size_t n) {
+        const SolidSurface::Element& e = surface_.elements[n];
+        double direct = 0;
+        for (const Light& light : beams_) {
+            const double cosine = light->towards(e.outside).direction.dot(e.normal);
+            if (cosine > 0)
+                direct += light.strength()[c] * light->irradiance(e.outside) * cosine *
+                          std::exp(-medium.extinction() * medium.depth_from(e.outside, light));
+        }
+        lit.direct[n] = float(direct);
+        lit.reflectance[n] = float(solids_->material(e.solid).reflectance(e.outside)[c]);
+        double inflow = 0;  // exact for a uniform sky; sweeps find what it is
+        for (int a = 0; a < 3; ++a) inflow += e.along[a] * e.along[a] * sky[size_t(2 * a + (e.along[a] > 0))];
+        lit.light.irradiance[n] = float(pi * inflow);
+    });
+    report_.work.add("ground_ray", double(count * beams_.size()));
+    lit.reflect();
+    return lit;
 }
 
 std::optional<SweepGround> Scattering::swept_ground(const P1Operator& p1, int c) const

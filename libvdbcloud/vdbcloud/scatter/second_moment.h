@@ -9,6 +9,8 @@
 
 namespace vdbcloud {
 
+struct LitWalls;
+
 struct ClosureOptions {
     int iterations = 0;   ///< maximum number of sweeps; 0: P1 only
     int directions = 32;  ///< minimum number of directions (ordinates.h)
@@ -124,6 +126,8 @@ public:
     void set_sky(std::vector<float> along) { set_.inflow = std::move(along); }
     /// Sets the ground that every sweep meets; its irradiance is that of the last sweep. Null: none.
     void set_ground(SweepGround* ground) { ground_ = ground; }
+    /// Sets the solids that every sweep meets, lit for the first sweep; each sweep lights them anew. Null: none.
+    void set_walls(LitWalls* walls) { walls_ = walls; }
 
     /// Adds moments of `fluence` times `strength` along the light's beam to the collided light from which the first
     /// sweep starts. phi itself is not changed.
@@ -179,6 +183,7 @@ private:
     void each_face(const F& f) const;
     std::vector<double> take_replaced(P1Source& source) const;
     struct Sweep;
+    WallLight* walls() const;
     static void run_together(const std::vector<Sweep>&, bool emission);
     static void sweep_emission(const std::vector<Channel>&);
     static void sweep(const std::vector<Sweep>&);
@@ -208,11 +213,12 @@ private:
     struct Glow {
         SweepResult light;
         PlaneLight planes;
-        std::vector<float> on_ground;
+        std::vector<float> on_ground, on_walls;
     };
     Glow glow_;  // what emission_ brings before it collides
     SweepResult swept_;
     SweepGround* ground_ = nullptr;
+    LitWalls* walls_ = nullptr;
 };
 
 }  // namespace vdbcloud

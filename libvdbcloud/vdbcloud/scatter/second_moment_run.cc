@@ -5,6 +5,7 @@
 #include "vdbcloud/scatter/active_slots.h"
 #include "vdbcloud/scatter/mixing.h"
 #include "vdbcloud/scatter/second_moment.h"
+#include "vdbcloud/scatter/solid_walls.h"
 
 #include <algorithm>
 #include <chrono>
@@ -48,7 +49,10 @@ struct SecondMoment::Sweep {
     SweepResult* to;
     PlaneLight* planes;
     SweepGround* ground;
+    WallLight* walls;
 };
+
+WallLight* SecondMoment::walls() const { return walls_ ? &walls_->light : nullptr; }
 
 /// Sweeps channels of equal extinction and directions at once.
 void SecondMoment::run_together(const std::vector<Sweep>& all, bool emission)
@@ -60,7 +64,7 @@ void SecondMoment::run_together(const std::vector<Sweep>& all, bool emission)
         for (size_t n = first; n < all.size(); ++n) {
             const Sweep& one = all[n];
             if (done[n] || !one.of->shares_extinction(*all[first].of) || !alike(*one.set, *all[first].set)) continue;
-            channels.push_back({one.set, one.source, one.to, one.planes, one.ground});
+            channels.push_back({one.set, one.source, one.to, one.planes, one.ground, one.walls});
             done[n] = 1;
         }
         all[first].of->transport_.run(*all[first].of->sigma_, emission, channels);
@@ -71,6 +75,7 @@ void SecondMoment::sweep_emission(const std::vector<Channel>& channels)
 {
     std::vector<SweepSet> sets;
     std::vector<SweepGround> grounds(channels.size());
+    std::vector<WallLight> walls(channels.size());  // black
     std::vector<Sweep> sweeps;
     sets.reserve(channels.size());
     for (size_t n = 0; n < channels.size(); ++n) {
@@ -84,14 +89,20 @@ void SecondMoment::sweep_emission(const std::vector<Channel>& channels)
             grounds[n] = *own.ground_;
             grounds[n].direct.assign(own.ground_->direct.size(), 0.0f);
         }
+        if (own.walls_) {
+            walls[n].walls = own.walls_->light.walls;
+            walls[n].radiance.assign(own.walls_->direct.size(), 0.0f);
+        }
         const PlaneLight* planes = channels[n].planes;
         own.glow_.planes.by_cell = planes && planes->by_cell;
         sweeps.push_back({&own, &set, &own.emission_, &own.glow_.light, planes ? &own.glow_.planes : nullptr,
-                          own.ground_ ? &grounds[n] : nullptr});
+                          own.ground_ ? &grounds[n] : nullptr, own.walls_ ? &walls[n] : nullptr});
     }
     run_together(sweeps, true);
     for (const Sweep& each : sweeps)
         if (each.ground) each.of->glow_.on_ground = std::move(each.ground->irradiance);
+    for (const Sweep& each : sweeps)
+        if (each.walls) each.of->glow_.on_walls = std::move(each.walls->irradiance);
 }
 
 /// Adds the light of emission to that of a sweep.
@@ -109,6 +120,7 @@ void SecondMoment::add_glow(const Sweep& sweep) const
         to.tally[n].second += glow_.light.tally[n].second;
     }
     if (ground_) add(glow_.on_ground, ground_->irradiance);
+    if (walls_) add(glow_.on_walls, walls_->light.irradiance);
     if (sweep.planes) sweep.planes->add(glow_.planes);
 }
 
@@ -119,6 +131,7 @@ void SecondMoment::sweep(const std::vector<Sweep>& sweeps)
     for (const Sweep& each : sweeps) {
         each.of->drop_source();
         each.of->add_glow(each);
+        if (each.walls) each.of->walls_->reflect();
     }
 }
 
@@ -128,7 +141,7 @@ void SecondMoment::sweep_planes(const std::vector<double>& phi, PlaneLight* plan
     build_source();
     sweep_emission({{this, nullptr, nullptr, nullptr, planes}});
     SweepResult unused;
-    sweep({{this, &set_, &source_, &unused, planes, ground_}});
+    sweep({{this, &set_, &source_, &unused, planes, ground_, walls()}});
 }
 
 /// One channel's iteration.
@@ -163,7 +176,8 @@ public:
         has_planes_ =
             of_.planes && (is_last() || (report_.iterations > 0 && report_.change.back() < 8 * my_.o_.change));
         seconds_ = seconds_since(start_);
-        return {&my_, &my_.set_, &my_.source_, &my_.swept_, has_planes_ ? of_.planes : nullptr, my_.ground_};
+        return {&my_,        &my_.set_,  &my_.source_, &my_.swept_, has_planes_ ? of_.planes : nullptr,
+                my_.ground_, my_.walls()};
     }
 
     /// Solves for phi from what the sweep, which took `seconds`, has found. `before`: channels that are done with this.
@@ -217,7 +231,7 @@ public:
         if (of_.planes && !has_planes_) {
             my_.build_source();
             SweepResult unused;
-            sweep({{&my_, &my_.set_, &my_.source_, &unused, of_.planes, my_.ground_}});
+            sweep({{&my_, &my_.set_, &my_.source_, &unused, of_.planes, my_.ground_, my_.walls()}});
         }
         estimate_error(report_);
         return std::move(report_);

@@ -52,7 +52,7 @@ VDBCLOUD_INLINE void each(std::index_sequence<c...>, const F& f)
 #define VDBCLOUD_EACH_CHANNEL(...)                                                                                     \
     each(std::make_index_sequence<channels>{}, [&](auto c) __attribute__((always_inline)) __VA_ARGS__)
 
-template<bool emission, int channels, int sign_v, bool all_lit>
+template<bool emission, int channels, int sign_v, bool all_lit, bool walls>
 VDBCLOUD_INLINE void sweep_inside(const Traversal& traversal, int d, float* const* radiance, Scratch* s,
                                   DownstreamFaces* to)
 {
@@ -82,8 +82,12 @@ VDBCLOUD_INLINE void sweep_inside(const Traversal& traversal, int d, float* cons
         const unsigned lit = s->lit[size_t(p)], next_lit = traversal.sign[1] > 0 ? lit >> 1 : lit << 1;
         for (int n = 0; n < 8; ++n) {
             const int r = traversal.sign[1] > 0 ? n : 7 - n, here = p * plane + r * row;
-            const auto leave = [&](size_t c, const Lanes& value, const Lanes& source) __attribute__((always_inline))
+            const auto leave = [&](size_t c, Lanes value, const Lanes& source) __attribute__((always_inline))
             {
+                if (walls) {
+                    const Lanes wall = load(s[c].wall + here);
+                    value = wall == wall ? wall : value;
+                }
                 store(radiance[c] + here, value);
                 store(s[c].source + here, source);
                 to[c].radiance[2][size_t(p * 8 + r)] = value[last_v];
@@ -137,10 +141,12 @@ VDBCLOUD_INLINE void sweep_inside(const Traversal& traversal, int d, float* cons
 {
     uint64_t lit;
     std::memcpy(&lit, s->lit.data(), sizeof lit);
-    if (!~lit)
-        sweep_inside<emission, channels, sign_v, true>(traversal, d, radiance, s, to);
+    if (s->wall)
+        sweep_inside<emission, channels, sign_v, false, true>(traversal, d, radiance, s, to);
+    else if (!~lit)
+        sweep_inside<emission, channels, sign_v, true, false>(traversal, d, radiance, s, to);
     else
-        sweep_inside<emission, channels, sign_v, false>(traversal, d, radiance, s, to);
+        sweep_inside<emission, channels, sign_v, false, false>(traversal, d, radiance, s, to);
 }
 
 template<int channels>

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 
 namespace vdbcloud::block_sweep {
 
@@ -119,6 +120,18 @@ VDBCLOUD_CLONES void prepare(const Traversal& traversal, int d, Scratch& s)
     alignas(64) float to[512];
     for (int x = 0; x < 8; ++x) transpose(q + x * 64, 8, to + x * 8, 64);
     std::memcpy(q, to, sizeof to);
+}
+
+void clear_walls(Scratch& s)
+{
+    std::fill_n(s.walls, 512, std::numeric_limits<float>::quiet_NaN());
+    s.wall = s.walls;
+}
+
+void set_wall(const Layout& layout, size_t slot, float radiance, Scratch& s)
+{
+    const int x = int(slot / 64), y = int(slot / 8 % 8), z = int(slot % 8);
+    s.walls[x * layout.row_stride[0] + y * layout.row_stride[1] + z * layout.row_stride[2]] = radiance;
 }
 
 VDBCLOUD_CLONES void find_lit(const Traversal& traversal, const BlockMask& mask, Scratch& s)

@@ -78,10 +78,12 @@ struct Rows {
 struct alignas(64) Scratch {
     const float* sigma = nullptr;          ///< 512 values in the current layout's order
     const float* radiance = nullptr;       ///< the same of the last direction that was swept
+    const float* wall = nullptr;           ///< the same: radiance of opaque voxels, NaN of others; null: no such voxels
     float q[batch][512];                   ///< direction by direction, in its layout's order
     float out[batch][512];                 ///< radiance, in slot order
     float source[512];                     ///< sigma q of one direction, in its layout's order
     float turned_sigma[512], turned[512];  ///< room for `sigma` and `radiance`
+    float walls[512];                      ///< room for `wall`
     Apron sigma_before, radiance_before, source_before;
     float sigma_apron[regions][64];  ///< room for values of sigma_before
     float from_void[regions][64];    ///< and of radiance_before, where blocks are missing
@@ -106,12 +108,16 @@ void fetch(const Rows&, int from, int to, float* const* arrays);
 void expand(const Rows&, int n, int terms, const float* const* source, const float* basis, Scratch& s);
 /// Brings a direction's q to its layout's order.
 void prepare(const Traversal&, int d, Scratch&);
+/// Sets s.wall: none but in the voxels (slots in the block) that set_wall() names then.
+void clear_walls(Scratch&);
+void set_wall(const Layout&, size_t slot, float radiance, Scratch&);
 /// Finds s.lit from the active voxels and the apron of sigma.
 void find_lit(const Traversal&, const BlockMask&, Scratch&);
 
 /// Sweeps the planes for `channels` of `s`, 1 to most_channels, in the medium of the first: s.radiance from the aprons
 /// of radiance, sigma and source, and what goes on from the block. Then `out` of d holds the radiance in slot order.
-/// `emission`: SweepFields::emission. A channel's values do not depend on the others.
+/// `emission`: SweepFields::emission. All channels have walls, or none has. A channel's values do not depend on the
+/// others.
 void sweep_planes(const Traversal&, int d, bool emission, int channels, Scratch* s, DownstreamFaces* to);
 /// Takes the medium of another channel, which stays in use.
 void share_medium(const Scratch& of, Scratch& to);

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <unordered_map>
 
 namespace vdbcloud {
 
@@ -19,13 +20,16 @@ namespace {
 class Scalar {
 public:
     /// `ground`: where directions that come from beneath begin, instead of the sky; null: none. `patch`: what changes
-    /// their beginning in the sky; null: nothing.
+    /// their beginning in the sky; null: nothing. `walls`: null: none.
     Scalar(const VoxelIndex& index, const VoidRays& rays, const SweepFields& fields, const Vec3d& direction,
-           const float* basis, double sky, const GroundSums* ground, const PatchLight* patch)
+           const float* basis, double sky, const GroundSums* ground, const PatchLight* patch, const WallLight* walls)
         : blocks_(index.blocks()), rays_(rays), sigma_(*fields.sigma_t), emission_(fields.emission), sky_(sky),
           ground_(ground && !ground->leaves(direction) ? ground : nullptr), patch_(patch),
           radiance_(blocks_.slots(), 0.0), q_(blocks_.slots(), 0.0)
     {
+        if (walls)
+            for (const SweepWalls::Voxel& voxel : walls->walls->voxels)
+                wall_[voxel.slot] = double(walls->along(voxel, direction));
         for (int a = 0; a < 3; ++a) step_[a] = direction[a] / index.spacing()[a];
         w_ = -1;
         for (int a = 0; a < 3; ++a)
@@ -41,7 +45,10 @@ public:
         for (size_t slot = 0; slot < blocks_.count() * 512; ++slot)
             order.push_back({step_[w_] > 0 ? blocks_.voxel(slot)[w_] : -blocks_.voxel(slot)[w_], slot});
         std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-        for (const auto& [plane, slot] : order) radiance_[slot] = at_voxel(blocks_.voxel(slot), slot);
+        for (const auto& [plane, slot] : order) {
+            const auto wall = wall_.find(slot);
+            radiance_[slot] = wall != wall_.end() ? wall->second : at_voxel(blocks_.voxel(slot), slot);
+        }
     }
 
     double radiance(size_t slot) const { return radiance_[slot]; }
@@ -192,6 +199,7 @@ private:
     Vec3d step_;  // voxels per world unit
     int w_;
     std::vector<double> radiance_, q_;
+    std::unordered_map<size_t, double> wall_;  // by slot
 };
 
 }  // namespace
@@ -254,13 +262,16 @@ std::vector<size_t> order_of(const SweepSet& set, const Ground* ground)
 }  // namespace
 
 void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& faces, const SweepSet& set,
-                     const SweepFields& fields, SweepResult& result, PlaneLight* planes, SweepGround* with_ground)
+                     const SweepFields& fields, SweepResult& result, PlaneLight* planes, SweepGround* with_ground,
+                     WallLight* walls)
 {
     const Blocks& blocks = index.blocks();
     PlaneSums on_planes(blocks, set);
     const VoidRays rays(blocks);
     std::optional<GroundSums> ground;
     std::optional<PatchLight> patch;
+    std::optional<WallSums> on_walls;
+    if (walls) on_walls.emplace(*walls);
     if (with_ground && with_ground->patch)
         patch.emplace(blocks, set, *with_ground);
     else if (with_ground)
@@ -281,8 +292,11 @@ void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& face
         }
         Scalar one(index, rays, fields, set.direction[m], set.source_basis.data() + m * set.source_terms,
                    set.inflow.empty() ? 0.0 : double(set.inflow[m]), ground ? &*ground : nullptr,
-                   patch && !patch->black() && !to_patch ? &*patch : nullptr);
+                   patch && !patch->black() && !to_patch ? &*patch : nullptr, walls);
         one.sweep();
+        for (size_t block = 0; on_walls && block < blocks.count(); ++block)
+            on_walls->add(block, set.direction[m], double(set.weight[m]),
+                          [&](size_t slot) { return one.radiance(block * Blocks::size + slot); });
         for (size_t cell = 0; to_patch && cell < with_ground->patch->cells(); ++cell)
             if (const auto radiance = one.at_centre(with_ground->patch->middle(cell)))
                 patch->gather(cell, m, *radiance);
@@ -314,6 +328,7 @@ void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& face
     result.tally.resize(faces.size());
     for (size_t f = 0; f < faces.size(); ++f)
         result.tally[f] = {float(tally[f][0]), float(tally[f][1]), float(tally[f][2])};
+    if (on_walls) on_walls->write();
     if (planes) on_planes.write(set, *planes);
     if (planes && patch) patch->write(index.spacing(), *planes);
 }

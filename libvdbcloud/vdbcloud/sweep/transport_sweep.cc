@@ -74,6 +74,7 @@ struct TransportSweep::Impl {
     void run(const std::vector<float>& sigma_t, bool emission, const std::vector<SweepChannel>&);
     void start();
     void take_basis(Batch&) const;
+    void take_walls(const SweepPath&, size_t block, Scratch* s) const;
     void sweep_block(const Batch&, bool first, int octant, int of_pass, size_t block);
     void sweep_batches(const Pass& pass, const std::vector<Batch*>& each, bool first);
     void clear_inactive(SweepResult& result) const;
@@ -97,6 +98,7 @@ struct TransportSweep::Impl {
     std::vector<SweepChannel> channels;
     std::vector<std::unique_ptr<PlaneTallies>> planes;  // by channel; null: not asked for
     std::vector<std::unique_ptr<PatchLight>> grounds;   // by channel; empty: none
+    std::vector<WallSums> walls;                        // the same
     size_t held = 0;                                    // bytes() of the last run
 };
 
@@ -115,6 +117,7 @@ void TransportSweep::Impl::start()
     tallies.resize(channels.size(), tallies[0]);
     planes.clear();
     grounds.clear();
+    walls.clear();
     for (size_t c = 0; c < channels.size(); ++c) {
         const SweepChannel& channel = channels[c];
         channel.result->moments.resize(size_t(set->moment_terms));
@@ -128,6 +131,22 @@ void TransportSweep::Impl::start()
                                                                          *channel.planes)
                                         : nullptr);
         if (channel.ground) grounds.push_back(std::make_unique<PatchLight>(blocks, *channel.set, *channel.ground));
+        if (channel.walls) walls.emplace_back(*channel.walls);
+    }
+}
+
+/// The radiance of the block's opaque voxels along a direction.
+void TransportSweep::Impl::take_walls(const SweepPath& path, size_t block, Scratch* s) const
+{
+    for (size_t c = 0; c < walls.size(); ++c) {
+        const WallLight& light = walls[c].light();
+        const SweepWalls& of = *light.walls;
+        s[c].wall = nullptr;
+        if (of.voxels_of[block] == of.voxels_of[block + 1]) continue;
+        block_sweep::clear_walls(s[c]);
+        for (uint32_t n = of.voxels_of[block]; n < of.voxels_of[block + 1]; ++n)
+            block_sweep::set_wall(*path.traversal.layout, of.voxels[n].slot % Blocks::size,
+                                  light.along(of.voxels[n], set->direction[path.number]), s[c]);
     }
 }
 
@@ -185,6 +204,7 @@ void TransportSweep::Impl::sweep_block(const Batch& with, bool first, int octant
             inflow[c] = channels[c].set->inflow.empty() ? 0.0f : channels[c].set->inflow[path.number];
         }
         passing.load(path, n, block, upstream, inflow, all);
+        if (!walls.empty()) take_walls(path, block, all);
         block_sweep::sweep_planes(path.traversal, n, emission, int(count), all, passing.faces(block, n));
         passing.leave(path, n, block, all);
         const Vec3d& direction = set->direction[path.number];
@@ -194,6 +214,9 @@ void TransportSweep::Impl::sweep_block(const Batch& with, bool first, int octant
             tallies[c].add(path.traversal, n, block, direction, weight, all[c]);
             if (!grounds.empty() && grounds[c]->leaves(sign)) grounds[c]->add(path, n, block, all[c]);
             if (planes[c]) planes[c]->add(path.traversal, of_pass, n, block, direction, weight, all[c]);
+            if (!walls.empty())
+                walls[c].add(block, direction, double(weight),
+                             [&](size_t slot) { return double(all[c].out[d][slot]); });
         }
     }
     for (size_t c = 0; c < count; ++c) {
@@ -310,12 +333,14 @@ void TransportSweep::Impl::run(const std::vector<float>& sigma, bool of_emission
         tallies[c].write(channels[c].result->tally);
         if (planes[c]) planes[c]->write();
         if (planes[c] && ground) grounds[c]->write(index.spacing(), *channels[c].planes);
+        if (!walls.empty()) walls[c].write();
     }
     held = bytes();
     for (Aprons& each : aprons) each.release();
     tallies.erase(tallies.begin() + 1, tallies.end());
     planes.clear();
     grounds.clear();
+    walls.clear();
 }
 
 void TransportSweep::check(const SweepChannel& channel) const
@@ -325,6 +350,8 @@ void TransportSweep::check(const SweepChannel& channel) const
         throw InputError("a sweep of " + std::to_string(set.source_terms) + " source and " +
                          std::to_string(set.moment_terms) + " moment terms: expected 1 to " +
                          std::to_string(most_terms));
+    if (channel.walls && periodic_)
+        throw InputError("walls in a medium that repeats: expected one that ends on all sides");
     if (channel.ground && channel.ground->patch.has_value() == bool(periodic_))
         throw InputError(periodic_
                              ? "a patch of ground under a medium that repeats: expected a ground without a patch"
@@ -332,9 +359,9 @@ void TransportSweep::check(const SweepChannel& channel) const
 }
 
 void TransportSweep::run(const SweepSet& set, const SweepFields& fields, SweepResult& result, PlaneLight* planes,
-                         SweepGround* ground)
+                         SweepGround* ground, WallLight* walls)
 {
-    run(*fields.sigma_t, fields.emission, {{&set, fields.source, &result, planes, ground}});
+    run(*fields.sigma_t, fields.emission, {{&set, fields.source, &result, planes, ground, walls}});
 }
 
 void TransportSweep::run(const std::vector<float>& sigma_t, bool emission, const std::vector<SweepChannel>& channels)

@@ -2,6 +2,7 @@
 // Radiance along many directions through the active voxels of a cloud: the transport equation with a known source.
 #include "vdbcloud/sweep/ground_patch.h"
 #include "vdbcloud/sweep/plane_light.h"
+#include "vdbcloud/sweep/walls.h"
 #include "vdbcloud/voxels/voxel_index.h"
 
 #include <memory>
@@ -77,14 +78,15 @@ struct SweepChannel {
     SweepResult* result = nullptr;
     PlaneLight* planes = nullptr;   ///< null: not asked for
     SweepGround* ground = nullptr;  ///< of all channels or of none; equal but for `direct`
+    WallLight* walls = nullptr;     ///< of all channels or of none; of the same walls
 };
 
 /// Solves s.grad L + sigma_t L = S for each direction, by short characteristics.
 ///
-/// L lives at voxel centres. A voxel's characteristic is followed back to the plane of centres before it, across the
-/// axis along which the direction crosses most voxels (along a diagonal, any of these axes gives the same). There L,
-/// sigma_t and S are interpolated bilinearly from four voxels; from there on sigma_t and q = S / sigma_t are linear in
-/// length, as a picture's rays see them:
+/// L lives at voxel centres; at those of opaque voxels (walls.h) it is the walls'. A voxel's characteristic is followed
+/// back to the plane of centres before it, across the axis along which the direction crosses most voxels (along a
+/// diagonal, any of these axes gives the same). There L, sigma_t and S are interpolated bilinearly from four voxels;
+/// from there on sigma_t and q = S / sigma_t are linear in length, as a picture's rays see them:
 ///
 ///     tau = (sigma_u + sigma) ds / 2,   L = L_u e^-tau + q (1 - e^-tau) + (q_u - q) w,
 ///     w = (1 - e^-tau) / tau - e^-tau - (sigma - sigma_u) ds / (12 + 6 tau + 2 tau^2)
@@ -123,9 +125,10 @@ public:
     /// the box about the voxels; PlaneLight::by_cell is a request. A plane that cuts a block takes light as a face
     /// does. Other light comes by rays from the faces of blocks. `ground`: as for reference_sweep(). Throws InputError
     /// if the medium repeats and the ground is a patch, or if it ends on all sides and the ground is none; for a ground
-    /// under a medium that repeats along one axis; and for a direction along periodic axes only.
+    /// under a medium that repeats along one axis; for walls in one that repeats; and for a direction along periodic
+    /// axes only.
     void run(const SweepSet&, const SweepFields&, SweepResult& result, PlaneLight* planes = nullptr,
-             SweepGround* ground = nullptr);
+             SweepGround* ground = nullptr, WallLight* walls = nullptr);
     /// The same for channels of one extinction, three at a time: attenuation and the ways through the void are computed
     /// once. The values of each are, bit by bit, those of a run of its own.
     void run(const std::vector<float>& sigma_t, bool emission, const std::vector<SweepChannel>&);
@@ -150,6 +153,7 @@ private:
 /// beyond the outermost voxels, where the trilinear medium ends, and interpolate its cells bilinearly. A patch adds to
 /// the inflow of these rays.
 void reference_sweep(const VoxelIndex& index, const std::vector<SweepFace>& faces, const SweepSet&, const SweepFields&,
-                     SweepResult& result, PlaneLight* planes = nullptr, SweepGround* ground = nullptr);
+                     SweepResult& result, PlaneLight* planes = nullptr, SweepGround* ground = nullptr,
+                     WallLight* walls = nullptr);
 
 }  // namespace vdbcloud

@@ -18,12 +18,13 @@ int wrapped(int i, int period) { return period > 0 ? (i % period + period) % per
 
 }  // namespace
 
-Blocks::Blocks(std::vector<Block> blocks, const Vec3i& period) : blocks_(std::move(blocks)), period_(period)
+Blocks::Blocks(std::vector<Block> blocks, const Vec3i& period, bool with_void)
+    : blocks_(std::move(blocks)), period_(period)
 {
     const auto is_void = [](const Block& block) {
         return std::all_of(block.mask.begin(), block.mask.end(), [](uint64_t word) { return word == 0; });
     };
-    blocks_.erase(std::remove_if(blocks_.begin(), blocks_.end(), is_void), blocks_.end());
+    if (!with_void) blocks_.erase(std::remove_if(blocks_.begin(), blocks_.end(), is_void), blocks_.end());
     std::sort(blocks_.begin(), blocks_.end(), [](const Block& a, const Block& b) { return before(a.at, b.at); });
     neighbours_.resize(blocks_.size());
     for (size_t b = 0; b < blocks_.size(); ++b) {

@@ -30,8 +30,8 @@ public:
     enum Face { XMinus, XPlus, YMinus, YPlus, ZMinus, ZPlus };
 
     Blocks() = default;
-    /// Sorts the blocks and drops those without active voxels. Block coordinates must be distinct.
-    explicit Blocks(std::vector<Block> blocks, const Vec3i& period = Vec3i(0, 0, 0));
+    /// Sorts the blocks and drops those without active voxels, but for `with_void`. Block coordinates must be distinct.
+    explicit Blocks(std::vector<Block> blocks, const Vec3i& period = Vec3i(0, 0, 0), bool with_void = false);
 
     size_t count() const { return blocks_.size(); }
     size_t slots() const { return (blocks_.size() + 1) * size; }

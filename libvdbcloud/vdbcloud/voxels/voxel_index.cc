@@ -10,7 +10,9 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <tuple>
 
@@ -138,11 +140,17 @@ VoxelIndex::VoxelIndex(const FloatGrid& grid, const VoxelIndexOptions& options)
         period[a] = period_.length[a] / Blocks::edge;
         origin_[a] = period_.first[a];
     }
-    const Builder builder = masks_of(grid, openvdb::Coord(origin_.x(), origin_.y(), origin_.z()));
+    const auto is_void = [](const BlockMask& mask) {
+        return std::all_of(mask.begin(), mask.end(), [](uint64_t word) { return word == 0; });
+    };
+    Builder builder = masks_of(grid, openvdb::Coord(origin_.x(), origin_.y(), origin_.z()));
+    for (auto at = builder.masks.begin(); at != builder.masks.end();)
+        at = is_void(at->second) ? builder.masks.erase(at) : std::next(at);
+    for (const Vec3i& at : options.besides) builder.at(at.x(), at.y(), at.z());
     std::vector<Block> list;
     for (const auto& [at, mask] : builder.masks)
         list.push_back({Vec3i(std::get<0>(at), std::get<1>(at), std::get<2>(at)), mask});
-    blocks_ = Blocks(std::move(list), period);
+    blocks_ = Blocks(std::move(list), period, /*with_void=*/true);
 }
 
 Vec3d VoxelIndex::world(const Vec3d& voxel) const

@@ -10,6 +10,9 @@ namespace vdbcloud {
 
 struct VoxelIndexOptions {
     std::array<bool, 3> periodic{false, false, false};  ///< axes [index space] on which the domain repeats
+    /// Blocks [voxel coordinates of the tree over 8] that are there without active voxels, too; not where the domain
+    /// repeats.
+    std::vector<Vec3i> besides{};
 };
 
 /// Throws InputError naming the grid where VoxelIndex cannot stand for it. Causes: the transform is not affine, the
