@@ -14,6 +14,14 @@ number() {
         here && index($1, name) { sub(/,$/, "", $2); printf "%.2g", 100 * $2; exit }' "$1"
 }
 
+# effects REPORT: those in play, as render decided (docs/effects.md).
+effects() {
+    awk '/^  "effects": \{/ { inside = 1; next }
+        inside && /^  \}/ { exit }
+        inside && /^    "[a-z_-]*": \{/ { name = $1; gsub(/[":]/, "", name) }
+        inside && $1 == "\"on\":" && $2 ~ /^true/ { printf "%s%s", between, name; between = ", " }' "$1"
+}
+
 # What Kajiya and Von Herzen 1984 say of their pictures of this kind.
 paper() {
     case $1 in
@@ -57,6 +65,7 @@ for p in "$@"; do
 <table>
 <tr><td>command<td><code>make -C pipelines ${how}$p</code>
 <tr><td>stages<td>$stages (png: picture and certificate)
+<tr><td>effects in play<td>$(effects "$out/$p/report.json")
 <tr><td>error<td>$error % ($low to $high)
 <tr><td>the paper, 1984<td>$(paper "$p")
 </table></figcaption>

@@ -25,10 +25,14 @@ for p in $pictures; do
     grep -q "<figure id=\"$p\">" "$folder/index.html" || fail "no $p on the page"
     idiff -q -fail 0.02 "$folder/$p/$p.png" "$folder/$p/shown" || fail "$p: another picture is shown"
 done
-# Errors between two bounds: of pictures of a few thousand pixels, of an error that is neither 0 nor the picture's size.
+# Errors between two bounds, of pictures of a few thousand pixels: the upper end is not 0, the estimate is not the size of the picture. The
+# estimate is 0 where a busy machine leaves the light paths so few samples that their noise hides the error.
 sed -n 's/.*<td>error<td>\([^ ]*\) % (\([^ ]*\) to \([^ ]*\))/\1 \2 \3/p' "$folder/index.html" |
-    awk '{ ++n; if (!($1 > 0.5 && $1 < 25 && $2 < $1 && $1 < $3)) { print "gallery.sh: error " $0 > "/dev/stderr"; bad = 1 } } END { exit bad || n != 3 }' ||
+    awk '{ ++n; if (!($3 > 0.5 && $1 < 25 && $2 <= $1 && $1 < $3)) { print "gallery.sh: error " $0 > "/dev/stderr"; bad = 1 } } END { exit bad || n != 3 }' ||
     fail "errors are not as expected"
+# Effects in play: the dust has coefficients of colour, and all three have solids.
+[ "$(grep -c "<td>effects in play<td>.*multiple.*solids" "$folder/index.html")" = 3 ] || fail "effects: expected solids and multiple scattering in three pictures: $(grep effects "$folder/index.html")"
+[ "$(grep -c "<td>effects in play<td>.*colour" "$folder/index.html")" = 1 ] || fail "effects: expected colour in one picture: $(grep effects "$folder/index.html")"
 # The mountain travels in the file of the light that it shadows.
 "$bin/vdbdiff" "$folder/cloud-and-mountain/cloud-and-mountain.light.vdb" "$folder/cloud-and-mountain/cloud-and-mountain.density.vdb" > "$folder/diff" 2>&1 && fail "no solid in the file"
 grep -q solid "$folder/diff" || fail "the mountain does not travel in the file"
