@@ -37,10 +37,13 @@ std::vector<MediumFacts> media_of(const P1Scene& scene)
     return media;
 }
 
-/// True if the light's grid is in the file and 0 everywhere. Over a ground the light may still reach the medium.
+/// True if the light's grid is in the file and 0 everywhere. By way of a ground, or of solids that
+/// send light, the light may still reach the medium.
 bool is_hidden(const P1solveOptions& o, const P1Scene& scene, const Light& light)
 {
-    if (scene.solids.empty() || o.ground.given() || !has_light(scene.in, light, o.scatter.solids)) return false;
+    if (scene.solids.empty() || o.ground.given() || o.scatter.closure.iterations > 0 ||
+        !has_light(scene.in, light, o.scatter.solids))
+        return false;
     const GridBasePtr grid = grid_of_light(scene.in.file, light);
     const auto dark = [](const auto& values) {
         for (auto v = values.cbeginValueOn(); v; ++v)
@@ -79,6 +82,7 @@ Effects effects_of(app::App& app, const P1solveOptions& o, const P1Scene& scene)
     facts.sky = scene.sky;
     if (o.ground.given()) facts.ground_albedo = o.ground_albedo;
     facts.solids = scene.solids;
+    facts.walls = o.scatter.closure.iterations > 0;
     facts.periodic = scene.in.periodic;
     facts.accuracy = app::accuracy_error(o.effects);
     facts.needed_by = needed_by(o);

@@ -68,6 +68,7 @@ Effects effects_of(app::App& app, const RenderOptions& o, const std::vector<Grid
     facts.sky = sky_in_play(o, files, loaded);
     facts.ground_albedo = ground;
     facts.solids = solids;
+    facts.walls = o.multiple;
     facts.periodic = loaded.scene.periodic;
     facts.accuracy = app::accuracy_error(o.effects);
     facts.brought = brings_multiple(o, files) || !shows_light_grids(o);

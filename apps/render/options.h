@@ -73,6 +73,9 @@ void choose_samples(RenderOptions&);
 /// The .png that --progressive shows: of --png, else of --output.
 const std::string& shown_png(const RenderOptions&);
 
+/// The numbers of pixels in `text`, between characters `at`; none if one of them is no number of pixels.
+std::vector<int> pixels(const std::string& text, char at);
+
 /// "640x480", or "512" for a square; and "x0,y0,x1,y1" of the crop. Throws UsageError.
 ImageSize image_size(const RenderOptions&);
 

@@ -177,6 +177,28 @@ TEST(Effects, MultipleScatteringIsSkippedBelowTheErrorWithTwoStandardErrorsToSpa
     EXPECT_EQ(Effects(facts, {})[Effect::Multiple].why, "an expected 0.31 % of scattered light, below 2 %");
 }
 
+// Sweeps bring the light of solids, which the share of the medium's own scattering does not count.
+TEST(Effects, SweptSolidsThatSendLightNeedMultipleScattering)
+{
+    EffectFacts facts = plain(EffectStage::Scatter);
+    facts.share = [] { return ShareFound{0.001, 0}; };
+    Material black, grey, chequered;
+    black.colour = Vec3d(0.0);
+    chequered.checker = Vec3d(0.5, 0.1, 0.1);
+    facts.solids = {make_ball(Vec3d(3, 0, 0), 1, grey)};
+    EXPECT_FALSE(Effects(facts, {}).on(Effect::Multiple)) << "P1 alone sees no walls";
+    facts.walls = true;
+    EXPECT_TRUE(Effects(facts, {}).on(Effect::Multiple));
+    EXPECT_FALSE(Effects(facts, {}).on(Effect::Colour));
+    facts.solids.push_back(make_ball(Vec3d(3, 4, 0), 1, chequered));
+    EXPECT_TRUE(Effects(facts, {}).on(Effect::Colour));
+    facts.solids = {make_ball(Vec3d(3, 0, 0), 1, black)};
+    EXPECT_FALSE(Effects(facts, {}).on(Effect::Multiple));
+    facts.solids = {make_ball(Vec3d(3, 0, 0), 1, grey)};
+    facts.lights = {make_lamp(Vec3d(0), Vec3d(0.0))};
+    EXPECT_FALSE(Effects(facts, {}).on(Effect::Multiple)) << "no light";
+}
+
 // phi brings all scattered light of sky, ground and emission, also what is scattered once.
 TEST(Effects, MultipleScatteringIsOnForSkyGroundAndEmissionWhateverItsShare)
 {

@@ -67,6 +67,8 @@ EffectState Effects::decide_multiple(const EffectFacts& facts, const EffectsAske
     if (!scatters.there) return {false, false, scatters.why};
     if (on(Effect::Emission)) return {true, false, "the medium scatters its emission"};
     if (!on(Effect::Lights)) return {false, false, "no light reaches the medium"};
+    if (facts.walls && on(Effect::Solids) && !all_black(facts.solids))
+        return {true, false, "it brings the light that solids send back"};
     if (!facts.share) return {true, false, "its share is not estimated for several media"};
     share_ = facts.share();
     const bool matters = share_->share + 2 * share_->error >= facts.accuracy;

@@ -60,6 +60,7 @@ struct EffectFacts {
     Sky sky;    ///< that lights the medium or solids; black: none
     std::optional<double> ground_albedo;
     std::vector<Solid> solids;
+    bool walls = false;  ///< multiple scattering is that of sweeps, to which solids send light
     std::array<bool, 3> periodic{false, false, false};
 
     // Multiple scattering.
@@ -85,10 +86,10 @@ struct EffectState {
 ///     ground      always: it hides what is behind
 ///     solids      always: a solid outside of the picture casts a shadow into it
 ///     tint        a value of Cd differs from 1
-///     multiple    sky, ground, or emission that the medium scatters are in play, or the share of scattered light that
+///     multiple    sky, ground, emission that the medium scatters, or light of solids are in play, or the share of scattered light that
 ///                 the first scattering of lights is not may be `accuracy` or more: share + 2 standard errors
 ///     colour      Light: extinctions differ. Scatter: coefficients, Cd or emission differ, or lights are not
-///                 proportional. Picture: extinctions differ in the medium that is shown
+///                 proportional, or solids that send light are coloured. Picture: extinctions differ in the medium that is shown
 ///     anisotropy  a moment of the phase function of degree 1 to 7 is not 0
 ///     mixture     there is more than one medium
 ///     periodic    the medium repeats along an axis

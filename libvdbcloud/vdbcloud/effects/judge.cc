@@ -65,6 +65,12 @@ Finding judge_solutions(const EffectFacts& facts)
         if (!same_channels(medium.emission)) return adds("the channels of emission differ");
         glows = glows || medium.emission;
     }
+    const auto coloured = [](const Solid& solid) {
+        return !same_channels(solid.material.colour) ||
+               (solid.material.checker && !same_channels(*solid.material.checker));
+    };
+    if (facts.walls && std::any_of(facts.solids.begin(), facts.solids.end(), coloured))
+        return adds("the channels of a solid's colour differ");
     std::array<std::vector<double>, 3> strength;
     for (int c = 0; c < 3; ++c) {
         for (const Light& light : facts.lights) strength[size_t(c)].push_back(light.strength()[c]);
@@ -91,6 +97,11 @@ Finding judge_light(const EffectFacts& facts, size_t light)
         return facts.lights_shown ? adds("has no power, and a layer") : idle("has no power");
     if (light < facts.hidden.size() && facts.hidden[light]) return idle("reaches no voxel");
     return adds("");
+}
+
+bool all_black(const std::vector<Solid>& solids)
+{
+    return std::all_of(solids.begin(), solids.end(), [](const Solid& solid) { return solid.material.black(); });
 }
 
 Finding judge_scattering(const EffectFacts& facts)

@@ -17,6 +17,9 @@ Finding judge_light(const EffectFacts&, size_t light);
 /// All effects but Lights and Multiple, which need what is in play of the others.
 Finding judge(const EffectFacts&, Effect);
 
+/// Whether none of the solids sends light.
+bool all_black(const std::vector<Solid>&);
+
 /// Whether the media scatter at all: there is density, and an albedo above 0.
 Finding judge_scattering(const EffectFacts&);
 

@@ -7,6 +7,7 @@
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/grid/sources.h"
 #include "vdbcloud/grid/tree_size.h"
+#include "vdbcloud/light/lit_points.h"
 #include "vdbcloud/optics/cell_march.h"
 #include "vdbcloud/optics/optical_depth.h"
 #include "vdbcloud/optics/periodic_light.h"
@@ -28,211 +29,8 @@ namespace vdbcloud {
 
 namespace {
 
-/// Where transmittance is wanted, in the light grid's own index space, `refine` points a voxel of density: at the
-/// leaves of `tree`, whose values mean nothing. Point n of leaf b is wanted where its bit is set.
-struct Wanted {
-    openvdb::FloatTree::Ptr tree;
-    int refine;
-    std::vector<Vec3i> leaf;     // origins / 8
-    std::vector<uint64_t> bits;  // 8 words of 64 a leaf
-    int64_t voxels = 0;
-
-    Wanted(const FloatGrid& density, int refine_by, const Period& period) : refine(refine_by)
-    {
-        const FloatGridPtr coarse = voxels_with_fringe(density, period);
-        if (refine == 1) {
-            tree = coarse->treePtr();
-        } else {
-            tree = std::make_shared<openvdb::FloatTree>(0.0f);
-            openvdb::tree::ValueAccessor<openvdb::FloatTree> fine(*tree);
-            for (auto v = coarse->cbeginValueOn(); v; ++v)
-                for (int n = 0; n < refine * refine * refine; ++n)
-                    fine.setValueOn(openvdb::Coord(v.getCoord()[0] * refine + n / (refine * refine),
-                                                   v.getCoord()[1] * refine + n / refine % refine,
-                                                   v.getCoord()[2] * refine + n % refine));
-        }
-        for (auto it = tree->cbeginLeaf(); it; ++it) {
-            leaf.push_back({it->origin()[0] >> 3, it->origin()[1] >> 3, it->origin()[2] >> 3});
-            for (openvdb::Index w = 0; w < 8; ++w) bits.push_back(it->getValueMask().getWord<openvdb::Index64>(w));
-            voxels += it->onVoxelCount();
-        }
-    }
-
-    bool has(size_t n) const { return bits[n / 64] >> (n % 64) & 1; }
-
-    /// Point n in the light grid's index space, integers.
-    Vec3i point(size_t n) const
-    {
-        const int o = int(n % 512);
-        return leaf[n / 512] * 8 + Vec3i(o >> 6, (o >> 3) & 7, o & 7);
-    }
-    Vec3d world(size_t n, const BrickMap& density) const
-    {
-        const Vec3i p = point(n);
-        return density.world_from_index().point(Vec3d(p[0], p[1], p[2]) / refine);
-    }
-};
-
-/// A medium that light crosses, as rays need it.
-struct Crossed {
-    const BrickMap& density;
-    Vec3d sigma_t;  ///< extinction at density 1 [1/world unit]
-    /// From a voxel of the wanted points' density to that place in `density`'s lattice; none: another lattice.
-    std::optional<Vec3d> shift;
-};
-
-/// Depths on the lattice of `density`, at voxels that lie `shift` from the voxels of the blocks `wanted`.
-std::vector<float> shifted_depths(const BrickMap& density, const Vec3d& to_light, const std::vector<Vec3i>& wanted,
-                                  const Vec3d& shift, int rays_per_voxel, const Progress& progress)
-{
-    const Vec3i by(int(std::floor(shift[0])), int(std::floor(shift[1])), int(std::floor(shift[2])));
-    const auto before = [](const Vec3i& p, const Vec3i& q) {
-        return p[0] != q[0] ? p[0] < q[0] : p[1] != q[1] ? p[1] < q[1] : p[2] < q[2];
-    };
-    std::vector<Vec3i> blocks;
-    for (const Vec3i& b : wanted)
-        for (int corner = 0; corner < 8; ++corner) {
-            const Vec3i last = b * 8 + by + Vec3i(corner & 1, corner >> 1 & 1, corner >> 2) * 7;
-            blocks.push_back({last[0] >> 3, last[1] >> 3, last[2] >> 3});
-        }
-    std::sort(blocks.begin(), blocks.end(), before);
-    blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
-    const std::vector<float> there =
-        lattice_depths(density, to_light, blocks, {rays_per_voxel, shift - Vec3d(by[0], by[1], by[2]), 1}, progress);
-    std::vector<float> depth(wanted.size() * 512);
-    tbb::parallel_for(size_t(0), wanted.size(), [&](size_t b) {
-        for (int k = 0; k < 512; ++k) {
-            const Vec3i voxel = wanted[b] * 8 + Vec3i(k >> 6, k >> 3 & 7, k & 7) + by;
-            const Vec3i block(voxel[0] >> 3, voxel[1] >> 3, voxel[2] >> 3);
-            const auto place = size_t(std::lower_bound(blocks.begin(), blocks.end(), block, before) - blocks.begin());
-            depth[b * 512 + size_t(k)] =
-                there[place * 512 + size_t((voxel[0] & 7) << 6 | (voxel[1] & 7) << 3 | (voxel[2] & 7))];
-        }
-    });
-    return depth;
-}
-
-/// Depths at all wanted points to one light without extent, through one medium. `centres`: the density whose voxels the
-/// points belong to.
-std::vector<float> find_depths(const Crossed& medium, const BrickMap& centres, const LightModel& light,
-                               const TransmittanceOptions& o, const Wanted& wanted, const Progress& progress,
-                               std::atomic<size_t>* products = nullptr)
-{
-    const BrickMap& density = medium.density;
-    const auto to_light = light.common_direction();
-    if (to_light && o.fidelity == Fidelity::Lattice && medium.shift && !density.repeats()) {
-        if (*medium.shift == Vec3d(0.0))
-            return lattice_depths(density, *to_light, wanted.leaf, {o.rays_per_voxel, Vec3d(0), o.refine, products},
-                                  progress);
-        if (o.refine == 1)
-            return shifted_depths(density, *to_light, wanted.leaf, *medium.shift, o.rays_per_voxel, progress);
-    }
-    std::vector<float> depth(wanted.leaf.size() * 512, 0.0f);
-    std::atomic<size_t> done{0};
-    tbb::parallel_for(size_t(0), wanted.leaf.size(), [&](size_t b) {
-        for (size_t n = b * 512; n < (b + 1) * 512; ++n)
-            if (wanted.has(n)) depth[n] = float(depth_to_light(density, light, wanted.world(n, centres)));
-        report(progress, double(++done) / double(wanted.leaf.size()));
-    });
-    return depth;
-}
-
-/// True if the depth is above 0 at a wanted point.
-bool shades(const std::vector<float>& depth, const Wanted& wanted)
-{
-    for (size_t n = 0; n < depth.size(); ++n)
-        if (depth[n] > 0 && wanted.has(n)) return true;
-    return false;
-}
-
-/// Whether solids hide a light without extent from x.
-bool hidden(const SolidRays& solids, const LightModel& light, const Vec3d& x)
-{
-    const Sight sight = light.towards(x);
-    return solids.blocked({x, sight.direction}, sight.distance);
-}
-
-/// The mean over the light's parts of exp(-tau), 0 for those that solids hide, at all wanted points, `channels` values
-/// a point. media[0] is the medium that the points belong to. Empty if `only_if_shaded` and no other medium shades a
-/// point.
-std::vector<float> find_transmittance(const std::vector<Crossed>& media,
-                                      const std::vector<std::shared_ptr<const LightModel>>& parts, size_t channels,
-                                      bool only_if_shaded, const SolidRays& solids, const TransmittanceOptions& o,
-                                      const Wanted& wanted, const Progress& progress,
-                                      std::atomic<size_t>* products = nullptr)
-{
-    const double steps = double(parts.size() * media.size());
-    const auto depths = [&](size_t p, size_t m) {
-        const double before = double(p * media.size() + m);
-        const Progress of_step =
-            progress ? Progress([&, before](double f) { return progress((before + f) / steps); }) : Progress();
-        return find_depths(media[m], media[0].density, *parts[p], o, wanted, of_step, products);
-    };
-    std::vector<float> transmittance(wanted.leaf.size() * 512 * channels, 0.0f);
-    bool shaded = !only_if_shaded;
-    for (size_t p = 0; p < parts.size(); ++p) {
-        std::vector<std::vector<float>> depth(media.size());
-        for (size_t m = 1; m < media.size(); ++m) {
-            depth[m] = depths(p, m);
-            shaded = shaded || shades(depth[m], wanted);
-        }
-        if (!shaded && parts.size() == 1) return {};
-        depth[0] = depths(p, 0);
-        tbb::parallel_for(size_t(0), wanted.leaf.size(), [&](size_t b) {
-            for (size_t n = b * 512; n < (b + 1) * 512; ++n) {
-                if (!solids.empty() && wanted.has(n) && hidden(solids, *parts[p], wanted.world(n, media[0].density)))
-                    continue;
-                for (size_t c = 0; c < channels; ++c) {
-                    double tau = 0;
-                    for (size_t m = 0; m < media.size(); ++m) tau += media[m].sigma_t[int(c)] * depth[m][n];
-                    transmittance[n * channels + c] += float(std::exp(-tau) / double(parts.size()));
-                }
-            }
-        });
-    }
-    if (!shaded) transmittance.clear();
-    return transmittance;
-}
-
-/// Compares with exact rays at voxels spread evenly over the targets.
-void compare(const BrickMap& density, const Medium& medium, const std::vector<std::shared_ptr<const LightModel>>& parts,
-             const SolidRays& solids, const TransmittanceOptions& o, const Wanted& wanted,
-             const std::vector<float>& transmittance, size_t channels, TransmittanceReport& report)
-{
-    std::vector<size_t> sample;
-    const size_t step = std::max<size_t>(1, size_t(report.voxels) / size_t(std::max(1, o.error_samples)));
-    size_t seen = 0;
-    for (size_t n = 0; n < wanted.leaf.size() * 512; ++n)
-        if (wanted.has(n))
-            if (seen++ % step == step / 2) sample.push_back(n);
-    std::vector<double> error(sample.size());
-    tbb::parallel_for(size_t(0), sample.size(), [&](size_t s) {
-        double exact = 0;
-        const Vec3d x = wanted.world(sample[s], density);
-        for (const auto& part : parts)
-            if (solids.empty() || !hidden(solids, *part, x))
-                exact += std::exp(-medium.sigma_t_per_density[0] * depth_to_light(density, *part, x));
-        error[s] = std::abs(exact / double(parts.size()) - transmittance[sample[s] * channels]);
-    });
-    report.compared = int(error.size());
-    for (const double e : error) {
-        report.mean_error += e / double(error.size());
-        report.max_error = std::max(report.max_error, e);
-    }
-}
-
-/// Wanted points that none of the light reaches.
-int64_t dark_points(const std::vector<float>& transmittance, size_t channels, const Wanted& wanted)
-{
-    int64_t dark = 0;
-    for (size_t n = 0; n < wanted.leaf.size() * 512; ++n)
-        dark += wanted.has(n) && std::all_of(&transmittance[n * channels], &transmittance[n * channels] + channels,
-                                             [](float t) { return t == 0; });
-    return dark;
-}
-
 /// Steps of a ray from a wanted point to a light, the mean of some hundred points.
-double mean_steps(const BrickMap& density, const LightModel& light, const Wanted& wanted)
+double mean_steps(const BrickMap& density, const LightModel& light, const WantedPoints& wanted)
 {
     const size_t step = std::max<size_t>(1, size_t(wanted.voxels) / 300);
     size_t seen = 0, rays = 0, steps = 0;
@@ -288,10 +86,10 @@ void check(const TransmittanceOptions& o)
 }
 
 /// The grid of the wanted points of a density, which takes their tree, with the metadata of its light and medium.
-GridBasePtr made_grid(const FloatGrid& density, const Medium& medium, const Light& light, const Wanted& wanted,
+GridBasePtr made_grid(const FloatGrid& density, const Medium& medium, const Light& light, const WantedPoints& wanted,
                       const std::vector<float>& transmittance, size_t channels, const TransmittanceOptions& o)
 {
-    const GridBasePtr grid = make_grid(wanted.tree, transmittance, channels);
+    const GridBasePtr grid = make_grid(wanted.grid->treePtr(), transmittance, channels);
     grid->setName(transmittance_name(light));
     grid->setTransform(density.transform().copy());
     if (wanted.refine > 1) grid->transform().preScale(1.0 / wanted.refine);
@@ -332,7 +130,7 @@ GridBasePtr find_grid(const FloatGrid& density, const Medium& medium, const Ligh
     check(o);
     require_light_that_leaves(light, index_from_world(density.transform(), density.getName()), o.periodic);
     const Period period = period_of(density, o.periodic);
-    const Wanted wanted(density, o.refine, period);
+    const WantedPoints wanted(density, o.refine, period);
     std::optional<BrickMap> bricks(std::in_place, density, 0.0f, BrickMap::Map(), period);
     const size_t channels = medium.grey() ? 1 : 3;
     const auto parts = light.parts(o.disc_samples);
@@ -350,7 +148,7 @@ GridBasePtr find_grid(const FloatGrid& density, const Medium& medium, const Ligh
             report->hidden = dark_points(transmittance, channels, wanted);
         }
         if (o.fidelity == Fidelity::Lattice && light->common_direction() && !period.any() && o.error_samples > 0)
-            compare(*bricks, medium, parts, solids, o, wanted, transmittance, channels, *report);
+            compare_with_rays(*bricks, medium, parts, solids, o, wanted, transmittance, channels, *report);
     }
     bricks.reset();
     GridBasePtr grid = made_grid(density, medium, light, wanted, transmittance, channels, o);
@@ -414,8 +212,8 @@ TransmittancePlan transmittance_plan(const FloatGrid& density, const Medium& med
     if (count) {
         plan.work.add("solid_ray", double(density.activeVoxelCount()) * parts * double(o.solids.size()));
         const BrickMap map(density, 0, {}, period);
-        const Wanted wanted(density, o.refine, period);
-        size = tree_size(*FloatGrid::create(wanted.tree));
+        const WantedPoints wanted(density, o.refine, period);
+        size = tree_size(*wanted.grid);
         plan.work.add("light_point", 512 * size.leaves * parts);
         if (lattice)
             for (const auto& part : light.parts(o.disc_samples))
@@ -438,7 +236,7 @@ GridBasePtr transmittance_grid(const std::vector<CrossedMedium>& media, size_t a
 {
     check(o);
     const FloatGrid& density = *media.at(at).density;
-    const Wanted wanted(density, o.refine, period_of(density, o.periodic));
+    const WantedPoints wanted(density, o.refine, period_of(density, o.periodic));
     std::deque<BrickMap> bricks;
     std::vector<Crossed> crossed;
     size_t channels = 1;
