@@ -4,7 +4,9 @@
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
+#include "vdbcloud/grid/scatter_schema.h"
 #include "vdbcloud/grid/select.h"
 #include "vdbcloud/scatter/series_grids.h"
 
@@ -40,6 +42,26 @@ Sky sky_in_play(const RenderOptions& o, const std::vector<GridFile>& files, cons
 }
 
 }  // namespace
+
+EffectsAsked checked_effects(const RenderOptions& o)
+{
+    const EffectsAsked asked = app::effects_asked(o.effects);
+    const bool multiple = is_asked(asked, Effect::Multiple);
+    if (traces_paths(o) && !multiple)
+        throw UsageError("--effects " + printable(o.effects.effects) +
+                         " with light paths, which hold all orders of scattering: add multiple, or leave out " +
+                         (o.integrator.vertices > 0 ? "--gather" : "--integrator path"));
+    o.option.multiple.check_effect(multiple, "multiple among --effects");
+    return asked;
+}
+
+void end_paths_in_solution(app::App& app, RenderOptions& o, const std::vector<GridFile>& files)
+{
+    const auto left_out = [](const GridFile& file) { return has_meta(*file.metadata, schema::multiple_left_out); };
+    if (o.integrator.vertices == 0 || !std::any_of(files.begin(), files.end(), left_out)) return;
+    o.integrator.vertices = 0;
+    app.say("p1solve left multiple scattering out: light paths do not end in it, and --gather traces whole paths");
+}
 
 Sky lighting_sky(const RenderOptions& o, const LoadedScene& loaded, const Sky& background)
 {

@@ -6,6 +6,12 @@
 
 namespace vdbcloud {
 
+/// The effects asked for. Throws UsageError where the list contradicts other options.
+EffectsAsked checked_effects(const RenderOptions&);
+
+/// Where p1solve left multiple scattering out, light paths of --gather have nothing to end in: they become whole paths.
+void end_paths_in_solution(app::App&, RenderOptions&, const std::vector<GridFile>&);
+
 /// The sky that lights media of light paths, and solids: the one that lit the file, the one asked for, or the one that
 /// is seen. `loaded`: lights, up axis, sky and solids.
 Sky lighting_sky(const RenderOptions&, const LoadedScene& loaded, const Sky& background);

@@ -103,6 +103,7 @@ void tell_left_out(app::App& app, const RenderOptions& o, const LoadedScene& loa
                        share_text(*loaded.left_out_before) + " of scattered light");
     ExpectedShare most;
     ShareOptions options;
+    options.error = 0.01;  // the line has whole percents
     options.periodic = loaded.scene.periodic;
     const auto phase = app.phase("left out");
     for (const Volume& volume : volumes) {

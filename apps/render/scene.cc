@@ -293,7 +293,8 @@ void choose_lights(app::App& app, const RenderOptions& o, const std::vector<Grid
 LoadedScene load_scene(app::App& app, RenderOptions& o)
 {
     std::vector<GridFile> files = app::read_inputs(app, o.inputs, o.density, !o.up);
-    const EffectsAsked asked = app::effects_asked(o.effects);
+    const EffectsAsked asked = checked_effects(o);
+    end_paths_in_solution(app, o, files);
 
     LoadedScene out;
     out.scene.periodic = o.light.periodic = app::periodic_axes(o.periodic, files);
@@ -338,7 +339,6 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
                              out.scene.ground ? std::optional(out.scene.ground->albedo) : std::nullopt);
     app::tell_effects(app, o.effects, out.effects);
     apply(out.effects, o, out);
-    o.option.multiple.check_effect(is_asked(asked, Effect::Multiple), "multiple among --effects");
     if (o.multiple && out.effects.on(Effect::Multiple))
         app::of_file(files.front().path, [&] { add_multiple(app, o, files, out); });
     for (const Overlap& overlap : overlaps)

@@ -197,6 +197,8 @@ TEST_F(SceneEffects, AThinMediumIsPassedOnWithTheShareThatIsLeftOut)
     EXPECT_GT(sum, 0);
     EXPECT_LT(difference, 0.02 * sum);
     EXPECT_GT(difference, 0) << "the chain with phi shows more light";
+    EXPECT_FALSE(picture(scratch / "out.vdb", {"-q", "--gather", "2", "--spp", "1"}).empty())
+        << "paths end without phi";
     // A later solution takes the place of the note, and a thin medium that of the solution.
     const std::string thick = stage("p1solve", scratch / "out.vdb", "thick.vdb", {"-q", "--albedo", "0.9"});
     EXPECT_FALSE((*read_grid_file(thick).metadata)["vdbcloud:multiple_left_out"]);
@@ -228,6 +230,28 @@ TEST_F(SceneEffects, ALightWithoutPowerIsDescribedAndHasNoValues)
         const std::vector<float> black = picture(input, {"-q", "--aov", "none"});
         for (size_t k = 0; k < black.size(); k += 4) ASSERT_EQ(black[k], 0) << input;
     }
+}
+
+TEST_F(SceneEffects, ALightThatBlackSolidsHideFromAllVoxelsIsNotSolvedFor)
+{
+    const std::string input =
+        "ball.vdb --extinction 0.5 --albedo 0.9 --sun 0,1,0 --solid 'sphere;at=0,30,0;radius=20;colour=0' ";
+    const nlohmann::json r = report("p1solve", input + "--sky 0.3");
+    EXPECT_EQ(r["effects"]["lights"]["on"], false);
+    EXPECT_EQ(r["effects"]["lights"]["entries"], 0);
+    EXPECT_EQ(r["effects"]["lights"]["why"], "sun reaches no voxel");
+    EXPECT_EQ(r["effects"]["multiple"]["on"], true) << "the sky lights the medium";
+    const std::vector<float> chosen = picture(scratch / "out.vdb", {"-q"});
+    report("p1solve", input + "--sky 0.3 --effects all");
+    EXPECT_FALSE(chosen.empty());
+    EXPECT_EQ(picture(scratch / "out.vdb", {"-q", "--effects", "all"}).size(), chosen.size());
+    const nlohmann::json none = report("p1solve", input);
+    EXPECT_EQ(none["effects"]["multiple"]["why"], "no light reaches the medium");
+    // In sweeps a solid that is not black may send the light on.
+    const nlohmann::json grey =
+        report("p1solve", "ball.vdb --extinction 0.5 --sun 0,1,0 --solid 'sphere;at=0,30,0;radius=20' --iterations 1");
+    EXPECT_EQ(grey["effects"]["lights"]["on"], true);
+    EXPECT_EQ(grey["effects"]["multiple"]["on"], true);
 }
 
 TEST_F(SceneEffects, AListLeavesOutTheOthersInTheWholeChain)
@@ -269,6 +293,7 @@ TEST_F(SceneEffects, UnknownNamesAndContradictionsAreRefused)
          "--accuracy-error has no effect with --effects all"},
         {{"render", "--accuracy-error", "1%"}, "--accuracy-error has no effect without --multiple"},
         {{"render", "--multiple", "--effects", "lights"}, "--multiple has no effect"},
+        {{"render", "--integrator", "path", "--effects", "lights"}, "with light paths, which hold all orders"},
         {{"illuminate", "--explain", "--quiet"}, "--explain has no effect with --quiet"},
     };
     for (const auto& wrong : table) {

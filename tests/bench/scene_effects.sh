@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # What each effect of a scene costs the program that it costs most: processor seconds and peak memory with the effect absent, present
-# and adding nothing, and on. Medians of interleaved runs, one thread; memory is the peak of the process. "-": there is no such input.
+# and adding nothing, and on. Medians of interleaved runs with one thread; memory is the peak of the process, which differs by a few MB
+# between equal runs. "-": there is no such input.
 # The second table compares the runs with an idle effect with those without its input.
 # Usage: scene_effects.sh BIN [SIZE] [RUNS]
 set -euo pipefail
 bin=$(cd "$1" && pwd)
-size=${2:-96} runs=${3:-5}
+size=${2:-80} runs=${3:-3}
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
@@ -17,9 +18,8 @@ timed() {
     local column=$1 tool=$2 out=out.vdb
     shift 2
     [ "$tool" != render ] || out=out.exr
-    "$bin/$tool" -q --threads 1 "$@" -o $out --json report.json
-    awk '$1 == "\"cpu_seconds\":" && /^  "/ { sub(/,$/, "", $2); s = $2 } $1 == "\"peak_memory_bytes\":" { sub(/,$/, "", $2); b = $2 }
-        END { print s, b }' report.json >> "$column"
+    /usr/bin/time -f '%U %S %M' -o spent "$bin/$tool" -q --threads 1 "$@" -o $out
+    awk '{ print $1 + $2, 1024 * $3 }' spent >> "$column"
 }
 median() { sort -g | awk '{ v[NR] = $1 } END { print v[int((NR + 1) / 2)] }'; }
 # shown COLUMN: "1.23 s, 210 MB"

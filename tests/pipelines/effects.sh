@@ -20,8 +20,12 @@ chain() {
 }
 
 "$bin/fractalgen" -q --mountain --size 16 -o mountain.vdb
-scenes=0 seen=0
+scenes=0 seen=0 known=
 for scene in "$top"/pipelines/*/scene*.toml; do
+    # Scenes that say the same are one.
+    text=$(grep -v "^#" "$scene" | tr -d " \n")
+    case "$known" in *"|$text|"*) continue ;; esac
+    known+="|$text|"
     pipeline=$(basename "$(dirname "$scene")") solid=() frame=() config=()
     ! [ -e "$(dirname "$scene")/density.toml" ] || config=(--config "$(dirname "$scene")/density.toml")
     [ "$pipeline" != cloud-and-mountain ] || solid=(--solid mountain.vdb)
@@ -38,4 +42,17 @@ for scene in "$top"/pipelines/*/scene*.toml; do
     awk -v mean="$mean" 'BEGIN { exit !(mean > 1e-6) }' && seen=$((seen + 1))
 done
 [ "$seen" -ge 8 ] || fail "of $scenes scenes $seen show anything: expected 8 or more"
+
+# A pipeline runs p1solve only where the effects of its scene need it.
+mkdir -p tree/pipelines/one out
+cp "$top/pipelines/rules.mk" tree/pipelines
+cp -r "$top/cmake" "$top/data" tree
+printf 'scattering := yes\n.PHONY: all\nall:\ninclude ../rules.mk\nall: $(OUT)/cloud.exr\n' > tree/pipelines/one/Makefile
+cp cloud.vdb out/cloud.density.vdb
+for effects in lights lights,multiple; do
+    printf '[picture]\nresolution = "8"\n[accuracy]\neffects = "%s"\n' "$effects" > tree/pipelines/one/scene.toml
+    env -u MAKELEVEL -u MAKEFLAGS -u MFLAGS make -s -C tree/pipelines/one BIN="$bin" OUT="$folder/out" > said 2>&1 || { cat said >&2; fail "no picture of $effects"; }
+    solved=$([ -e out/cloud.scatter.vdb ] && echo yes || echo no)
+    [ "$solved" = "$([ "$effects" = lights ] && echo no || echo yes)" ] || fail "effects $effects: p1solve ran: $solved"
+done
 echo "effects.sh: $scenes scenes, $seen of them with something to see"

@@ -128,5 +128,22 @@ TEST(ExpectedShare, IsZeroWhereNothingScattersAndTheLargestOfTheChannels)
     EXPECT_GT(expected_share(*layers(), nullptr, red, sun, Sky()).share, 2 * grey);
 }
 
+// What decides is on which side of a limit the share is: a thick cloud needs few paths for that, and a thin one all of
+// them.
+TEST(ExpectedShare, EndsWhereTheShareIsSurelyAboveTheLimit)
+{
+    const std::vector<Light> sun{make_sun(Vec3d(0, 1, 0))};
+    ShareOptions plain = sharp(true), limited = plain;
+    limited.enough = 0.02;
+    const ExpectedShare whole = expected_share(*layers(), nullptr, medium_of(3, 0.99, 0), sun, Sky(), plain),
+                        early = expected_share(*layers(), nullptr, medium_of(3, 0.99, 0), sun, Sky(), limited);
+    EXPECT_LT(early.paths, whole.paths / 4);
+    EXPECT_GT(early.share - 4 * early.error, 0.02);
+    EXPECT_NEAR(early.share, whole.share, 5 * early.error);
+    const Medium thin = medium_of(0.01, 0.9, 0);
+    EXPECT_EQ(expected_share(*layers(), nullptr, thin, sun, Sky(), limited).share,
+              expected_share(*layers(), nullptr, thin, sun, Sky(), plain).share);
+}
+
 }  // namespace
 }  // namespace vdbcloud

@@ -217,6 +217,7 @@ void Scattering::set_inflow(SecondMoment& closure, int c) const
 std::optional<LitWalls> Scattering::lit_walls(const P1Operator& p1, int c) const
 {
     if (!walls_) return std::nullopt;
+    const EffectCosts::Timer timer(report_.costs, Effect::Solids);
     const size_t count = surface_.elements.size();
     LitWalls lit{{&*walls_, {}, std::vector<float>(count)}, std::vector<float>(count), std::vector<float>(count)};
     const BeamMedium medium = beam_medium(p1);
