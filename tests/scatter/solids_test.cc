@@ -182,6 +182,58 @@ TEST(Solids, HideTheSkyThatTheyStandBefore)
     EXPECT_NEAR(fluence_at(Vec3d(8, 5, 8), 16, {}, {}, sky), 4 * pi, 1e-4);
 }
 
+TEST(Solids, AreLitByWhatIsLeftOfTheSkyBehindTheMedium)
+{
+    // In a medium that only absorbs, 4.5 mean free paths deep at the ball's top, some hundredths of the sky are left. A
+    // white ball sends back what it receives of that, not what it would receive without the medium.
+    const auto density = cube();
+    const auto fluence = [&](double colour) {
+        ScatterOptions o;
+        o.closure.iterations = 3;
+        o.closure.directions = 128;
+        o.sky = Sky::constant(Vec3d(1.0));
+        o.solids = {make_ball(Vec3d(7.5, 7.5, 7.5), 3.5, reflecting(colour))};
+        ScatterReport report;
+        return at(solved(*density, medium(1, 0, 0), {}, o, report), 7, 12, 7);
+    };
+    const double black = fluence(0), white = fluence(1);
+    EXPECT_GT(black, 0.01);
+    EXPECT_LT(black, 0.1);
+    // From below comes at most what comes from above, and that is weaker than the light from the sides.
+    EXPECT_GT(white / black, 1.02);
+    EXPECT_LT(white / black, 1.8);
+}
+
+TEST(Solids, HideTheSkyInTurnedAndStretchedGridsToo)
+{
+    // A thin ball of density about the origin on a lattice that is turned about two axes, of voxels 1 x 0.6 x 0.8; the
+    // solid is where it was. Bounds as above.
+    const auto density = FloatGrid::create(0.0f);
+    const auto turned = openvdb::math::Transform::createLinearTransform();
+    turned->preScale(Vec3d(1, 0.6, 0.8));
+    turned->postRotate(0.5, openvdb::math::Z_AXIS);
+    turned->postRotate(-0.8, openvdb::math::X_AXIS);
+    density->setTransform(turned);
+    for (int i = -9; i <= 9; ++i)
+        for (int j = -14; j <= 14; ++j)
+            for (int k = -11; k <= 11; ++k)
+                if (density->indexToWorld(openvdb::Coord(i, j, k)).length() < 8)
+                    density->tree().setValueOn(openvdb::Coord(i, j, k), 1.0f);
+    ScatterOptions o;
+    o.closure.iterations = 2;
+    o.closure.directions = 2048;
+    o.sky = Sky::constant(Vec3d(1.0));
+    for (const Vec3d& towards : {Vec3d(-1, 0, 0), Vec3d(0.6, 0, 0.8), Vec3d(0, 1, 0)}) {
+        o.solids = {make_ball(10 * towards, 4, reflecting(0))};
+        ScatterReport report;
+        const CollidedLight light = solved(*density, medium(1e-6, 0.5, 0), {}, o, report);
+        const double beside = 2 * pi * (1 - std::sqrt(1 - std::pow(4.0 / 10, 2)));
+        const double hidden = (4 * pi - at(light, 0, 0, 0)) / beside - 1;
+        EXPECT_GT(hidden, 0.0) << towards;
+        EXPECT_LT(hidden, 0.25) << towards;
+    }
+}
+
 TEST(Solids, SendLightBackThatTheyReceive)
 {
     // A plate in the sun has the radiance rho E cos / pi. A thin one shows each side its own light.

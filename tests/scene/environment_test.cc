@@ -141,6 +141,16 @@ TEST(Environment, FewDirectionsSeeMeansOfTheirCells)
         travel.push_back(s);
     }
     for (const float radiance : sky_along(index, sky, 1, travel)) EXPECT_NEAR(radiance, 1, 0.01);
+    // A panel between the six directions is in the cells of all three beside it.
+    const Vec3d corner = Vec3d(1, 1, 1).unit();
+    const Sky panel = environment_sky(
+        painted(256, [&](const Vec3d& w) { return Vec3d(w.dot(corner) > std::cos(15 * degrees) ? 10.0 : 0.0); }), 0, 1,
+        Vec3d(0, 1, 0));
+    ASSERT_TRUE(panel.map()->suns().empty());
+    double power = 0;
+    for (const float radiance : sky_along(index, panel, 0, travel)) power += 4 * M_PI / 6 * double(radiance);
+    EXPECT_NEAR(power / (10 * 2 * M_PI * (1 - std::cos(15 * degrees))), 1, 0.03);
+    EXPECT_EQ(panel.radiance(Vec3d(1, 0, 0)), Vec3d(0.0));
     // And each its own side.
     const Sky halves =
         environment_sky(painted(128, [](const Vec3d& w) { return Vec3d(w[1] > 0 ? 3.0 : 1.0); }), 0, 1, Vec3d(0, 1, 0));
