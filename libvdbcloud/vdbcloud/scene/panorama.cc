@@ -77,7 +77,7 @@ Panorama::Panorama(int width, int height, std::vector<float> rgb) : width_(width
 Vec3d Panorama::texel(int row, int column, bool with_suns) const
 {
     const size_t n = size_t(row) * size_t(width_) + size_t(column);
-    const Vec3d whole(double(rgb_[3 * n]), double(rgb_[3 * n + 1]), double(rgb_[3 * n + 2]));
+    const Vec3d whole{double(rgb_[3 * n]), double(rgb_[3 * n + 1]), double(rgb_[3 * n + 2])};
     if (with_suns || of_suns_.empty()) return whole;
     const auto found = of_suns_.find(n);
     return found == of_suns_.end() ? whole : whole * double(found->second);
