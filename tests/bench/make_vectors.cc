@@ -4,11 +4,14 @@
 #include "vdbcloud/file/io.h"
 
 #include <cstdio>
+#include <exception>
 #include <string>
 
-int main(int argc, char** argv)
+namespace vdbcloud {
+namespace {
+
+int make_vectors(int argc, char** argv)
 {
-    using namespace vdbcloud;
     const std::string name = argc == 5 ? argv[2] : "", kind = argc == 5 ? argv[3] : "";
     if ((name != "emission" && name != "Cd") || (kind != "idle" && kind != "on")) {
         std::fprintf(stderr, "usage: make_vectors IN.vdb emission|Cd idle|on OUT.vdb\n");
@@ -25,4 +28,18 @@ int main(int argc, char** argv)
     grid->setTransform(density->transform().copy());
     file.grids.push_back(grid);
     write_grid_file(argv[4], file);
+    return 0;
+}
+
+}  // namespace
+}  // namespace vdbcloud
+
+int main(int argc, char** argv)
+{
+    try {
+        return vdbcloud::make_vectors(argc, argv);
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "make_vectors: %s\n", e.what());
+        return 1;
+    }
 }
