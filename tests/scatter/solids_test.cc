@@ -249,6 +249,21 @@ TEST(Solids, SendLightBackThatTheyReceive)
     EXPECT_LT(fluence_at(under, 16, {above}, high, Sky()), 0.02 * expected);
 }
 
+TEST(Solids, MirrorsSendTheSkyAndNoSun)
+{
+    Material mirror = reflecting(0.8), glossy = mirror;
+    mirror.finish = Finish::Mirror;
+    glossy.finish = Finish::Glossy;
+    const std::vector<Light> sun{make_sun(Vec3d(0.6, 0.8, 0), Vec3d(3.0))};
+    const auto plate = [](const Material& m) { return make_box(Vec3d(2, -5, 2), Vec3d(14, -2, 14), m); };
+    const Vec3d over(8, 5, 8);
+    const double diffuse = fluence_at(over, 16, {plate(reflecting(0.8))}, {}, Sky::constant(Vec3d(1.0)));
+    for (const Material& m : {mirror, glossy}) {
+        EXPECT_LT(fluence_at(over, 16, {plate(m)}, sun, Sky()), 1e-4) << "what the medium itself scatters";
+        EXPECT_EQ(fluence_at(over, 16, {plate(m)}, {}, Sky::constant(Vec3d(1.0))), diffuse);
+    }
+}
+
 TEST(Solids, ColourTheLightThatTheySendBack)
 {
     Material red;

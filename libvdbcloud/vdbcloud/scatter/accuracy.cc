@@ -47,8 +47,8 @@ Accuracy accuracy_of(const ScatterReport& report, const std::vector<Light>& ligh
     if (report.endless_ground) accuracy.left_out.push_back("changes of the ground's light beyond its patch");
     if (report.solids && std::any_of(report.channel.begin(), report.channel.end(), swept))
         accuracy.left_out.push_back(
-            "what solids mirror into the medium otherwise than a diffuse surface, and what those "
-            "far from it hide and send");
+            "what mirrors and glossy solids send into the medium of suns and lamps, and of other "
+            "light otherwise than a diffuse surface; what solids far from it hide and send");
     else if (report.solids)
         accuracy.left_out.push_back(
             "light that solids reflect into the medium, and that they hide but for suns and lamps");

@@ -32,9 +32,9 @@ struct ScatterOptions {
     std::optional<double> ground_albedo;
     std::array<bool, 3> periodic{false, false, false};
     /// Opaque bodies: voxels whose centre is within one are no part of the medium, and solids hide suns and lamps. For
-    /// sweeps they are walls, too, which send back what they receive as a diffuse surface does (solid_walls.h). P1
-    /// alone leaves out what they reflect into the medium, and what they hide of the sky and of other parts of the
-    /// medium.
+    /// sweeps they are walls, too, which send back what they receive as a diffuse surface does (solid_walls.h), mirrors
+    /// and glossy ones that of suns and lamps excepted. P1 alone leaves out what they reflect into the medium, and what
+    /// they hide of the sky and of other parts of the medium.
     std::vector<Solid> solids{};
     /// Media that overlap and keep their phase functions, on one lattice: JoinedMedium::parts. The density is then
     /// their sum, and coefficients, phase function and tint are those of the parts; empty: one medium.

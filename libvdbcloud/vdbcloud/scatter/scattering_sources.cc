@@ -225,7 +225,10 @@ std::optional<LitWalls> Scattering::lit_walls(const P1Operator& p1, int c) const
     tbb::parallel_for(size_t(0), count, [&](size_t n) {
         const SolidSurface::Element& e = surface_.elements[n];
         double direct = 0;
+        // A mirror sends a sun's light into one direction; spread over all it would light what it does not reach.
+        const bool spreads = solids_->material(e.solid).finish == Finish::Diffuse;
         for (const Light& light : beams_) {
+            if (!spreads) break;
             const double cosine = light->towards(e.outside).direction.dot(e.normal);
             if (cosine > 0)
                 direct += light.strength()[c] * light->irradiance(e.outside) * cosine *
