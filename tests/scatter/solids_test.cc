@@ -264,6 +264,35 @@ TEST(Solids, MirrorsSendTheSkyAndNoSun)
     }
 }
 
+TEST(Solids, HideEmissionAndSendItBack)
+{
+    // The lowest layer glows; a plate parts the cube. Emission that is so compact would go by rays, which know no
+    // walls.
+    const auto density = cube();
+    const auto glow = Vec3SGrid::create(Vec3f(0.0f));
+    glow->setTransform(density->transform().copy());
+    for (int i = 0; i < 16; ++i)
+        for (int k = 0; k < 16; ++k) glow->tree().setValueOn(openvdb::Coord(i, 0, k), Vec3f(1.0f));
+    const auto fluence = [&](const std::vector<Solid>& solids, int height) {
+        ScatterOptions o;
+        o.closure.iterations = 3;
+        o.solids = solids;
+        o.emission_by_rays = !solids.empty();  // beside none by sweeps, too, to compare
+        ScatterReport report;
+        const CollidedLight light = scatter_p1(*density, nullptr, glow.get(), medium(1e-4, 0, 0), {}, o, {}, report);
+        return at(light, 8, height, 8);
+    };
+    const auto plate = [](double colour) {
+        return make_box(Vec3d(-3, 6.6, -3), Vec3d(18, 8.4, 18), reflecting(colour));
+    };
+    EXPECT_LT(fluence({plate(0)}, 12), 1e-3 * fluence({}, 12));
+    const double below = fluence({plate(0)}, 3);
+    // It takes nothing that comes from below; the balance that closes sweeps is of all voxels together: to 10 %.
+    EXPECT_NEAR(below, fluence({}, 3), 0.1 * below);
+    EXPECT_GT(fluence({plate(1)}, 3), 1.05 * below);
+    EXPECT_LT(fluence({plate(1)}, 3), 2 * below);
+}
+
 TEST(Solids, ColourTheLightThatTheySendBack)
 {
     Material red;

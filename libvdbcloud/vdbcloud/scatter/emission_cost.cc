@@ -22,8 +22,9 @@ double share_by_rays(double emitting, double voxels)
 bool allows_rays(const ScatterOptions& options)
 {
     const auto& periodic = options.periodic;
-    return options.emission_by_rays && !options.limiter && !options.ground_albedo && !periodic[0] && !periodic[1] &&
-           !periodic[2];
+    const bool walls = !options.solids.empty() && options.closure.iterations > 0;  // sweeps know them
+    return options.emission_by_rays && !options.limiter && !options.ground_albedo && !walls && !periodic[0] &&
+           !periodic[1] && !periodic[2];
 }
 
 bool box_allows_rays(const Blocks& blocks)

@@ -10,8 +10,8 @@ namespace vdbcloud {
 /// is isothermal.
 double share_by_rays(double emitting, double voxels);
 
-/// Whether the options let rays follow emission: not in periodic media, not over a ground, and not with the
-/// limiter.
+/// Whether the options let rays follow emission: not in periodic media, not over a ground, not beside solids
+/// that sweeps meet, and not with the limiter.
 bool allows_rays(const ScatterOptions&);
 
 /// Whether the box about the voxels is small enough: the rays' power through its planes is found cell by cell. Planes
