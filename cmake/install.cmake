@@ -10,7 +10,7 @@ configure_package_config_file(cmake/vdbcloudConfig.cmake.in vdbcloudConfig.cmake
 write_basic_package_version_file(vdbcloudConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES
     ${CMAKE_CURRENT_BINARY_DIR}/vdbcloudConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/vdbcloudConfigVersion.cmake
-    cmake/vdbcloudDependencies.cmake cmake/FindFFTW.cmake cmake/FindXxHash.cmake
+    cmake/vdbcloudDependencies.cmake cmake/FindFFTW.cmake cmake/FindNetCDF.cmake cmake/FindXxHash.cmake
     DESTINATION ${package_folder})
 
 file(RELATIVE_PATH pkgconfig_to_prefix /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)

@@ -12,6 +12,7 @@ find_dependency(OpenVDB)
 find_dependency(TBB)
 find_dependency(OpenEXR)
 find_dependency(FFTW)
+find_dependency(NetCDF)
 find_dependency(XxHash)
 
 set(CMAKE_MODULE_PATH ${vdbcloud_module_path})

@@ -3,10 +3,11 @@
 # "Private to MODULE/" and serves that module alone. Tests include any. Run as: cmake -D ROOT=<source dir> -P layering.cmake
 cmake_minimum_required(VERSION 3.25)
 include(${ROOT}/cmake/public-headers.cmake)
-set(modules core grid voxels file solve fft optics scene effects sweep fractal sim light scatter render)
+set(modules core grid voxels file exchange solve fft optics scene effects sweep fractal sim light scatter render)
 set(grid core)
 set(voxels core)
 set(file core grid)
+set(exchange core grid file)
 set(solve core voxels)
 set(fft core)
 set(optics core grid voxels scene)

@@ -1,5 +1,6 @@
 // Each option has an effect where it should, and is refused where it can have none: all of --help, program by program.
 #include "apps/effect_rows.h"
+#include "support/netcdf_maker.h"
 #include "support/run.h"
 
 #include <gtest/gtest.h>
@@ -99,6 +100,7 @@ protected:
         write_text(*inputs_ / "points.txt", "0 0.3 0\n");
         write_text(*inputs_ / "map.pgm", std::string("P5\n2 2\n255\n") + std::string({0, 127, '\xff', 60}));
         write_text(*inputs_ / "sky.hdr", sky_with_a_sun());
+        write_model(*inputs_ / "model.nc");
         const RunResult r =
             in_folder("fractalgen -q --size 16 -o in.vdb && fractalgen -q in.vdb --mountain --size 16 -o rock.vdb && "
                       "illuminate -q in.vdb --extinction 20 --sun 0.3,1,0.2 -o lattice.vdb && "
@@ -131,7 +133,8 @@ protected:
     Outcome run_in(const std::string& folder, const Words& words)
     {
         std::string line = "rm -rf " + folder + " && mkdir " + folder + " && cd " + folder +
-                           " && for f in ../*.vdb ../*.pgm ../*.hdr ../*.txt; do ln -s $f; done; " + GetParam().tool;
+                           " && for f in ../*.vdb ../*.pgm ../*.hdr ../*.txt ../*.nc; do ln -s $f; done; " +
+                           GetParam().tool;
         for (const std::string& word : words) line += " '" + word + "'";
         if (GetParam().tool != "vdbdiff") line += " --json report.json";
         Outcome outcome{in_folder(line), *inputs_ / folder, ""};

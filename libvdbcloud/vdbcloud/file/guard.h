@@ -1,5 +1,5 @@
 #pragma once
-// Runs work on untrusted bytes in a forked process with limits. Private to file/.
+// Runs work on untrusted bytes in a forked process with limits.
 #include <cstdint>
 #include <functional>
 #include <string>

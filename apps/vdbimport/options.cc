@@ -1,0 +1,162 @@
+#include "options.h"
+
+#include "vdbcloud/core/error.h"
+
+namespace vdbcloud {
+
+namespace {
+
+void declare_files(app::App& app, Options& o)
+{
+    app.writes_grids();
+    app.takes_frames(false);
+    app.add_option(
+           "input", o.input,
+           "the file to read: a table of numbers (- for standard input), or a field of a cloud model in netCDF. A "
+           "table is a vertical section whose rows are layers, the top one first; with --thickness a map of "
+           "columns; with --boxes a list of boxes")
+        ->required()
+        ->type_name("FILE")
+        ->reads_files();
+    o.option.output =
+        app.add_option(
+               "-o,--output", o.output,
+               "the cloud to write: a .vdb, or - for standard output. For several times of a netCDF file a name "
+               "with a place for a number, as cloud.%04d.vdb")
+            ->required()
+            ->type_name("FILE")
+            ->writes_frames(app::FileKind::Grids);
+    app.add_choice<Format>("--format", o.format, format_words(),
+                           "kind of the input; auto: by its first bytes, else by its extension, else a table");
+    app.add_option(
+           "--cell", o.cell,
+           "DX,DY,DZ: of a table, size of a cell along a row (x), across, and vertically [world unit]; tables of "
+           "the I3RC are in metres. Of netCDF, cells of the grid [m], onto which the field is resampled; default: "
+           "the file's, and where these are unequal the smallest one")
+        ->default_str("")
+        ->check(app::positive);
+    app.add_choice<std::optional<UpAxis>>("--up", o.up, app::up_axis_choices<std::optional<UpAxis>>(),
+                                          "axis that points up; default: y of a table, z of a model's field. With y, a "
+                                          "field's x, y, z become x, -z, y")
+        ->scene("medium");
+    app.add_option("--meters-per-unit", o.meters_per_unit,
+                   "metres of a world unit, written into the file; a model's field, which is in metres, is scaled. "
+                   "Default: 1 of a field; a table says nothing")
+        ->default_str("")
+        ->check(app::within(1e-6, 1e6));
+}
+
+void declare_tables(app::App& app, Options& o)
+{
+    const auto boxes = [&o] { return o.boxes; };
+    const auto table = [&o] { return o.is(Format::Table); };
+    app.add_flag("--boxes", o.boxes,
+                 "a row of the table is a box: x0 y0 z0 x1 y1 z1 [world unit], extinction [1/world unit], and emission "
+                 "[radiance/world unit] where there is an eighth number. A voxel has the values of the last box that "
+                 "holds its centre")
+        .only_with(table, "a table")
+        .group("Tables");
+    app.add_choice<Values>(
+           "--values", o.values, {{"optical-depth", Values::OpticalDepth}, {"extinction", Values::Extinction}},
+           "what a number of the table is: optical depth of a cell from top to base, or of a whole column "
+           "with --thickness; or extinction [1/world unit]")
+        .only_with(table, "a table")
+        .not_with(boxes, "--boxes")
+        .group("Tables");
+    const app::Option thickness =
+        app.add_option("--thickness", o.thickness, "a table of the same shape: geometric thickness of each column")
+            .only_with(table, "a table")
+            .not_with(boxes, "--boxes")
+            .group("Tables");
+    thickness->type_name("FILE")->reads_files();
+    app.add_option("--thickness-unit", o.thickness_unit, "world units in a unit of --thickness: 1000 for km and m")
+        ->check(app::positive)
+        ->needs(thickness)
+        .group("Tables");
+    app.add_option("--across", o.across, "cells across a section, which are all alike")
+        ->check(app::within(1, 4096))
+        ->only_with(table, "a table")
+        ->not_with([&o] { return !o.thickness.empty(); }, "--thickness")
+        ->not_with(boxes, "--boxes")
+        .group("Tables");
+    app.add_option("--base", o.base, "height of the cloud's base [world unit]")
+        .only_with(table, "a table")
+        .not_with(boxes, "--boxes")
+        .group("Tables");
+}
+
+void declare_fields(app::App& app, Options& o)
+{
+    const auto netcdf = [&o] { return o.is(Format::NetCdf); };
+    const char* const wanted = "a netCDF file";
+    std::string roles;
+    for (const std::string& role : cloud_field_roles()) roles += (roles.empty() ? "" : ", ") + role;
+    app.add_option("--variable", o.variables,
+                   "ROLE=NAME: the variable that has a role; again for a further role. Roles: " + roles +
+                       ". Default: by CF standard_name and axis, else by common names (qc, ql, LWC, reff, ...)")
+        .only_with(netcdf, wanted)
+        .group("Fields of models");
+    app.add_option(
+           "--unit", o.units,
+           "NAME=UNIT: the unit of a variable, in place of its attribute units: g/kg, kg m-3, km, um; again for "
+           "a further variable")
+        .only_with(netcdf, wanted)
+        .group("Fields of models");
+    o.option.effective_radius =
+        app.add_option("--effective-radius", o.effective_radius,
+                       "effective radius of the droplets [um] where the file has none; default: 10")
+            ->default_str("")
+            ->check(app::within(0.1, 1000))
+            .only_with(netcdf, wanted)
+            .group("Fields of models");
+    o.option.air_density =
+        app.add_option("--air-density", o.air_density,
+                       "density of air [kg/m^3] for water per mass of air, where the file has neither "
+                       "density nor pressure and temperature")
+            ->default_str("")
+            ->check(app::within(1e-6, 100))
+            .only_with(netcdf, wanted)
+            .group("Fields of models");
+    o.option.times =
+        app.add_option("--times", o.times,
+                       "times of the file, counted from 0: 3, 0-10, or 0-10x2 for each second; default: all. "
+                       "Each goes to the frame of its number")
+            .only_with(netcdf, wanted)
+            .group("Fields of models");
+}
+
+}  // namespace
+
+std::map<std::string, std::string> pairs_of(const std::string& option, const std::vector<std::string>& words)
+{
+    std::map<std::string, std::string> pairs;
+    for (const std::string& word : words) {
+        const size_t equals = word.find('=');
+        if (equals == std::string::npos || equals == 0 || equals + 1 == word.size())
+            throw UsageError(option + " " + printable(word) + ": expected two words with = between");
+        if (!pairs.emplace(word.substr(0, equals), word.substr(equals + 1)).second)
+            throw UsageError(option + " " + printable(word) + ": " + printable(word.substr(0, equals)) +
+                             " comes twice");
+    }
+    return pairs;
+}
+
+void declare(app::App& app, Options& o)
+{
+    declare_files(app, o);
+    declare_tables(app, o);
+    declare_fields(app, o);
+    app::declare_medium(app, o.medium, app::MediumSource::None);
+    app.examples(
+        {{"a section of two columns and three layers, rendered",
+          "printf '0 1\\n2 4\\n2 2\\n' > section.txt && vdbimport section.txt --cell 50,50,45 --across 4 -o "
+          "section.vdb && "
+          "render section.vdb --resolution 64 -o section.png"},
+         {"a map of two columns of optical depth, 0.2 and 0.3 km thick",
+          "printf '5 8\\n' > depth.txt && printf '0.2 0.3\\n' > km.txt && vdbimport depth.txt --thickness km.txt "
+          "--thickness-unit 1000 --cell 30,30,30 -o columns.vdb"},
+         {"from standard input, with the mean optical depth as JSON",
+          "printf '0 1\\n2 4\\n' | vdbimport - --cell 50,50,45 -o depths.vdb --json -"}});
+}
+
+}  // namespace vdbcloud
