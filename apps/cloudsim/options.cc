@@ -100,16 +100,17 @@ void declare_output(App& app, Options& o)
         "up",
         app.add_choice<UpAxis>("--up", o.up, up_axis_choices(), "axis that points up in the files")->scene("medium"));
     output.keep("grids", app.add_option("--grids", o.grids,
-                                        "grids to write, between commas: density,temperature,qt,vel,rain,dye; "
+                                        "grids to write, between commas: density,temperature,qt,vel,rain,dye,flame; "
                                         "else all that the run has"));
     output.keep("unpruned", app.add_flag("--unpruned", o.unpruned,
                                          "every voxel of every grid is active, also where there is no cloud"));
     output.keep("effective-radius", app.add_option("--effective-radius", o.effective_radius,
                                                    "radius of droplets, from which the extinction follows [m]")
                                         ->check(positive));
-    output.keep("smoke-extinction", app.add_option("--smoke-extinction", o.smoke_extinction,
-                                                   "sigma_t of dye 1 in a run without moisture [1/m]")
-                                        ->check(positive));
+    output.keep("smoke-extinction",
+                app.add_option("--smoke-extinction", o.smoke_extinction,
+                               "sigma_t of dye 1 in a run without moisture [1/m]; else the preset's")
+                    ->check(positive));
     output.keep("first-frame",
                 app.add_option("--first-frame", o.first_frame, "number of the first frame")->check(nonnegative));
     output.keep("log", app.add_option("--log", o.log, "writes a JSON line a frame to FILE, or - for standard output")
@@ -159,12 +160,16 @@ void declare_air(App& app, Options& o)
                                         "the preset's")
                              ->reads_files());
     air.keep("wind", app.add_option("--wind", o.wind, "wind U,V added to the sounding's [m/s]"));
+    air.keep("frame-velocity",
+             app.add_option("--frame-velocity", o.frame_velocity,
+                            "velocity U,V of the box over the ground [m/s], or 'wind' for the sounding's mean: floor "
+                            "and sources stay on the ground, files have the box where it is"));
     air.keep("shear", app.add_option("--shear", o.shear, "change of that wind with height, U,V [1/s]"));
     air.keep("floor-map", app.add_option("--floor-map", o.floor_map,
                                          "an image or .vdb that multiplies --heat-flux and --moisture-flux")
                               ->reads_files());
     air.keep("patch", app.add_option("--patch", o.patches,
-                                     "x,y,radius,heat,moisture[,dye]: a round patch of floor in place of the "
+                                     "x,y,radius,heat,moisture[,dye[,fuel]]: a round patch of floor in place of the "
                                      "preset's, positions from the box's corner [m]; repeat for more"));
     air.keep("bubble", app.add_option("--bubble", o.bubbles,
                                       "x,y,z,radius,height,kelvin,water[,dye]: a round place in the first air in "
@@ -229,7 +234,7 @@ void declare(App& app, Options& o)
                              ->required()
                              ->writes_frames(FileKind::Grids);
     app.add_option("--preset", o.preset,
-                   "cumulus, congestus, stratocumulus, fog, smoke, or paper (10 x 10 x 20 cells, forward "
+                   "cumulus, congestus, stratocumulus, fog, smoke, fire, or paper (10 x 10 x 20 cells, forward "
                    "differences, saturation by height)");
     declare_output(app, o);
     declare_box(app, o);

@@ -20,9 +20,10 @@ struct Options {
     UpAxis up = UpAxis::Y;
     bool unpruned = false, strict = false, huge_dt = false, change = false;
     std::optional<double> minutes;
-    double effective_radius = 10e-6, smoke_extinction = 0.05;
+    double effective_radius = 10e-6;
+    std::optional<double> smoke_extinction;
     int first_frame = 0, checkpoint_every = 10;
-    std::string cells, spacing, sides, wind, shear;
+    std::string cells, spacing, sides, wind, shear, frame_velocity;
     std::vector<std::string> patches, bubbles;
     bool no_forcing = false;
     std::string seed;

@@ -46,7 +46,7 @@ double frame_bytes(const Options& o, const Run& run, double kept = 1)
         return names.empty() || std::count(names.begin(), names.end(), name) > 0;
     };
     const double floats = (wanted("temperature") && (p.buoyancy || p.moisture)) + (wanted("qt") && p.moisture),
-                 vectors = wanted("vel"), sparse = 1 + p.rain + p.dye;
+                 vectors = wanted("vel"), sparse = 1 + p.rain + p.dye + p.combustion.on;
     // The box is about the vertical axis: its trees have tables on four sides of it.
     const auto nodes = [&](double cells) { return std::ceil(cells / 128); };
     const auto& n = p.lattice.n;
@@ -150,6 +150,10 @@ nlohmann::json as_json(const sim::Budget& b, int frame)
             {"water_corrected", b.water_corrected},
             {"rain_fallen", b.rain_fallen},
             {"kinetic", b.kinetic},
+            {"dye_mean", b.dye_mean},
+            {"dye_drift", b.dye_drift},
+            {"fuel_mean", b.fuel_mean},
+            {"fuel_drift", b.fuel_drift},
             {"fault", b.fault}};
 }
 

@@ -12,6 +12,7 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <numeric>
 #include <sstream>
 
 namespace vdbcloud::app {
@@ -81,8 +82,8 @@ void set_forcing(const Options& o, Parameters& p)
 {
     if (!o.patches.empty()) p.floor.patches.clear();
     for (const std::string& text : o.patches) {
-        const auto v = list_of("--patch", text, 5, 6);
-        p.floor.patches.push_back({{v[0], v[1]}, v[2], v[3], v[4], v.size() > 5 ? v[5] : 0});
+        const auto v = list_of("--patch", text, 5, 7);
+        p.floor.patches.push_back({{v[0], v[1]}, v[2], v[3], v[4], v.size() > 5 ? v[5] : 0, v.size() > 6 ? v[6] : 0});
     }
     if (!o.bubbles.empty()) p.bubbles.clear();
     for (const std::string& text : o.bubbles) {
@@ -152,6 +153,23 @@ const Need needs[] = {
     {"floor-map", has_fluxes, "--heat-flux or --moisture-flux"},
 };
 
+/// "wind" is the mean of the sounding's wind over the levels of the box.
+void set_frame(const Options& o, const sim::Sounding& sounding, Parameters& p)
+{
+    if (o.frame_velocity.empty()) return;
+    if (o.frame_velocity != "wind") {
+        const auto v = list_of("--frame-velocity", o.frame_velocity, 2, 2);
+        p.frame = {v[0], v[1]};
+        return;
+    }
+    sim::check(p, sounding);
+    const sim::Column column = sim::make_column(p, sounding);
+    const auto mean = [](const std::vector<double>& of_levels) {
+        return std::accumulate(of_levels.begin(), of_levels.end(), 0.0) / double(of_levels.size());
+    };
+    p.frame = {mean(column.u), mean(column.v)};
+}
+
 /// The options that turn an effect on, as one writes them.
 std::string turned_on_by(const sim::Effect& effect)
 {
@@ -179,7 +197,10 @@ void refuse_idle_options(const Options& o, const Parameters& p)
             o.option.at(effect.settings[i].name).check_effect(effect.on(p), turned_on_by(effect));
     o.option.at("first-frame").check_effect(bool(FramePattern::in("--output", o.output)), "a numbered --output");
     for (const std::string& name : grid_names(o.grids))
-        if (name == "rain" ? !p.rain : name == "dye" ? !p.dye : name == "qt" && !p.moisture)
+        if (name == "rain"    ? !p.rain
+            : name == "dye"   ? !p.dye
+            : name == "flame" ? !p.combustion.on
+                              : name == "qt" && !p.moisture)
             throw UsageError("--grids " + o.grids + ": this run has no " + name);
 }
 
@@ -235,7 +256,8 @@ FirstAirFile first_air_of(App& app, const Options& o, bool resumed)
 sim::FramePlan plan_of(const Options& o, const Run& run, const FirstAirFile& air)
 {
     sim::FramePlan plan;
-    plan.snapshot = {o.up, o.unpruned, grid_names(o.grids), o.effective_radius, o.smoke_extinction};
+    plan.snapshot = {o.up, o.unpruned, grid_names(o.grids), o.effective_radius,
+                     o.smoke_extinction.value_or(run.preset.smoke_extinction)};
     plan.every = run.preset.every;
     plan.first_frame = o.first_frame;
     plan.init = air.identity;
@@ -244,13 +266,13 @@ sim::FramePlan plan_of(const Options& o, const Run& run, const FirstAirFile& air
 
 std::vector<std::string> grid_names(const std::string& text)
 {
-    const std::vector<std::string> known{"density", "temperature", "qt", "vel", "rain", "dye"};
+    const std::vector<std::string> known{"density", "temperature", "qt", "vel", "rain", "dye", "flame"};
     std::vector<std::string> names;
     std::istringstream words(text);
     for (std::string name; std::getline(words, name, ',');) {
         if (std::find(known.begin(), known.end(), name) == known.end())
             throw UsageError("--grids " + text +
-                             ": expected density, temperature, qt, vel, rain or dye, between commas");
+                             ": expected density, temperature, qt, vel, rain, dye or flame, between commas");
         names.push_back(name);
     }
     return names;
@@ -275,6 +297,7 @@ Run resolve(App& app, const Options& o)
     if (!p.moisture && !o.option.at("radiation").given()) p.radiation = 0;
     set_forcing(o, p);
     set_sounding(o, run.preset.sounding);
+    set_frame(o, run.preset.sounding, p);
     if (o.minutes) run.preset.minutes = *o.minutes;
     if (!o.every.empty()) run.preset.every = seconds_of("--every", o.every);
     refuse_idle_options(o, p);

@@ -106,7 +106,7 @@ TEST(Cloudsim, RefusesDamagedAndOlderCheckpoints)
     const Words words = with(wet, {"-o", scratch / "a.vdb", "--checkpoint", state, "--resume", state});
     ASSERT_EQ(cloudsim(words).status, 0);
     const std::string whole = read_text(state);
-    EXPECT_EQ(whole.rfind("VDBCLOUD CHECKPOINT 5\n", 0), 0u);
+    EXPECT_EQ(whole.rfind("VDBCLOUD CHECKPOINT 6\n", 0), 0u);
     ASSERT_EQ(cloudsim(words).status, 0) << "the checkpoint is sound";
     const auto refusal = [&](const std::string& bytes) {
         write_text(state, bytes);

@@ -81,6 +81,10 @@ TEST(RunRecord, HoldsWhatNoSettingHolds)
         {"momentum_scheme", false, [](Choice& r) { r.p.momentum_scheme = MomentumScheme::Upwind; }},
         {"maccormack", false, [](Choice& r) { r.p.maccormack = true; }},
         {"fix_budget", false, [](Choice& r) { r.p.fix_budget = true; }},
+        {"frame_velocity", false,
+         [](Choice& r) {
+             r.p.frame = {1, 2};
+         }},
         {"saturation", false, [](Choice& r) { r.p.moist.by = SaturationBy::Height; }},
         {"patch", true, [](Choice& r) { r.p.floor.patches.push_back({}); }},
         {"floor_map_digest", true,

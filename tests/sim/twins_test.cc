@@ -78,6 +78,8 @@ std::vector<double> turned(Turn turn, const Lattice& l, Quantity q, const std::v
 /// The image of the first face of an open side is beyond the last cell, where no plane of values has it.
 bool has_no_image(Turn turn, const Lattice& l, Quantity q, size_t cell)
 {
+    if (turn == Turn::MirrorY)
+        return q == Quantity::V && l.side[1] == Side::Open && cell / size_t(l.n[0]) % size_t(l.n[1]) == 0;
     return turn == Turn::MirrorX && q == Quantity::U && l.side[0] == Side::Open && cell % size_t(l.n[0]) == 0;
 }
 
@@ -130,12 +132,15 @@ void expect_twins(const Preset& s, Turn turn, bool given_start, double until)
     }
 }
 
+/// A fire of seconds makes eddies that rounding changes within a minute.
+double twin_time(const std::string& name, double wanted) { return std::min(wanted, 60 * preset(name).minutes / 4); }
+
 TEST(Twins, EveryPresetIsTheImageOfItsTurnedAndMirroredTwin)
 {
     for (const std::string& name : preset_names())
         for (const Turn turn : {Turn::Exchange, Turn::MirrorX, Turn::MirrorY}) {
             SCOPED_TRACE(name + " turn " + std::to_string(int(turn)));
-            expect_twins(small(name, {14, 11, 12}), turn, true, 90);
+            expect_twins(small(name, {14, 11, 12}), turn, true, twin_time(name, 90));
         }
 }
 
@@ -144,7 +149,7 @@ TEST(Twins, SlicesOfEveryPresetAlongXAndYAgreeWithTheirNoise)
     for (const std::string& name : preset_names()) {
         SCOPED_TRACE(name);
         // The twin makes its own start: bubbles, patches and noise are those of the slice along x.
-        expect_twins(small(name, {24, 1, 16}), Turn::Exchange, false, 120);
+        expect_twins(small(name, {24, 1, 16}), Turn::Exchange, false, twin_time(name, 120));
     }
 }
 

@@ -69,7 +69,7 @@ const std::vector<GridKind>& grid_kinds()
         {Role::Temperature, temperature, Rest::Nothing, "", {"heat"},
          "float", "K", "fog volume", "0", "cloudsim", no, no, no},
         {Role::Flame, flame, Rest::Nothing, "", {"flames", "fire"},
-         "float", "any", "fog volume", "0", "other programs", no, no, no},
+         "float", "any; of cloudsim K/s", "fog volume", "0", "cloudsim, other programs", no, no, no},
         {Role::Velocity, velocity, Rest::Nothing, "", {"v", "velocity"},
          "vec3s", "world unit/s", "staggered", "0 0 0", "cloudsim", no, no, no},
         {Role::Colour, colour, Rest::Nothing, "", {"color", "colour", "albedo"},

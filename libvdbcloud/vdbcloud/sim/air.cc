@@ -55,6 +55,7 @@ Variable<T>& Air<T>::of(Quantity q)
     case Quantity::Theta: return theta;
     case Quantity::Water: return water;
     case Quantity::Rain: return rain;
+    case Quantity::Fuel: return fuel;
     default: return dye;
     }
 }
@@ -63,7 +64,7 @@ template<typename T>
 std::vector<Variable<T>*> Air<T>::scalars()
 {
     std::vector<Variable<T>*> list;
-    for (Variable<T>* v : {&theta, &water, &rain, &dye})
+    for (Variable<T>* v : {&theta, &water, &rain, &dye, &fuel})
         if (*v) list.push_back(v);
     return list;
 }
@@ -80,7 +81,13 @@ std::vector<Variable<T>*> Air<T>::velocities()
 template<typename T>
 double Air<T>::reference(Quantity q) const
 {
-    return q == Quantity::Theta ? column.reference.theta : q == Quantity::Water ? column.reference.water : 0;
+    switch (q) {
+    case Quantity::U: return parameters.frame[0];
+    case Quantity::V: return parameters.frame[1];
+    case Quantity::Theta: return column.reference.theta;
+    case Quantity::Water: return column.reference.water;
+    default: return 0;
+    }
 }
 
 template<typename T>
@@ -88,7 +95,7 @@ size_t Air<T>::bytes() const
 {
     size_t sum = 0;
     for (const Field<T>& f : own_) sum += f.bytes();
-    for (const Variable<T>* v : {&wind[0], &wind[1], &wind[2], &theta, &water, &rain, &dye})
+    for (const Variable<T>* v : {&wind[0], &wind[1], &wind[2], &theta, &water, &rain, &dye, &fuel})
         for (const Field<T>& f : v->a) sum += f.bytes();
     return sum;
 }

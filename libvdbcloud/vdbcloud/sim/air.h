@@ -35,7 +35,11 @@ struct Variable {
     // Accounts: sum of sources over cells and time, in cell values [unit]; what there was at the start.
     mutable std::vector<double> row_source;
     double sources = 0;
+    double turnover = 0;  ///< the same sum of absolute values
     Extent start;
+
+    /// Adds to the accounts what cells gained, a sum weighted with the density of the base state.
+    void gain(double sum) { sources += sum, turnover += sum < 0 ? -sum : sum; }
 
     explicit operator bool() const { return bool(a[0]); }
 };
@@ -53,7 +57,7 @@ struct Air {
     const BaseDensity rho;
 
     std::array<Variable<T>, 3> wind;
-    Variable<T> theta, water, rain, dye;
+    Variable<T> theta, water, rain, dye, fuel;
     double time = 0;         ///< of the state between steps [s]
     double stage_time = 0;   ///< of the values that a stage reads [s]
     double dt = 0;           ///< of the step that is taken, or was last [s]
@@ -79,7 +83,7 @@ struct Air {
     /// Those that this run has.
     std::vector<Variable<T>*> scalars();
     std::vector<Variable<T>*> velocities();
-    /// What the field of a quantity is counted from.
+    /// What the field of a quantity is counted from: of a velocity that of the box over the ground.
     double reference(Quantity) const;
     /// The index of the wind's arrays that belong to the scalars' arrays `at`: a given wind has one.
     size_t wind_at(int at) const { return parameters.momentum ? size_t(at) : 0; }
@@ -88,6 +92,11 @@ struct Air {
     int rows(const Variable<T>& v) const { return v.place == Place::FaceY ? lattice.faces(1) : lattice.n[1]; }
     /// The same of a component, whether this run has it or not.
     int wind_width(int axis) const { return axis == 0 ? lattice.faces(0) : lattice.n[0]; }
+    /// The drag on a component of the wind.
+    Drag drag(int axis) const { return {friction_time, axis < 2 ? -parameters.frame[size_t(axis)] : 0}; }
+    /// How far the box has moved over the ground at a time [m].
+    std::array<double, 2> moved(double at) const { return {parameters.frame[0] * at, parameters.frame[1] * at}; }
+    bool moves() const { return parameters.frame[0] != 0 || parameters.frame[1] != 0; }
     bool open() const { return lattice.side[0] == Side::Open || lattice.side[1] == Side::Open; }
     size_t bytes() const;
 

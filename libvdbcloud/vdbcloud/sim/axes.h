@@ -6,10 +6,11 @@
 
 namespace vdbcloud::sim {
 
-/// From cells (i, j, k), k up, to voxels: the box stands on the origin, in metres.
+/// From cells (i, j, k), k up, to voxels: the box begins on the origin, in metres.
 struct Axes {
     const Lattice& l;
     UpAxis up;
+    std::array<double, 2> moved{0, 0};  ///< of the box over the ground [m]
 
     bool swap() const { return up == UpAxis::Y; }
     /// The coordinate of the files along which a cell's axis points.
@@ -21,7 +22,8 @@ struct Axes {
     /// World coordinate of the centre of cell `i` along an axis [m].
     double centre(int axis, double i) const
     {
-        return (i + 0.5 - (axis < 2 ? 0.5 * l.n[size_t(axis)] : 0)) * l.h[size_t(axis)];
+        const double in_box = (i + 0.5 - (axis < 2 ? 0.5 * l.n[size_t(axis)] : 0)) * l.h[size_t(axis)];
+        return axis < 2 ? in_box + moved[size_t(axis)] : in_box;
     }
 };
 

@@ -11,9 +11,9 @@ template<typename T>
 void Model<T>::name_bad_cell() const
 {
     const auto [nx, ny, nz] = air_.lattice.n;
-    const char* names[] = {"u", "v", "w", "theta_l", "q_t", "rain", "dye"};
-    for (const Quantity q :
-         {Quantity::Theta, Quantity::Water, Quantity::Rain, Quantity::Dye, Quantity::U, Quantity::V, Quantity::W}) {
+    const char* names[] = {"u", "v", "w", "theta_l", "q_t", "rain", "dye", "fuel"};
+    for (const Quantity q : {Quantity::Theta, Quantity::Water, Quantity::Rain, Quantity::Dye, Quantity::Fuel,
+                             Quantity::U, Quantity::V, Quantity::W}) {
         const Variable<T>& v = air_.of(q);
         for (const Field<T>& f : v.a)
             if (f)
@@ -72,10 +72,12 @@ void Model<T>::find_weather(Budget& b) const
                 for (int c = 0; c < 3; ++c) {
                     if (!air_.wind[size_t(c)]) continue;
                     const T* row = air_.wind[size_t(c)].a[0].row(j, k);
+                    const double box = air_.reference(air_.wind[size_t(c)].quantity);
                     double fast = 0, squares = 0;
                     for (int i = 0; i < nx; ++i) {
-                        fast = std::max(fast, std::abs(double(row[i])));
-                        squares += double(row[i]) * double(row[i]);
+                        const double over_ground = double(row[i]) + box;
+                        fast = std::max(fast, std::abs(over_ground));
+                        squares += over_ground * over_ground;
                     }
                     speed[size_t(k)] = std::max(speed[size_t(k)], fast);
                     if (c == 2)
@@ -157,9 +159,16 @@ Budget Model<T>::budget() const
         grown = std::max(grown, std::max(e.high - v.start.high, v.start.low - e.low) /
                                     std::max(range, of_range ? 1e-3 : 1e-9));
     };
+    const auto account_tracer = [&](const Variable<T>& v, double& mean, double& drift) {
+        mean = extent(v).mean;
+        if (started_)
+            drift = (mean - v.start.mean - v.sources / cells) / std::max({v.start.mean, v.turnover / cells, 1e-12});
+    };
+    if (air_.dye) account_tracer(air_.dye, b.dye_mean, b.dye_drift);
+    if (air_.fuel) account_tracer(air_.fuel, b.fuel_mean, b.fuel_drift);
     if (air_.theta) account(air_.theta, b.theta_mean, b.theta_drift, b.theta_min, b.theta_max, true);
     if (air_.water) account(air_.water, b.water_mean, b.water_drift, b.water_min, b.water_max, false);
-    b.new_extrema = sourced || parameters_.rain ? -1 : std::max(0.0, grown);
+    b.new_extrema = sourced || !air_.after_step.empty() ? -1 : std::max(0.0, grown);
     find_weather(b);
     b.courant = air_.dt * rate_;
     if (pressure_) {

@@ -14,7 +14,7 @@ namespace vdbcloud::sim {
 
 namespace {
 
-constexpr const char* magic = "VDBCLOUD CHECKPOINT 5\n";
+constexpr const char* magic = "VDBCLOUD CHECKPOINT 6\n";
 constexpr size_t checksum_size = 32;
 
 /// Passes bytes to or from another buffer and adds them to a digest.

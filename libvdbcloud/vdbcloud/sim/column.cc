@@ -83,8 +83,8 @@ Column make_column(const Parameters& p, const Sounding& sounding)
         level.theta_env = at(sounding.theta, z);
         level.q_env = p.moisture ? at(sounding.water, z) : 0;
         column.level.push_back(level);
-        column.u.push_back(windless(0) ? 0 : at(sounding.u, z));
-        column.v.push_back(windless(1) ? 0 : at(sounding.v, z));
+        column.u.push_back(windless(0) ? 0 : at(sounding.u, z) - p.frame[0]);
+        column.v.push_back(windless(1) ? 0 : at(sounding.v, z) - p.frame[1]);
         column.rho_centre.push_back(p.anelastic ? density() : 1);
         climb((k + 1) * dz);
         exner = std::max(exner, 0.25);

@@ -33,6 +33,7 @@ Allowed allowed(Quantity q)
     case Quantity::Theta: return {"theta_l", "K", allowed_theta, ""};
     case Quantity::Water: return {"q_t", "kg/kg", from_zero(1), ""};
     case Quantity::Rain: return {"rain", "kg/kg", from_zero(1), ""};
+    case Quantity::Fuel: return {"fuel", "", from_zero(1e6), ""};
     default: return {"dye", "", from_zero(1e6), ""};
     }
 }

@@ -179,7 +179,8 @@ void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double 
     };
     for_flux_rows<T>({nx, ny, 0, nz, !air_.lattice.flat(0), !air_.lattice.flat(1), !air_.lattice.flat(2)}, coefficients,
                      flux, sink);
-    for (const double sum : variable.row_source) variable.sources += stage.weight * dt * sum;
+    for (const double sum : variable.row_source)
+        variable.sources += stage.weight * dt * sum, variable.turnover += stage.weight * dt * std::abs(sum);
 }
 
 template<typename T>
@@ -189,13 +190,13 @@ void Model<T>::advance_velocity(int axis, const Stage& stage, double dt)
     const size_t in = size_t(stage.in);
     const Field<T>& q = variable.a[in];
     const Relaxation& relaxation = variable.relaxation;
-    const TimedStage timed{stage, stages(parameters_.time_scheme), dt, air_.friction_time};
+    const TimedStage timed{stage, stages(parameters_.time_scheme), dt, air_.drag(axis)};
     const ColumnWeights columns(relaxation, timed);
     std::vector<MomentumStage> levels;  // with the integrating factor of friction, and the return to the environment
     for (int k = 0; k < air_.lattice.n[2]; ++k) {
         const double rate = relaxation.level_rate(k), env = relaxation.none() ? 0 : relaxation.environment[size_t(k)];
         const StageWeights w = weights_of(timed, rate);
-        levels.push_back({w.x0, w.x1, w.x, w.tendency, w.rest * rest_of(rate, env, air_.friction_time)});
+        levels.push_back({w.x0, w.x1, w.x, w.tendency, w.rest * rest_of(rate, env, timed.drag)});
     }
     LevelMeans means;
     if (relaxation.mean > 0)
@@ -291,12 +292,12 @@ template<typename T>
 bool Model<T>::step(double dt)
 {
     const auto& list = stages(parameters_.time_scheme);
-    std::vector<double> sources;
-    for (Variable<T>* v : air_.scalars()) sources.push_back(v->sources);
+    std::vector<std::array<double, 2>> accounts;
+    for (Variable<T>* v : air_.scalars()) accounts.push_back({v->sources, v->turnover});
     for (const Stage& stage : list) {
         if (stage.tau * dt * rate_ > 1) {  // never in the first stage: dt was chosen for it
             size_t i = 0;
-            for (Variable<T>* v : air_.scalars()) v->sources = sources[i++];
+            for (Variable<T>* v : air_.scalars()) v->sources = accounts[i][0], v->turnover = accounts[i++][1];
             take_courant(0);
             return false;
         }
@@ -323,6 +324,8 @@ double Model<T>::stratification() const
 {
     if (!air_.theta || !parameters_.buoyancy || air_.lattice.n[2] < 2) return 0;
     const auto [nx, ny, nz] = air_.lattice.n;
+    const bool hot = parameters_.moist.hot;
+    const T theta0 = T(parameters_.constants.theta0), from = T(air_.reference(Quantity::Theta));
     const double steepest = reduce_planes(
         nz - 1, 0.0,
         [&, nx = nx, ny = ny](int k) {
@@ -330,7 +333,8 @@ double Model<T>::stratification() const
             for (int j = 0; j < ny; ++j) {
                 const T *a = air_.theta.a[0].row(j, k), *b = air_.theta.a[0].row(j, k + 1);
                 for (int i = 0; i < nx; ++i) {
-                    const T d = std::abs(b[i] - a[i]);
+                    const T d =
+                        hot ? theta0 * std::abs(b[i] - a[i]) / (std::min(a[i], b[i]) + from) : std::abs(b[i] - a[i]);
                     most[i & 15] = d > most[i & 15] ? d : most[i & 15];
                 }
             }

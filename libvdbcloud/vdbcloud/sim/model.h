@@ -21,6 +21,7 @@ public:
     bool has(Quantity) const override;
     void get_plane(Quantity, int k, double* out) const override;
     void get_cloud_plane(int k, double* out) const override;
+    void get_flame_plane(int k, double* out) const override;
     void set(Quantity, const std::vector<double>&, const std::string& source) override;
     void add_source(Quantity, Source) override;
     void start() override;

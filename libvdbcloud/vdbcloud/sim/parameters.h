@@ -41,6 +41,7 @@ struct Patch {
     double heat = 0;                     ///< kinematic heat flux at the centre [K m/s]
     double moisture = 0;                 ///< [kg/kg m/s], >= 0
     double dye = 0;                      ///< [1/s m], >= 0
+    double fuel = 0;                     ///< [1/s m], >= 0
 };
 
 struct Floor {
@@ -49,6 +50,16 @@ struct Floor {
     double until = never;  ///< fluxes stop then [s]
     std::vector<Patch> patches;
     std::vector<double> map;  ///< empty, or a factor for the uniform fluxes, one a cell of the floor, x fastest, >= 0
+};
+
+/// Fuel that the air carries, 1 for gas that is fuel alone, and that turns to heat and soot: see effects/combustion.cc.
+struct Combustion {
+    bool on = false;
+    double time = 0.2;      ///< in which fuel burns to 1/e [s]
+    double heat = 4000;     ///< warming of air by all of its fuel 1 [K]
+    double soot = 1;        ///< dye that fuel 1 leaves
+    double ignition = 500;  ///< fuel burns above this temperature [K]
+    double flame = 1900;    ///< no burning heats air above this temperature [K]
 };
 
 struct Noise {
@@ -70,6 +81,10 @@ struct Parameters {
     bool anelastic = false;  ///< density of the base state falls with height
     bool dye = false;        ///< a passive scalar, e.g. smoke
     bool subgrid = false;    ///< Smagorinsky-Lilly
+    Combustion combustion;
+    double cooling = 0;                 ///< of air at cooling_temperature by radiation [K/s]; falls with the 4th power
+    double cooling_temperature = 1900;  ///< [K]
+    std::array<double, 2> frame{0, 0};  ///< velocity of the box over the ground [m/s]
     MoistTerms moist;
     double friction_time = never;  ///< drag -V/t_f [s], > 0
     double viscosity = 0;          ///< [m^2/s]
@@ -122,7 +137,7 @@ struct Sounding {
 struct Column {
     Reference reference;                       ///< what theta_l and q_t of fields and levels are relative to
     std::vector<Level> level;                  ///< nz, at cell centres
-    std::vector<double> u, v;                  ///< nz [m/s]
+    std::vector<double> u, v;                  ///< nz, relative to the box [m/s]
     std::vector<double> rho_centre, rho_face;  ///< relative to the floor; 1 unless anelastic
 };
 
@@ -156,30 +171,19 @@ struct Effect;  // effect.h
 using EffectMaker = Effect (*)();
 namespace effect {
 Effect momentum(), buoyancy(), moisture(), latent_heat(), vapour(), loading(), anelastic(), dye(), rain(), friction(),
-    floor_fluxes(), viscosity(), diffusion(), subgrid(), radiation(), sponge(), wind_relaxation(), side_relaxation();
+    floor_fluxes(), viscosity(), diffusion(), subgrid(), radiation(), sponge(), wind_relaxation(), side_relaxation(),
+    moving_frame(), hot_buoyancy(), combustion(), cooling();
 }
 
 /// The effects, in the order in which their terms are added, which results depend on in their last bits. A new effect
 /// is its members of Parameters, its name here, and effects/NAME.cc with all else.
 inline constexpr EffectMaker effect_table[] = {
-    effect::momentum,
-    effect::buoyancy,
-    effect::moisture,
-    effect::latent_heat,
-    effect::vapour,
-    effect::loading,
-    effect::anelastic,
-    effect::dye,
-    effect::rain,
-    effect::friction,
-    effect::floor_fluxes,
-    effect::viscosity,
-    effect::diffusion,
-    effect::subgrid,
-    effect::radiation,
-    effect::sponge,
-    effect::wind_relaxation,
-    effect::side_relaxation,
+    effect::momentum,     effect::buoyancy,        effect::moisture,        effect::latent_heat,
+    effect::vapour,       effect::loading,         effect::anelastic,       effect::dye,
+    effect::rain,         effect::combustion,      effect::friction,        effect::floor_fluxes,
+    effect::viscosity,    effect::diffusion,       effect::subgrid,         effect::radiation,
+    effect::sponge,       effect::wind_relaxation, effect::side_relaxation, effect::moving_frame,
+    effect::hot_buoyancy, effect::cooling,
 };
 
 }  // namespace vdbcloud::sim

@@ -79,6 +79,21 @@ Preset smoke()
     return s;
 }
 
+/// A camp fire: gas that burns above three heaps of wood, and its smoke.
+Preset fire()
+{
+    Preset s = begin({64, 64, 96}, 0.05, 0.05, {0.5, 0, 1, 1}, 2, 0.2, 0.1, 0.0416666666666666667);
+    Parameters& p = s.parameters;
+    p.lattice.side = {Side::Open, Side::Open};
+    p.side_relaxation = 1;
+    p.moisture = false, p.dye = p.combustion.on = p.moist.hot = true;
+    p.cooling = 2500;
+    p.floor.patches = {
+        {{1.6, 1.6}, 0.22, 60, 0, 0, 0.25}, {{1.4, 1.72}, 0.12, 30, 0, 0, 0.2}, {{1.78, 1.5}, 0.12, 30, 0, 0, 0.2}};
+    s.smoke_extinction = 4;
+    return s;
+}
+
 /// Section 5.1 as printed: 10 x 10 x 20 points, forward differences, saturation by height, L/cp = 2500 K, no weight of
 /// vapour and water. Upwind in space, as centred differences with forward steps are unstable.
 Preset paper()
@@ -99,8 +114,8 @@ Preset paper()
 }
 
 constexpr std::pair<const char*, Preset (*)()> presets[] = {
-    {"cumulus", cumulus}, {"congestus", congestus}, {"stratocumulus", stratocumulus},
-    {"fog", fog},         {"smoke", smoke},         {"paper", paper}};
+    {"cumulus", cumulus}, {"congestus", congestus}, {"stratocumulus", stratocumulus}, {"fog", fog}, {"smoke", smoke},
+    {"fire", fire},       {"paper", paper}};
 
 }  // namespace
 

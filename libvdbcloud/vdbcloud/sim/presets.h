@@ -10,11 +10,12 @@ namespace vdbcloud::sim {
 struct Preset {
     Parameters parameters;
     Sounding sounding;
-    double minutes = 20;  ///< simulated time
-    double every = 10;    ///< seconds between frames
+    double minutes = 20;             ///< simulated time
+    double every = 10;               ///< seconds between frames
+    double smoke_extinction = 0.05;  ///< sigma_t of dye 1 [1/m]
 };
 
-/// cumulus, congestus, stratocumulus, fog, smoke, paper: the names of presets and of soundings.
+/// cumulus, congestus, stratocumulus, fog, smoke, fire, paper: the names of presets and of soundings.
 const std::vector<std::string>& preset_names();
 
 /// Throws InputError that lists the names.

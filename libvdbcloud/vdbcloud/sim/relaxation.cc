@@ -49,9 +49,11 @@ Split split_of(double rate, double dt, const std::vector<Stage>& stages)
 
 }  // namespace
 
-double rest_of(double rate, double environment, double friction_time)
+double rest_of(double rate, double environment, const Drag& drag)
 {
-    return rate > 0 ? environment * (rate / (rate + 1 / friction_time)) : 0;
+    const double share = rate > 0 ? rate / (rate + 1 / drag.time) : 0;
+    const double rest = rate > 0 ? environment * share : 0;
+    return drag.ground != 0 && std::isfinite(drag.time) ? rest + drag.ground * (1 - share) : rest;
 }
 
 StageWeights weights_of(const TimedStage& timed, double rate)
@@ -60,7 +62,7 @@ StageWeights weights_of(const TimedStage& timed, double rate)
     const Split split = rate > 0 ? split_of(rate, timed.dt, timed.all) : Split{0, 0};
     const auto exponent = [&](double from) {
         const double time = (s.time_out - from) * timed.dt;
-        return -time / timed.friction_time - time * split.stiff;
+        return -time / timed.drag.time - time * split.stiff;
     };
     const double c0 = 1 - s.alpha - s.beta, e0 = exponent(0), e1 = exponent(s.time_x1), ex = exponent(s.time_in);
     const double fx = std::exp(ex), tendency = s.beta * s.tau * timed.dt * fx;
@@ -118,7 +120,7 @@ ColumnWeights::ColumnWeights(const Relaxation& relaxation, const TimedStage& sta
         for (const double column : relaxation.rates) {
             const double rate = relaxation.level_rate(int(k)) + column;
             StageWeights w = weights_of(stage, rate);
-            w.rest *= rest_of(rate, relaxation.environment[k], stage.friction_time);
+            w.rest *= rest_of(rate, relaxation.environment[k], stage.drag);
             weights_.push_back(w);
         }
 }
@@ -159,7 +161,7 @@ std::vector<double> mean_shifts(const Relaxation& r, const TimedStage& timed, co
         const double level = r.level_rate(int(k)), both = level + r.mean, env = r.environment[k];
         const auto combined = [&](double rate, double tendency) {
             return weights_of(timed, rate)
-                .value(means.x0[k], means.x1[k], means.x[k], tendency, rest_of(rate, env, timed.friction_time));
+                .value(means.x0[k], means.x1[k], means.x[k], tendency, rest_of(rate, env, timed.drag));
         };
         // The mean of the tendency follows from what the stage wrote, in double: relax_means() has no other.
         const double push = weights_of(timed, level).tendency;

@@ -31,16 +31,22 @@ struct Relaxation {
     void set_columns(const std::vector<double>&);
 };
 
-/// A stage of a step of length dt [s] by a scheme of the stages `all`, with a drag -V/friction_time.
+/// Drag -(V - ground)/time: the ground moves in a box that moves over it.
+struct Drag {
+    double time;    ///< [s]
+    double ground;  ///< the component of the ground's velocity in the box [m/s]
+};
+
+/// A stage of a step of length dt [s] by a scheme of the stages `all`.
 struct TimedStage {
     const Stage& stage;
     const std::vector<Stage>& all;
     double dt;
-    double friction_time;
+    Drag drag;
 };
 
-/// Where drag 1/t_f towards 0 and a return at `rate` towards `environment` lead: their common state of rest.
-double rest_of(double rate, double environment, double friction_time);
+/// Where drag and a return at `rate` towards `environment` lead: their common state of rest.
+double rest_of(double rate, double environment, const Drag&);
 
 /// What a stage combines: out = x0 a[0] + x1 a[1] + x a[in] + tendency (rate of a[in]) + rest (rest_of()).
 struct StageWeights {

@@ -67,6 +67,7 @@ void describe_numerics(const Parameters& p, std::vector<RunValue>& list)
     fixed.word("scalar_scheme", scalar_scheme_words.word(p.scalar_scheme));
     fixed.word("momentum_scheme", momentum_scheme_words.word(p.momentum_scheme));
     fixed.flag("maccormack", p.maccormack), fixed.flag("fix_budget", p.fix_budget);
+    fixed.numbers("frame_velocity", {p.frame[0], p.frame[1]});
     fixed.word("saturation", saturation_words.word(p.moist.by));
     for (const Setting& setting : numeric_settings()) free.setting(setting, p);
 }
@@ -78,8 +79,10 @@ void describe_air(const Parameters& p, const Sounding& s, std::vector<RunValue>&
         for (const Setting& setting : *group) fixed.setting(setting, p);
     for (const Effect& effect : effects())
         for (const Setting& setting : effect.settings) (effect.can_change ? free : fixed).setting(setting, p);
-    free.items("patch", p.floor.patches, [](const Patch& f) -> std::vector<double> {
-        return {f.centre[0], f.centre[1], f.radius, f.heat, f.moisture, f.dye};
+    free.items("patch", p.floor.patches, [](const Patch& f) {
+        std::vector<double> numbers{f.centre[0], f.centre[1], f.radius, f.heat, f.moisture, f.dye};
+        if (f.fuel != 0) numbers.push_back(f.fuel);
+        return numbers;
     });
     Digest map;
     map.add(p.floor.map.data(), p.floor.map.size() * sizeof(double));

@@ -142,8 +142,9 @@ void Model<T>::huge_sources(Variable<T>& v, double dt)
 {
     const bool scalar = v.place == Place::Centre;
     const Relaxation& relaxation = v.relaxation;
-    const double friction = scalar ? never : air_.friction_time, least = -air_.reference(v.quantity);
-    if (friction == never && relaxation.none() && v.terms.empty() && v.stiff.empty()) return;
+    const Drag drag = scalar ? Drag{never, 0} : air_.drag(int(v.quantity));
+    const double least = -air_.reference(v.quantity);
+    if (drag.time == never && relaxation.none() && v.terms.empty() && v.stiff.empty()) return;
     const T tame = T(std::min(1.0, 1 / std::max(1e-30, dt * air_.fastest_rate)));
     const int width = air_.width(v), rows = air_.rows(v);
     std::vector<double> gained(size_t(air_.lattice.n[2]), 0.0);
@@ -159,15 +160,15 @@ void Model<T>::huge_sources(Variable<T>& v, double dt)
                 const double was = double(out[i]), pushed = dt * double(source[size_t(i)]);
                 const double rate =
                     relaxation.level_rate(k) + relaxation.column_rate(size_t(j) * size_t(width) + size_t(i));
-                const double decay = -dt / friction - dt * rate;
-                const double rest = rate > 0 ? rest_of(rate, relaxation.environment[size_t(k)], friction) : 0;
+                const double decay = -dt / drag.time - dt * rate;
+                const double rest = rest_of(rate, relaxation.none() ? 0 : relaxation.environment[size_t(k)], drag);
                 const double value = std::exp(decay) * was - std::expm1(decay) * rest + pushed;
                 out[i] = T(scalar && v.quantity != Quantity::Theta ? std::max(least, value) : value);
                 gained[size_t(k)] += (scalar ? value - was : pushed) * air_.rho.centre[size_t(k)];
             }
         }
     });
-    for (const double sum : gained) v.sources += sum;
+    for (const double sum : gained) v.sources += sum, v.turnover += std::abs(sum);
     if (relaxation.mean > 0) huge_relaxation(v, dt);
 }
 

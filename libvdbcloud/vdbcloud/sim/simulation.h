@@ -12,7 +12,7 @@
 namespace vdbcloud::sim {
 
 /// What a simulation transports. U, V, W are on lower faces, the others at centres.
-enum class Quantity { U, V, W, Theta, Water, Rain, Dye };
+enum class Quantity { U, V, W, Theta, Water, Rain, Dye, Fuel };
 
 /// Budgets and extremes at one time. Means are weighted with the density of the base state. Drifts exclude sources and
 /// what passed open sides.
@@ -33,10 +33,12 @@ struct Budget {
     double cloud_base = -1, cloud_top = -1;  ///< lowest and highest cell centre with q_l > 1e-5 [m], -1: no cloud
     double cloud_max = 0;                    ///< largest q_l [kg/kg]
     double cloud_mean = 0;                   ///< mean q_l [kg/kg]
-    double water_corrected = 0;  ///< water that the budget fix added or removed, summed over steps, relative
-    double rain_fallen = 0;      ///< on the floor since the start [kg/m^2]
-    double kinetic = 0;          ///< mean of |V|^2/2 [m^2/s^2]
-    std::string fault;           ///< the first invariant out of its tolerance; empty: none
+    double water_corrected = 0;          ///< water that the budget fix added or removed, summed over steps, relative
+    double rain_fallen = 0;              ///< on the floor since the start [kg/m^2]
+    double kinetic = 0;                  ///< mean of |V|^2/2 [m^2/s^2]
+    double dye_mean = 0, dye_drift = 0;  ///< as of water, the drift relative to all dye that there was or came or went
+    double fuel_mean = 0, fuel_drift = 0;  ///< the same of fuel
+    std::string fault;                     ///< the first invariant out of its tolerance; empty: none
 };
 
 class Simulation {
@@ -62,10 +64,12 @@ public:
 
     virtual bool has(Quantity) const = 0;
     /// The cells of one plane of constant height, x fastest; faces at the box's upper ends are not included.
-    /// Theta is absolute [K].
+    /// Theta is absolute [K], velocities are over the ground.
     virtual void get_plane(Quantity, int k, double* out) const = 0;
     /// Cloud water q_l of a plane [kg/kg]; 0 without moisture.
     virtual void get_cloud_plane(int k, double* out) const = 0;
+    /// Heat that fuel gives to the air of a plane [K/s]; 0 without combustion.
+    virtual void get_flame_plane(int k, double* out) const = 0;
     /// Replaces the state before the first step: nx ny nz values, x fastest. A velocity is projected when started.
     /// Throws InputError that begins with `source` and names the first cell whose value air cannot have: up to 500 m/s,
     /// 100..2000 K, 0..1 kg/kg of water, 0..1e6 of dye.

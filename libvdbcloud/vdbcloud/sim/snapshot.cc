@@ -90,7 +90,7 @@ void write_extinction(const Simulation& sim, const SnapshotOptions& o, FloatGrid
     const Parameters& p = sim.parameters();
     if (!p.moisture) {
         set_vector(density, schema::sigma_t_per_density, Vec3d(o.smoke_extinction));
-        set_vector(density, schema::albedo, Vec3d(0.85));
+        set_vector(density, schema::albedo, Vec3d(p.combustion.on ? 0.25 : 0.85));  // soot, pale smoke
         set_number(density, schema::g, 0.5);
     } else {
         const double sigma = 1.5 * p.constants.rho0 / (water_density * o.effective_radius);
@@ -125,7 +125,8 @@ void write_budget(const Budget& b, MetaMap& meta)
 GridFile make_snapshot(const Simulation& sim, const SnapshotOptions& o, const RunRecord& record)
 {
     const Lattice& l = sim.parameters().lattice;
-    const Axes axes{l, o.up};
+    const std::array<double, 2>& frame = sim.parameters().frame;
+    const Axes axes{l, o.up, {frame[0] * sim.time(), frame[1] * sim.time()}};
     const auto wanted = [&](const std::string& name) {
         return o.grids.empty() || std::find(o.grids.begin(), o.grids.end(), name) != o.grids.end();
     };
@@ -183,6 +184,10 @@ GridFile make_snapshot(const Simulation& sim, const SnapshotOptions& o, const Ru
     if (sim.has(Quantity::Dye) && wanted(schema::dye)) {
         const Cells dye = plane_of(Quantity::Dye);
         file.grids.push_back(scalar(axes, schema::dye, "1", dye, positive(dye)));
+    }
+    if (sim.has(Quantity::Fuel) && wanted(schema::flame)) {
+        const Cells flame = gather_cells(l, [&](int k, double* out) { sim.get_flame_plane(k, out); });
+        file.grids.push_back(scalar(axes, schema::flame, "K/s", flame, positive(flame)));
     }
     if (wanted(schema::velocity)) {
         const auto component = [&](Quantity q) { return sim.has(q) ? plane_of(q) : Cells(l.cells(), 0.0f); };

@@ -24,6 +24,9 @@ struct SnapshotOptions {
 /// | qt          | total water [kg/kg]                                                                             |
 /// | vel         | velocity [m/s], staggered: each component on the lower face of the voxel                         |
 /// | rain, dye   | where the run has them                                                                          |
+/// | flame       | heat that fuel gives to the air [K/s], with combustion                                          |
+///
+/// The box moves with the frame; velocities are over the ground.
 ///
 /// temperature, qt and vel are active within two voxels of the density only, unless `unpruned`. In memory z is up. If y
 /// is up in the files, this function exchanges axes y and z and the components of the velocity: the equations have no

@@ -191,8 +191,8 @@ Profile profile_of(const Simulation& sim, Quantity q, bool temperature = false)
     for (size_t k = 0; k < column.level.size(); ++k) {
         const Level& level = column.level[k];
         double value = 0;
-        if (q == Quantity::U) value = column.u[k];
-        if (q == Quantity::V) value = column.v[k];
+        if (q == Quantity::U) value = column.u[k] + sim.parameters().frame[0];
+        if (q == Quantity::V) value = column.v[k] + sim.parameters().frame[1];
         if (q == Quantity::Water) value = level.q_env + column.reference.water;
         if (q == Quantity::Theta) value = level.theta_env + column.reference.theta;
         if (temperature) {

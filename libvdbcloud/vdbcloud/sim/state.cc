@@ -1,7 +1,9 @@
 // Access to the state of a model, prescribed sources, and checkpoints.
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/sim/combustion.h"
 #include "vdbcloud/sim/model.h"
 
+#include <algorithm>
 #include <istream>
 #include <ostream>
 
@@ -57,6 +59,14 @@ void Model<T>::get_cloud_plane(int k, double* out) const
 }
 
 template<typename T>
+void Model<T>::get_flame_plane(int k, double* out) const
+{
+    const size_t nx = size_t(air_.lattice.n[0]);
+    for (int j = 0; j < air_.lattice.n[1]; ++j, out += nx)
+        air_.fuel ? flame_row(air_, j, k, out) : void(std::fill_n(out, nx, 0.0));
+}
+
+template<typename T>
 void Model<T>::add_source(Quantity q, Source rate)
 {
     Variable<T>& v = air_.of(q);
@@ -76,8 +86,8 @@ void Model<T>::save(std::ostream& out) const
     put(out, air_.time), put(out, air_.dt), put(out, rate_), put(out, steps_), put(out, retries_),
         put(out, air_.rain_fallen), put(out, water_corrected_);
     for (const Variable<T>* v :
-         {&air_.wind[0], &air_.wind[1], &air_.wind[2], &air_.theta, &air_.water, &air_.rain, &air_.dye}) {
-        put(out, v->sources), put(out, v->start);
+         {&air_.wind[0], &air_.wind[1], &air_.wind[2], &air_.theta, &air_.water, &air_.rain, &air_.dye, &air_.fuel}) {
+        put(out, v->sources), put(out, v->turnover), put(out, v->start);
         if (!*v) continue;
         const int width = air_.width(*v), rows = air_.rows(*v);
         for (int k = 0; k < air_.lattice.n[2]; ++k)
@@ -92,8 +102,8 @@ void Model<T>::restore(std::istream& in)
     take(in, air_.time), take(in, air_.dt), take(in, rate_), take(in, steps_), take(in, retries_),
         take(in, air_.rain_fallen), take(in, water_corrected_);
     for (Variable<T>* v :
-         {&air_.wind[0], &air_.wind[1], &air_.wind[2], &air_.theta, &air_.water, &air_.rain, &air_.dye}) {
-        take(in, v->sources), take(in, v->start);
+         {&air_.wind[0], &air_.wind[1], &air_.wind[2], &air_.theta, &air_.water, &air_.rain, &air_.dye, &air_.fuel}) {
+        take(in, v->sources), take(in, v->turnover), take(in, v->start);
         if (!*v) continue;
         const int width = air_.width(*v), rows = air_.rows(*v);
         for (int k = 0; k < air_.lattice.n[2]; ++k)
@@ -111,6 +121,7 @@ void Model<T>::restore(std::istream& in)
     template size_t Model<T>::bytes() const;                                                                           \
     template void Model<T>::get_plane(Quantity, int, double*) const;                                                   \
     template void Model<T>::get_cloud_plane(int, double*) const;                                                       \
+    template void Model<T>::get_flame_plane(int, double*) const;                                                       \
     template void Model<T>::add_source(Quantity, Source);                                                              \
     template void Model<T>::save(std::ostream&) const;                                                                 \
     template void Model<T>::restore(std::istream&);

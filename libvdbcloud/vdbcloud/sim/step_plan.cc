@@ -145,7 +145,8 @@ Workload simulation_work(const Parameters& p, double steps, double frames)
     work.add("sim_step", stages * steps);
     work.add("sim_cell", stages * steps * cells);
     if (p.precision == Precision::Double) work.add("sim_double_cell", stages * steps * cells);
-    const int effects = p.dye + p.rain + p.subgrid + (p.viscosity > 0) + (p.diffusivity > 0) + (p.radiation > 0);
+    const int effects = p.dye + p.rain + p.combustion.on + (p.cooling > 0) + p.subgrid + (p.viscosity > 0) +
+                        (p.diffusivity > 0) + (p.radiation > 0);
     work.add("sim_effect_cell", stages * steps * cells * effects);
     return work;
 }

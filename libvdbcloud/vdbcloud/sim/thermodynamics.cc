@@ -80,8 +80,9 @@ template<typename T>
 struct RowLevel {
     T pressure, exner, q_height, warm, epsilon;
     T theta_ref, q_ref;  // q_height is less this one
+    T g;
     T b_theta, b_water, b_cloud, theta_env, q_env, cloud_env;
-    bool by_height, moist;
+    bool by_height, moist, hot;
 };
 
 /// Solves T = T_l + (L/cp) (q_t - q_s(T)) by Newton's method: q_l = q_t - q_s(T), 0 if there is no cloud. The function
@@ -150,6 +151,10 @@ VDBCLOUD_INLINE void cloud_of_row(const RowLevel<T>& c, const T* theta_l, const 
 template<typename T>
 VDBCLOUD_INLINE void buoyancy_of_row(const RowLevel<T>& c, const T* theta_l, const T* q_t, T* out, int n)
 {
+    if (c.hot) {
+        for (int i = 0; i < n; ++i) out[i] = c.g * ((theta_l[i] - c.theta_env) / (theta_l[i] + c.theta_ref));
+        return;
+    }
     if (!c.moist) {
         for (int i = 0; i < n; ++i) out[i] = c.b_theta * (theta_l[i] - c.theta_env);
         return;
@@ -192,7 +197,8 @@ RowLevel<T> row_level(const Constants& k, const MoistTerms& terms, bool moist, c
                   (terms.loading ? k.g : 0));
     c.theta_env = T(level.theta_env), c.q_env = T(level.q_env), c.cloud_env = T(0);
     c.by_height = terms.by == SaturationBy::Height;
-    c.moist = moist;
+    c.moist = moist, c.hot = terms.hot;
+    c.g = T(k.g);
     return c;
 }
 

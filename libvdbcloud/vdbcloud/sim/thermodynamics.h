@@ -35,6 +35,7 @@ struct MoistTerms {
     bool latent_heat = true;  ///< off: cloud forms and changes nothing
     bool vapour = true;       ///< vapour is lighter than air: + 0.608 (q_v - q_v,env)
     bool loading = true;      ///< cloud water is carried: - q_l
+    bool hot = false;         ///< dry air: g (theta - theta_env) / theta in place of g theta'/theta0
 };
 
 /// The values that fields of theta_l and q_t are relative to, one for the whole box.

@@ -4,29 +4,69 @@
 
 #include "vdbcloud/core/refuse.h"
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 
 namespace vdbcloud::sim::effect {
 
 namespace {
 
-/// Rates [unit/s] of the lowest cells, x fastest: the uniform flux times the map, and Gaussian patches. Empty: all 0.
+/// One kind of flux: the uniform one, times the map, and that of Gaussian patches.
+struct Flux {
+    double uniform;
+    double Patch::*strength;
+};
+
+/// The flux out of cell (i, j) of the ground: the cells of the box at time 0, which go on beyond periodic sides with
+/// the opposite ones. Beyond other sides a map is 0.
+double flux_of(const Parameters& p, const Flux& kind, int i, int j)
+{
+    const Lattice& l = p.lattice;
+    const Floor& floor = p.floor;
+    const auto wrapped = [&](int c, size_t axis) {
+        return l.side[axis] == Side::Periodic ? ((c % l.n[axis]) + l.n[axis]) % l.n[axis] : c;
+    };
+    i = wrapped(i, 0), j = wrapped(j, 1);
+    const bool mapped = i >= 0 && i < l.n[0] && j >= 0 && j < l.n[1];
+    double flux = kind.uniform * (floor.map.empty() ? 1
+                                  : mapped          ? floor.map[size_t(j) * size_t(l.n[0]) + size_t(i)]
+                                                    : 0);
+    for (const Patch& patch : floor.patches) {
+        const double x = l.flat(0) ? 0 : (i + 0.5) * l.h[0] - patch.centre[0];
+        const double y = l.flat(1) ? 0 : (j + 0.5) * l.h[1] - patch.centre[1];
+        flux += patch.*kind.strength * std::exp(-(x * x + y * y) / (patch.radius * patch.radius));
+    }
+    return flux;
+}
+
+/// Rates [unit/s] of the lowest cells, x fastest, of a box that has moved over the ground: linear between the ground's
+/// cells, so that no flux is lost. Empty: all 0.
 template<typename T>
-std::vector<T> rates_of(const Air<T>& air, double uniform, double Patch::*strength)
+std::vector<T> rates_of(const Air<T>& air, const Flux& kind, const std::array<double, 2>& moved)
 {
     const Lattice& l = air.lattice;
-    const Floor& floor = air.parameters.floor;
+    int whole[2] = {0, 0};
+    double part[2] = {0, 0};
+    for (const size_t d : {0, 1}) {
+        const double cells = moved[d] / l.h[d], nearest = std::round(cells);
+        // What is a whole number of cells but for the rounding of the time is one.
+        const double at = std::abs(cells - nearest) < 1e-9 * std::max(1.0, std::abs(cells)) ? nearest : cells;
+        const double below = std::floor(at);
+        part[d] = at - below;
+        whole[d] = int(l.side[d] == Side::Periodic ? std::fmod(below, double(l.n[d])) : std::clamp(below, -1e9, 1e9));
+    }
     std::vector<T> map(size_t(l.n[0]) * size_t(l.n[1]));
     double most = 0;
     for (int j = 0; j < l.n[1]; ++j)
         for (int i = 0; i < l.n[0]; ++i) {
             const size_t c = size_t(j) * size_t(l.n[0]) + size_t(i);
-            double flux = uniform * (floor.map.empty() ? 1 : floor.map[c]);
-            for (const Patch& patch : floor.patches) {
-                const double x = l.flat(0) ? 0 : (i + 0.5) * l.h[0] - patch.centre[0];
-                const double y = l.flat(1) ? 0 : (j + 0.5) * l.h[1] - patch.centre[1];
-                flux += patch.*strength * std::exp(-(x * x + y * y) / (patch.radius * patch.radius));
-            }
+            double flux = 0;
+            for (const int b : {0, 1})
+                for (const int a : {0, 1}) {
+                    const double weight = (a ? part[0] : 1 - part[0]) * (b ? part[1] : 1 - part[1]);
+                    if (weight > 0) flux += weight * flux_of(air.parameters, kind, i + whole[0] + a, j + whole[1] + b);
+                }
             map[c] = T(flux / l.h[2] / air.rho.centre[0]);
             most = std::max(most, std::abs(flux));
         }
@@ -37,17 +77,24 @@ template<typename T>
 void add(Air<T>& air)
 {
     const Floor& floor = air.parameters.floor;
-    const auto heat = [&](Variable<T>& v, double uniform, double Patch::*strength) {
-        std::vector<T> map = v ? rates_of(air, uniform, strength) : std::vector<T>();
-        if (map.empty()) return;
-        v.terms.push_back([&air, nx = air.lattice.n[0], map = std::move(map)](int, int j, int k, T* out) {
-            if (k > 0 || !air.floor_has_fluxes()) return;
-            for (int i = 0; i < nx; ++i) out[i] += map[size_t(j) * size_t(nx) + size_t(i)];
+    const auto heat = [&](Variable<T>& v, const Flux& kind) {
+        const bool any = kind.uniform != 0 || std::any_of(floor.patches.begin(), floor.patches.end(),
+                                                          [&](const Patch& p) { return p.*kind.strength != 0; });
+        if (!v || !any) return;
+        const auto map = std::make_shared<std::vector<T>>(rates_of(air, kind, {0, 0}));
+        if (map->empty() && !air.moves()) return;
+        if (air.moves())
+            air.before_stage.push_back(
+                [&air, kind, map](int) { *map = rates_of(air, kind, air.moved(air.stage_time)); });
+        v.terms.push_back([&air, nx = air.lattice.n[0], map](int, int j, int k, T* out) {
+            if (k > 0 || map->empty() || !air.floor_has_fluxes()) return;
+            for (int i = 0; i < nx; ++i) out[i] += (*map)[size_t(j) * size_t(nx) + size_t(i)];
         });
     };
-    heat(air.theta, floor.heat, &Patch::heat);
-    heat(air.water, floor.moisture, &Patch::moisture);
-    heat(air.dye, 0, &Patch::dye);
+    heat(air.theta, {floor.heat, &Patch::heat});
+    heat(air.water, {floor.moisture, &Patch::moisture});
+    heat(air.dye, {0, &Patch::dye});
+    heat(air.fuel, {0, &Patch::fuel});
 }
 
 /// One value of a patch or of the map.
@@ -64,6 +111,7 @@ void check(const Parameters& p)
         check_value("patch heat flux", patch.heat, magnitude(1e3), "K m/s");
         check_value("patch moisture flux", patch.moisture, from_zero(1), "kg/kg m/s");
         check_value("patch dye flux", patch.dye, from_zero(1e6), "m/s");
+        check_value("patch fuel flux", patch.fuel, from_zero(1e6), "m/s");
     }
     const std::vector<double>& map = p.floor.map;
     if (!map.empty() && map.size() != size_t(p.lattice.n[0]) * size_t(p.lattice.n[1]))
