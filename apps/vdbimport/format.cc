@@ -27,6 +27,7 @@ Format by_content(const std::string& bytes)
 {
     for (const char* magic : {"CDF\1", "CDF\2", "CDF\5", "\211HDF\r\n\032\n"})
         if (begins(bytes, magic)) return Format::NetCdf;
+    if (begins(bytes, "\x93NUMPY")) return Format::Npy;
     return Format::Automatic;
 }
 
@@ -35,7 +36,8 @@ Format by_content(const std::string& bytes)
 const std::vector<std::pair<std::string, Format>>& format_words()
 {
     static const std::vector<std::pair<std::string, Format>> all = {
-        {"auto", Format::Automatic}, {"table", Format::Table}, {"netcdf", Format::NetCdf}};
+        {"auto", Format::Automatic}, {"table", Format::Table}, {"netcdf", Format::NetCdf},
+        {"npy", Format::Npy},        {"raw", Format::Raw},     {"shdom", Format::Shdom}};
     return all;
 }
 
@@ -46,8 +48,9 @@ Format format_of(const std::string& path)
     std::string extension = std::filesystem::path(path).extension().string();
     for (char& c : extension)
         if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
-    static const std::vector<std::pair<std::string, Format>> all = {
-        {".nc", Format::NetCdf}, {".nc4", Format::NetCdf}, {".cdf", Format::NetCdf}};
+    static const std::vector<std::pair<std::string, Format>> all = {{".nc", Format::NetCdf},  {".nc4", Format::NetCdf},
+                                                                    {".cdf", Format::NetCdf}, {".npy", Format::Npy},
+                                                                    {".raw", Format::Raw},    {".prp", Format::Shdom}};
     for (const auto& [known, format] : all)
         if (extension == known) return format;
     return Format::Table;

@@ -17,6 +17,7 @@
 #include "vdbcloud/grid/schema.h"
 #include "vdbcloud/grid/tree_size.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace vdbcloud {
@@ -52,11 +53,15 @@ void write_import(app::App& app, const Options& o, const std::string& path, cons
     file.metadata = std::make_shared<MetaMap>();
     file.grids = grids;
     GridBase& density = *grids.front();
+    const std::vector<app::Option> medium = app::options_of(o.medium);
+    const bool given = std::any_of(medium.begin(), medium.end(), [](const app::Option& m) { return m.given(); });
     if (extinction) {
         set_vector(density, schema::sigma_t_per_density, Vec3d(1.0));
         set_text(density, schema::sigma_t_origin, "given");
+        if (given) app::chosen_medium(app, o.medium, dynamic_cast<FloatGrid&>(density));
+    } else {
+        app::write_given_medium(o.medium, density);
     }
-    app::write_given_medium(o.medium, density);
     app.report()["counts"]["voxels"] = density.activeVoxelCount();
     write_up_axis(*file.metadata, up);
     if (meters_per_unit > 0) set_number(*file.metadata, schema::meters_per_unit, meters_per_unit);
@@ -74,6 +79,9 @@ void import(app::App& app, const Options& o)
                          "cloud.%04d.vdb, and --frames A-B");
     switch (kind) {
     case Format::NetCdf: return import_model(app, o);
+    case Format::Npy:
+    case Format::Raw: return import_array(app, o);
+    case Format::Shdom: return import_properties(app, o);
     default: return import_table(app, o);
     }
 }

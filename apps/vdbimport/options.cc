@@ -2,6 +2,8 @@
 
 #include "vdbcloud/core/error.h"
 
+#include <algorithm>
+
 namespace vdbcloud {
 
 namespace {
@@ -12,9 +14,9 @@ void declare_files(app::App& app, Options& o)
     app.takes_frames(false);
     app.add_option(
            "input", o.input,
-           "the file to read: a table of numbers (- for standard input), or a field of a cloud model in netCDF. A "
-           "table is a vertical section whose rows are layers, the top one first; with --thickness a map of "
-           "columns; with --boxes a list of boxes")
+           "the file to read: a table of numbers (- for standard input), a field of a cloud model in netCDF, an array "
+           "(.npy, .raw), or a property file of SHDOM (.prp). A table is a vertical section whose rows are "
+           "layers, the top one first; with --thickness a map of columns; with --boxes a list of boxes")
         ->required()
         ->type_name("FILE")
         ->reads_files();
@@ -28,20 +30,22 @@ void declare_files(app::App& app, Options& o)
             ->writes_frames(app::FileKind::Grids);
     app.add_choice<Format>("--format", o.format, format_words(),
                            "kind of the input; auto: by its first bytes, else by its extension, else a table");
-    app.add_option(
-           "--cell", o.cell,
-           "DX,DY,DZ: of a table, size of a cell along a row (x), across, and vertically [world unit]; tables of "
-           "the I3RC are in metres. Of netCDF, cells of the grid [m], onto which the field is resampled; default: "
-           "the file's, and where these are unequal the smallest one")
-        ->default_str("")
-        ->check(app::positive);
+    o.option.cell =
+        app.add_option(
+               "--cell", o.cell,
+               "DX,DY,DZ: size of a cell. Of a table along a row (x), across, and vertically [world unit]; tables "
+               "of the I3RC are in metres. Of an array along x, y, z [world unit]; default: 1. Of netCDF [m] and "
+               ".prp, cells of the grid, onto which the field is resampled; default: the file's, and where these "
+               "are unequal the smallest one")
+            ->default_str("")
+            ->check(app::positive);
     app.add_choice<std::optional<UpAxis>>("--up", o.up, app::up_axis_choices<std::optional<UpAxis>>(),
-                                          "axis that points up; default: y of a table, z of a model's field. With y, a "
-                                          "field's x, y, z become x, -z, y")
+                                          "axis that points up; default: y of tables and arrays, z of netCDF and .prp. "
+                                          "With y, x, y, z of these become x, -z, y")
         ->scene("medium");
     app.add_option("--meters-per-unit", o.meters_per_unit,
-                   "metres of a world unit, written into the file; a model's field, which is in metres, is scaled. "
-                   "Default: 1 of a field; a table says nothing")
+                   "metres of a world unit, written into the file; a field in netCDF, which is in metres, is scaled. "
+                   "Default: 1 of netCDF, 1000 of .prp; other files say nothing")
         ->default_str("")
         ->check(app::within(1e-6, 1e6));
 }
@@ -125,6 +129,54 @@ void declare_fields(app::App& app, Options& o)
             .group("Fields of models");
 }
 
+/// One of the words for a number's type, of ArrayLayout.
+CLI::Validator type_word()
+{
+    return {[](const std::string& word) {
+                return bytes_of_type(word) > 0
+                           ? std::string()
+                           : "'" + printable(word, 40) + "': expected u1 u2 u4 i1 i2 i4 f2 f4 or f8";
+            },
+            ""};
+}
+
+CLI::Validator axis_order()
+{
+    return {[](const std::string& word) {
+                std::string sorted = word;
+                std::sort(sorted.begin(), sorted.end());
+                return sorted == "xyz" ? std::string() : "'" + printable(word, 40) + "': expected xyz in some order";
+            },
+            ""};
+}
+
+void declare_arrays(app::App& app, Options& o)
+{
+    const auto raw = [&o] { return o.is(Format::Raw); };
+    const auto array = [&o] { return o.is(Format::Raw) || o.is(Format::Npy); };
+    app.add_option("--shape", o.shape, "NX,NY,NZ: numbers of a raw array along x, y and z")
+        .default_str("")
+        .check(app::positive)
+        .only_with(raw, "a raw array")
+        .group("Arrays");
+    app.add_option("--type", o.type,
+                   "numbers of a raw array: u1 u2 u4 u8 whole, i1 i2 i4 i8 whole with a sign, f2 f4 f8 floating-point, "
+                   "with their bytes")
+        .check(type_word())
+        .only_with(raw, "a raw array")
+        .group("Arrays");
+    app.add_flag("--big-endian", o.big_endian, "a raw array has the highest byte of a number first")
+        .only_with(raw, "a raw array")
+        .group("Arrays");
+    app.add_option(
+           "--axes", o.axes,
+           "axes of an array from the slowest to the fastest, which of a .npy are its indices from the first to "
+           "the last: zyx has x beside x in the file")
+        .check(axis_order())
+        .only_with(array, "a .npy or raw array")
+        .group("Arrays");
+}
+
 }  // namespace
 
 std::map<std::string, std::string> pairs_of(const std::string& option, const std::vector<std::string>& words)
@@ -146,6 +198,7 @@ void declare(app::App& app, Options& o)
     declare_files(app, o);
     declare_tables(app, o);
     declare_fields(app, o);
+    declare_arrays(app, o);
     app::declare_medium(app, o.medium, app::MediumSource::None);
     app.examples(
         {{"a section of two columns and three layers, rendered",

@@ -4,6 +4,7 @@
 #include "medium_options.h"
 #include "stage_options.h"
 
+#include "vdbcloud/exchange/array_file.h"
 #include "vdbcloud/exchange/cloud_field.h"
 
 #include <optional>
@@ -27,9 +28,12 @@ struct Options {
     std::vector<std::string> variables, units;  ///< ROLE=NAME, NAME=UNIT
     double effective_radius = 0, air_density = 0;
     std::string times;
+    Vec3d shape{0, 0, 0};  ///< of a raw array, along x, y, z
+    std::string axes = "zyx", type = "f4";
+    bool big_endian = false;
     app::MediumOptions medium;
     struct {
-        app::Option output, effective_radius, air_density, times;
+        app::Option cell, output, effective_radius, air_density, times;
     } option;
 
     Format kind() const { return format == Format::Automatic ? format_of(input) : format; }

@@ -100,6 +100,9 @@ protected:
         write_text(*inputs_ / "points.txt", "0 0.3 0\n");
         write_text(*inputs_ / "map.pgm", std::string("P5\n2 2\n255\n") + std::string({0, 127, '\xff', 60}));
         write_text(*inputs_ / "sky.hdr", sky_with_a_sun());
+        std::string numbers;
+        for (int k = 0; k < 24; ++k) numbers += std::string({char(k), 0, 0, 63});
+        write_text(*inputs_ / "numbers.raw", numbers);
         write_model(*inputs_ / "model.nc");
         const RunResult r =
             in_folder("fractalgen -q --size 16 -o in.vdb && fractalgen -q in.vdb --mountain --size 16 -o rock.vdb && "
@@ -133,7 +136,7 @@ protected:
     Outcome run_in(const std::string& folder, const Words& words)
     {
         std::string line = "rm -rf " + folder + " && mkdir " + folder + " && cd " + folder +
-                           " && for f in ../*.vdb ../*.pgm ../*.hdr ../*.txt ../*.nc; do ln -s $f; done; " +
+                           " && for f in ../*.vdb ../*.pgm ../*.hdr ../*.txt ../*.nc ../*.raw; do ln -s $f; done; " +
                            GetParam().tool;
         for (const std::string& word : words) line += " '" + word + "'";
         if (GetParam().tool != "vdbdiff") line += " --json report.json";

@@ -10,7 +10,7 @@
 
 namespace vdbcloud {
 
-std::string read_text(const std::string& path, uint64_t max_bytes, const std::string& what)
+std::string read_bytes(const std::string& path, uint64_t max_bytes, const std::string& what)
 {
     const std::string name = path == "-" ? "standard input" : printable(path, 4096);
     std::ifstream file;
@@ -26,6 +26,12 @@ std::string read_text(const std::string& path, uint64_t max_bytes, const std::st
     // std::cin reads by the C library, and takes its failure for the end.
     if (in.bad() || (path == "-" && std::ferror(stdin)))
         throw IoError(name + ": cannot read it: " + (errno == EBADF ? "it is closed" : std::strerror(errno)));
+    return text;
+}
+
+std::string read_text(const std::string& path, uint64_t max_bytes, const std::string& what)
+{
+    std::string text = read_bytes(path, max_bytes, what);
     const std::string byte_order_mark = "\xef\xbb\xbf";
     return text.compare(0, 3, byte_order_mark) == 0 ? text.substr(3) : text;
 }
