@@ -1,5 +1,5 @@
 // cloudsim: cumulus convection after Kajiya and Von Herzen 1984, section 5.1. Condensed water is the density to render.
-#include "report.h"
+#include "statistics.h"
 
 #include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
@@ -73,12 +73,12 @@ class Marks {
 public:
     explicit Marks(const app::Options& o)
     {
-        for (const std::string& path : {app::frame_path(o.output, 0), o.checkpoint, o.log})
+        for (const std::string& path : {app::frame_path(o.output, 0), o.checkpoint, o.log, o.series, o.profiles})
             if (!path.empty() && path != "-" && ordinary(path)) locks_.emplace_back(path);
         const auto folder = [](const std::string& path) { return std::filesystem::path(path).parent_path().string(); };
         remove_stale_temporaries(
             folder(o.output), [&](const std::string& name) { return app::frame_number(o.output, name).has_value(); });
-        for (const std::string& path : {o.checkpoint, o.log})
+        for (const std::string& path : {o.checkpoint, o.log, o.series, o.profiles})
             if (!path.empty() && path != "-")
                 remove_stale_temporaries(folder(path), [&](const std::string& name) {
                     return name == std::filesystem::path(path).filename().string();
@@ -129,7 +129,9 @@ void simulate(app::App& app, const app::Options& o, const app::Run& run)
     const sim::FramePlan plan = app::plan_of(o, run, air);
     sim::RunRecord record = sim::describe(preset.parameters, preset.sounding, plan);
     sim::Schedule schedule{preset.every, run.seconds()};
-    const int last = resumed ? sim::read_checkpoint(o.resume, *sim, record, schedule, o.change) : -1;
+    std::string state;
+    const int last = resumed ? sim::read_checkpoint(o.resume, *sim, record, schedule, o.change, &state) : -1;
+    app::StatisticsFiles statistics(o, run, resumed ? sim->time() : -1, state);
     for (const std::string& change : record.changes) app.say(change);
     if (!resumed) start(app, o, air, *sim);
     air = {};  // its memory is the run's
@@ -151,18 +153,23 @@ void simulate(app::App& app, const app::Options& o, const app::Run& run)
             app.write(app::frame_path(o.output, o.first_frame + n), file);
         }
         log.write(app::as_json(budget, n));
+        if (statistics.wanted()) statistics.add(*sim, budget, n == frames);
         app.say(app::as_line(budget, n));
         app.report()["accuracy"] = app::as_json(budget, n);
         judge_speed(app, budget, preset.parameters.lattice, warned_speed);
         judge(app, budget, o.strict, warned);
         if (!o.checkpoint.empty() && (n % o.checkpoint_every == 0 || n == frames))
-            sim::write_checkpoint(o.checkpoint, *sim, record, schedule, n);
+            sim::write_checkpoint(o.checkpoint, *sim, record, schedule, n, statistics.state());
     }
     const sim::Budget done = sim->budget();
-    app.add_work(sim::simulation_work(preset.parameters, double(done.steps + done.retries - before), frames - last));
+    Workload work = sim::simulation_work(preset.parameters, double(done.steps + done.retries - before), frames - last);
+    if (statistics.wanted())
+        work.add("sim_sample_cell", double(statistics.samples()) * double(preset.parameters.lattice.cells()));
+    app.add_work(work);
     app.report()["counts"] = {{"cells", preset.parameters.lattice.cells()},
                               {"frames", frames + 1},
                               {"steps", sim->budget().steps},
+                              {"samples", statistics.samples()},
                               {"field_bytes", sim->bytes()}};
 }
 

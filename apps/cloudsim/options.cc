@@ -116,6 +116,19 @@ void declare_output(App& app, Options& o)
     output.keep("log", app.add_option("--log", o.log, "writes a JSON line a frame to FILE, or - for standard output")
                            ->configurable(false)
                            ->writes_file(FileKind::Other));
+    output.keep("series", app.add_option("--series", o.series,
+                                         "writes cloud cover, water paths, cloud base and top, w, kinetic energy and "
+                                         "surface fluxes of each frame as a line of the table FILE (.csv)")
+                              ->configurable(false)
+                              ->writes_file(FileKind::Other));
+    output.keep("profiles", app.add_option("--profiles", o.profiles,
+                                           "writes means, cloud fraction, variances and fluxes of each level, averaged "
+                                           "over frames, to the table FILE (.csv)")
+                                ->configurable(false)
+                                ->writes_file(FileKind::Other));
+    output.keep("average", app.add_option("--average", o.average,
+                                          "period of which --profiles writes means, 30min or 1h; else the whole run")
+                               ->needs(o.option.at("profiles")));
     output.keep("checkpoint", app.add_option("--checkpoint", o.checkpoint, "keeps the whole state in FILE")
                                   ->configurable(false)
                                   ->rewrites_file(FileKind::Other));
@@ -159,6 +172,10 @@ void declare_air(App& app, Options& o)
                                         "the air at the start: a table (see data/soundings), or a preset's name; else "
                                         "the preset's")
                              ->reads_files());
+    air.keep("forcing", app.add_option("--forcing", o.forcing,
+                                       "large-scale forcing by height: a table (see data/forcings), bomex, rico or "
+                                       "none; else the preset's")
+                            ->reads_files());
     air.keep("wind", app.add_option("--wind", o.wind, "wind U,V added to the sounding's [m/s]"));
     air.keep("frame-velocity",
              app.add_option("--frame-velocity", o.frame_velocity,
@@ -174,8 +191,9 @@ void declare_air(App& app, Options& o)
     air.keep("bubble", app.add_option("--bubble", o.bubbles,
                                       "x,y,z,radius,height,kelvin,water[,dye]: a round place in the first air in "
                                       "place of the preset's; repeat for more"));
-    air.keep("no-forcing",
-             app.add_flag("--no-forcing", o.no_forcing, "leaves out patches, bubbles and fluxes of the preset"));
+    air.keep("no-forcing", app.add_flag("--no-forcing", o.no_forcing,
+                                        "leaves out patches, bubbles, fluxes, surface and large-scale "
+                                        "forcing of the preset"));
     air.settings(sim::noise_settings());
     air.keep("seed", app.add_option("--seed", o.seed, "seed of the noise, a whole number; else the preset's"));
     air.keep("init", app.add_option("--init", o.init,
@@ -234,8 +252,8 @@ void declare(App& app, Options& o)
                              ->required()
                              ->writes_frames(FileKind::Grids);
     app.add_option("--preset", o.preset,
-                   "cumulus, congestus, stratocumulus, fog, smoke, fire, or paper (10 x 10 x 20 cells, forward "
-                   "differences, saturation by height)");
+                   "cumulus, congestus, stratocumulus, fog, smoke, fire, bomex, rico, or paper (10 x 10 x 20 cells, "
+                   "forward differences, saturation by height)");
     declare_output(app, o);
     declare_box(app, o);
     declare_effects(app, o);

@@ -14,7 +14,7 @@
 namespace vdbcloud::app {
 
 struct Options {
-    std::string output, log, checkpoint, resume, init, floor_map;
+    std::string output, log, checkpoint, resume, init, floor_map, forcing, series, profiles, average;
     std::string preset = "cumulus", sounding, every, grids;
     sim::Accuracy accuracy = sim::Accuracy::Default;
     UpAxis up = UpAxis::Y;
@@ -41,8 +41,9 @@ struct Run {
     int frames = 0;         ///< without the frame of the start
     bool sequence = false;  ///< true: a file for each frame; false: only the last frame
 
+    double average = 0;  ///< period of which profiles are means [s]
+
     double seconds() const { return 60 * preset.minutes; }
-    /// Simulated time of a frame [s].
 };
 
 /// Throws UsageError for impossible values and for an option without effect.

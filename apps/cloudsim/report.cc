@@ -107,6 +107,7 @@ void plan(App& app, const Options& o, const Run& run)
     const double frames = double(rest.times.size()) + !resumed, written = run.sequence ? frames : 1;
     needs.work = sim::simulation_work(p, steps, frames);
     const bool near_clouds = p.moisture && !o.unpruned;
+    if (!o.series.empty() || !o.profiles.empty()) needs.work.add("sim_sample_cell", frames * double(p.lattice.cells()));
     needs.work.add("write_byte", written * frame_bytes(o, run, near_clouds ? near_clouds_alone : 1));
     app.report()["estimate"]["steps"] = steps;
     tell(app, needs,
@@ -167,37 +168,57 @@ std::string as_line(const sim::Budget& b, int frame)
     return text;
 }
 
-Log::Log(const std::string& path, int last) : path_(path)
+LineFile::LineFile(const std::string& path, const std::string& what,
+                   const std::function<bool(const std::string&)>& keep)
+    : path_(path), what_(what)
 {
     if (path.empty() || path == "-") return;
     std::string kept;
-    if (last >= 0) {
+    if (keep) {
         std::ifstream old(path);
         std::error_code none;
-        if (!old && std::filesystem::exists(path, none)) throw IoError(path + ": cannot read the log");
-        for (std::string line; std::getline(old, line);) {
-            const auto entry = nlohmann::json::parse(line, nullptr, false);
-            const auto frame = entry.is_object() ? entry.value("frame", nlohmann::json()) : nlohmann::json();
-            if (frame.is_number() && frame.get<double>() <= last) kept += line + "\n";
-        }
-        if (old.bad()) throw IoError(path + ": cannot read the log");
+        if (!old && std::filesystem::exists(path, none)) throw IoError(path + ": cannot read the " + what);
+        for (std::string line; std::getline(old, line);)
+            if (keep(line)) kept += line + "\n";
+        if (old.bad()) throw IoError(path + ": cannot read the " + what);
     }
     AtomicFile whole(path);
     std::ofstream again(whole.name(), std::ios::binary);
     again << kept;
     again.close();
-    if (!again) throw IoError(path + ": cannot write the log");
+    if (!again) throw IoError(path + ": cannot write the " + what);
     whole.commit();
     file_.open(path, std::ios::app);
-    if (!file_) throw IoError(path + ": cannot write the log");
+    if (!file_) throw IoError(path + ": cannot write the " + what);
+}
+
+void LineFile::write(const std::string& line)
+{
+    if (path_.empty()) return;
+    std::ostream& out = path_ == "-" ? std::cout : file_;
+    out << line << std::endl;
+    if (!out) throw IoError(path_ + ": cannot write the " + what_);
+}
+
+namespace {
+
+bool is_frame_up_to(int last, const std::string& line)
+{
+    const auto entry = nlohmann::json::parse(line, nullptr, false);
+    const auto frame = entry.is_object() ? entry.value("frame", nlohmann::json()) : nlohmann::json();
+    return frame.is_number() && frame.get<double>() <= last;
+}
+
+}  // namespace
+
+Log::Log(const std::string& path, int last)
+    : file_(path, "log", [last](const std::string& line) { return last >= 0 && is_frame_up_to(last, line); })
+{
 }
 
 void Log::write(const nlohmann::json& line)
 {
-    if (path_.empty()) return;
-    std::ostream& out = path_ == "-" ? std::cout : file_;
-    out << line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) << std::endl;
-    if (!out) throw IoError(path_ + ": cannot write the log");
+    file_.write(line.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
 }  // namespace vdbcloud::app

@@ -5,6 +5,7 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/file/text.h"
 #include "vdbcloud/sim/effect.h"
+#include "vdbcloud/sim/large_scale.h"
 #include "vdbcloud/sim/sounding.h"
 #include "vdbcloud/sim/words.h"
 
@@ -21,7 +22,7 @@ namespace {
 
 using sim::Parameters;
 
-constexpr uint64_t most_sounding_bytes = uint64_t(1) << 24;
+constexpr uint64_t most_table_bytes = uint64_t(1) << 24;  // of soundings and forcings
 
 std::vector<double> list_of(const std::string& option, const std::string& text, size_t least, size_t most)
 {
@@ -94,13 +95,27 @@ void set_forcing(const Options& o, Parameters& p)
         throw UsageError("--seed " + o.seed + ": expected a whole number, 0 or above");
 }
 
+/// A file, or a name of the compiled-in tables.
+void set_large_scale(const Options& o, sim::LargeScale& forcing)
+{
+    if (o.forcing.empty()) return;
+    std::error_code none;
+    const std::string name = o.forcing.substr(o.forcing.find_last_of('/') + 1);
+    const bool carries_wind = forcing.carries_wind;
+    if (std::filesystem::exists(o.forcing, none))
+        forcing = sim::read_large_scale(name, read_text(o.forcing, most_table_bytes, "forcing"));
+    else
+        forcing = o.forcing == "none" ? sim::LargeScale() : sim::large_scale_named(o.forcing);
+    forcing.carries_wind = carries_wind;
+}
+
 void set_sounding(const Options& o, sim::Sounding& sounding)
 {
     if (!o.sounding.empty()) {
         std::error_code none;
         const std::string name = o.sounding.substr(o.sounding.find_last_of('/') + 1);
         sounding = std::filesystem::exists(o.sounding, none)
-                       ? sim::read_sounding(name, read_text(o.sounding, most_sounding_bytes, "sounding"))
+                       ? sim::read_sounding(name, read_text(o.sounding, most_table_bytes, "sounding"))
                        : sim::sounding_named(o.sounding);
     }
     const auto pair = [](const char* option, const std::string& text) {
@@ -119,6 +134,7 @@ struct Need {
 
 bool has_momentum(const Parameters& p) { return p.momentum; }
 bool has_moisture(const Parameters& p) { return p.moisture; }
+bool has_heat(const Parameters& p) { return p.buoyancy || p.moisture; }
 bool has_buoyancy(const Parameters& p) { return p.buoyancy; }
 bool by_height(const Parameters& p) { return p.moisture && p.moist.by == sim::SaturationBy::Height; }
 bool by_temperature(const Parameters& p) { return p.moisture && p.moist.by == sim::SaturationBy::Temperature; }
@@ -132,6 +148,10 @@ const Need needs[] = {
     {"sponge", has_momentum, "--momentum on"},
     {"wind-relaxation", has_momentum, "--momentum on"},
     {"momentum-scheme", has_momentum, "--momentum on"},
+    {"coriolis", has_momentum, "--momentum on"},
+    {"friction-velocity", has_momentum, "--momentum on"},
+    {"surface-drag", has_momentum, "--momentum on"},
+    {"subsidence-of-wind", has_momentum, "--momentum on"},
     {"theta0", has_buoyancy, "--buoyancy on"},
     {"rain", has_moisture, "--moisture on"},
     {"radiation", has_moisture, "--moisture on"},
@@ -142,6 +162,8 @@ const Need needs[] = {
     {"latent-heat-of", has_moisture, "--moisture on"},
     {"rho0", has_moisture, "--moisture on"},
     {"moisture-flux", has_moisture, "--moisture on"},
+    {"water-exchange", has_moisture, "--moisture on"},
+    {"heat-exchange", has_heat, "--buoyancy on or --moisture on"},
     {"noise-water", has_moisture, "--moisture on"},
     {"effective-radius", has_moisture, "--moisture on"},
     {"q-surface", by_height, "--saturation height"},
@@ -289,17 +311,24 @@ Run resolve(App& app, const Options& o)
     Parameters& p = run.preset.parameters;
     if (o.option.at("accuracy").given()) sim::apply(o.accuracy, p);
     set_box(o, p);
-    if (o.no_forcing) p.floor = {}, p.bubbles.clear();
+    if (o.no_forcing) {
+        p.floor = {}, p.surface = {}, p.large_scale = {}, p.coriolis = 0;
+        p.bubbles.clear();
+    }
     for (const auto& set : o.overrides) set(p);
     if (o.huge_dt) p.time_scheme = sim::TimeScheme::HugeStep;
     // Rain and radiation of a preset end with its moisture.
     if (!p.moisture && !o.option.at("rain").given()) p.rain = false;
     if (!p.moisture && !o.option.at("radiation").given()) p.radiation = 0;
+    // A preset's Coriolis force ends with the wind across a slice, and its geostrophic wind with that.
+    if ((p.lattice.flat(0) || p.lattice.flat(1)) && !o.option.at("coriolis").given()) p.coriolis = 0;
     set_forcing(o, p);
+    set_large_scale(o, p.large_scale);
     set_sounding(o, run.preset.sounding);
     set_frame(o, run.preset.sounding, p);
     if (o.minutes) run.preset.minutes = *o.minutes;
     if (!o.every.empty()) run.preset.every = seconds_of("--every", o.every);
+    run.average = o.average.empty() ? std::max(run.seconds(), run.preset.every) : seconds_of("--average", o.average);
     refuse_idle_options(o, p);
     o.option.at("pressure").check_effect(!(run.preset.sounding.pressure > 0), "a sounding that has no pressure");
 

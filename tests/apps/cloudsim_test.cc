@@ -106,7 +106,7 @@ TEST(Cloudsim, RefusesDamagedAndOlderCheckpoints)
     const Words words = with(wet, {"-o", scratch / "a.vdb", "--checkpoint", state, "--resume", state});
     ASSERT_EQ(cloudsim(words).status, 0);
     const std::string whole = read_text(state);
-    EXPECT_EQ(whole.rfind("VDBCLOUD CHECKPOINT 6\n", 0), 0u);
+    EXPECT_EQ(whole.rfind("VDBCLOUD CHECKPOINT 7\n", 0), 0u);
     ASSERT_EQ(cloudsim(words).status, 0) << "the checkpoint is sound";
     const auto refusal = [&](const std::string& bytes) {
         write_text(state, bytes);
@@ -266,7 +266,8 @@ TEST(Cloudsim, StrictEndsWithStatusThreeWhenAnInvariantBreaks)
 
 TEST(Cloudsim, EveryPresetRuns)
 {
-    for (const std::string preset : {"cumulus", "congestus", "stratocumulus", "fog", "smoke", "paper"}) {
+    for (const std::string preset :
+         {"cumulus", "congestus", "stratocumulus", "fog", "smoke", "bomex", "rico", "paper"}) {
         const Scratch scratch;
         const RunResult r = run({program("cloudsim"), "--preset", preset, "--cells", "12,10,16", "--minutes", "1",
                                  "--every", "30s", "-o", scratch / "f%d.vdb", "--strict"});
@@ -322,6 +323,9 @@ TEST(Cloudsim, RefusesInOneSentence)
     EXPECT_EQ(refused({"--cfl", "0.8"}), 2);
     EXPECT_EQ(refused({"--sounding", scratch / "none.txt"}), 1);
     EXPECT_EQ(refused({"--init", scratch / "none.vdb"}), 1);
+    EXPECT_EQ(refused({"--forcing", scratch / "none.txt"}), 1);
+    EXPECT_EQ(refused({"--friction-velocity", "0.3", "--surface-drag", "1e-3"}), 1);
+    EXPECT_EQ(refused({"--average", "1h"}), 2);
     EXPECT_EQ(run({program("cloudsim"), "-o", scratch / "f%x.vdb"}).status, 2);
     EXPECT_TRUE(scratch.list().empty());
 }

@@ -44,11 +44,13 @@ Preset turned(Turn turn, Preset s)
     const auto negated = [](std::vector<double>& wind) {
         for (double& w : wind) w = -w;
     };
-    if (turn == Turn::MirrorX) negated(s.sounding.u);
-    if (turn == Turn::MirrorY) negated(s.sounding.v);
+    LargeScale& forcing = s.parameters.large_scale;
+    s.parameters.coriolis *= -1;  // images in a mirror turn the other way
+    if (turn == Turn::MirrorX) negated(s.sounding.u), negated(forcing.u_g);
+    if (turn == Turn::MirrorY) negated(s.sounding.v), negated(forcing.v_g);
     if (turn == Turn::Exchange) {
         std::swap(l.n[0], l.n[1]), std::swap(l.h[0], l.h[1]), std::swap(l.side[0], l.side[1]);
-        std::swap(s.sounding.u, s.sounding.v);
+        std::swap(s.sounding.u, s.sounding.v), std::swap(forcing.u_g, forcing.v_g);
     }
     return s;
 }
@@ -149,7 +151,9 @@ TEST(Twins, SlicesOfEveryPresetAlongXAndYAgreeWithTheirNoise)
     for (const std::string& name : preset_names()) {
         SCOPED_TRACE(name);
         // The twin makes its own start: bubbles, patches and noise are those of the slice along x.
-        expect_twins(small(name, {24, 1, 16}), Turn::Exchange, false, twin_time(name, 120));
+        Preset slice = small(name, {24, 1, 16});
+        slice.parameters.coriolis = 0;
+        expect_twins(slice, Turn::Exchange, false, twin_time(name, 120));
     }
 }
 
@@ -164,6 +168,9 @@ TEST(Twins, AllEffectsAtOnceHaveTwins)
                 p.lattice.side = {side, Side::Periodic};
                 p.rain = p.anelastic = p.dye = p.subgrid = true;
                 p.friction_time = 2000, p.viscosity = 2, p.diffusivity = 1, p.radiation = 50, p.wind_relaxation = 90;
+                p.coriolis = 1e-3, p.surface = {0, 1e-3, 2e-3, 3e-3, 305};
+                p.large_scale.z = {0, 2000}, p.large_scale.w = {0.1, -0.3}, p.large_scale.water = {1e-6, -1e-6};
+                p.large_scale.u_g = {9, 5}, p.large_scale.v_g = {1, -2}, p.large_scale.theta = {1e-3, -1e-3};
                 p.bubbles.push_back({{2000, 1700, 1200}, 1200, 700, 2, 1e-2, 1});  // rains at once
                 SCOPED_TRACE("scheme " + std::to_string(int(scheme)) + " side " + std::to_string(int(side)) + " turn " +
                              std::to_string(int(turn)));

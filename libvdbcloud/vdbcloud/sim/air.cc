@@ -20,8 +20,7 @@ Air<T>::Air(const Parameters& p, const Column& c, const Thermodynamics& t)
     for (const Effect& effect : effects())
         if (effect.on(p)) effect.terms.add(*this);
     for (Variable<T>* v : scalars())
-        if (!v->terms.empty() || !v->stiff.empty() || open())
-            v->row_source.assign(size_t(lattice.n[1]) * size_t(lattice.n[2]), 0.0);
+        if (v->has_sources() || open()) v->row_source.assign(size_t(lattice.n[1]) * size_t(lattice.n[2]), 0.0);
 }
 
 template<typename T>
@@ -32,16 +31,22 @@ void Air<T>::allocate(Variable<T>& v, Quantity q)
 }
 
 template<typename T>
+std::vector<double> Air<T>::environment(Quantity q) const
+{
+    std::vector<double> values;
+    for (size_t k = 0; k < column.level.size(); ++k)
+        values.push_back(q == Quantity::U       ? column.u[k]
+                         : q == Quantity::V     ? column.v[k]
+                         : q == Quantity::Theta ? column.level[k].theta_env
+                         : q == Quantity::Water ? column.level[k].q_env
+                                                : 0);
+    return values;
+}
+
+template<typename T>
 Relaxation& Air<T>::relax(Variable<T>& v)
 {
-    std::vector<double>& target = v.relaxation.environment;
-    target.clear();
-    for (size_t k = 0; k < column.level.size(); ++k)
-        target.push_back(v.quantity == Quantity::U       ? column.u[k]
-                         : v.quantity == Quantity::V     ? column.v[k]
-                         : v.quantity == Quantity::Theta ? column.level[k].theta_env
-                         : v.quantity == Quantity::Water ? column.level[k].q_env
-                                                         : 0);
+    v.relaxation.environment = environment(v.quantity);
     return v.relaxation;
 }
 

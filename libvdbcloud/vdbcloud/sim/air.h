@@ -26,6 +26,8 @@ struct Variable {
     Quantity quantity = Quantity::U;
     Place place = Place::Centre;
     std::array<Field<T>, 4> a;
+    /// Fluxes through the floor, as rates of the lowest cells: called for k = 0 alone.
+    std::vector<Term> floor;
     /// Sources of a row: whatever is not the divergence of a flux through faces.
     std::vector<Term> terms;
     /// Terms that mix and so limit an explicit step: see Effect::fastest_rate.
@@ -42,6 +44,15 @@ struct Variable {
     void gain(double sum) { sources += sum, turnover += sum < 0 ? -sum : sum; }
 
     explicit operator bool() const { return bool(a[0]); }
+    /// Calls `floor` and `terms`.
+    void add_sources(int in, int j, int k, T* out) const
+    {
+        if (k == 0)
+            for (const Term& term : floor) term(in, j, k, out);
+        for (const Term& term : terms) term(in, j, k, out);
+    }
+    /// Whether anything changes it beside transport.
+    bool has_sources() const { return !floor.empty() || !terms.empty() || !stiff.empty(); }
 };
 
 template<typename T>
@@ -68,11 +79,14 @@ struct Air {
     std::vector<std::function<void(double dt)>> after_step;  ///< on the arrays 0
     double friction_time = never;                            ///< of the drag -V/t, taken as an integrating factor [s]
     double fastest_rate = 0;                                 ///< of explicit mixing [1/s]
+    const Field<T>* eddy_viscosity = nullptr;                ///< [m^2/s], where sub-grid mixing is on
 
     /// Allocates the arrays of a scalar for all stages.
     void allocate(Variable<T>&, Quantity);
     /// One more value a cell for an effect's own use, as long as this lives.
     Field<T>& add_field() { return own_.emplace_back(lattice); }
+    /// The sounding's value at each level, in the units of the field; 0 of quantities that it does not have.
+    std::vector<double> environment(Quantity) const;
     /// The relaxation of a quantity, with the environment as its target.
     Relaxation& relax(Variable<T>&);
     /// False from the time on at which the fluxes through the floor end: steps end there.
@@ -90,7 +104,15 @@ struct Air {
     /// Columns and rows that are computed: faces on open sides have one more than cells.
     int width(const Variable<T>& v) const { return v.place == Place::FaceX ? lattice.faces(0) : lattice.n[0]; }
     int rows(const Variable<T>& v) const { return v.place == Place::FaceY ? lattice.faces(1) : lattice.n[1]; }
-    /// The same of a component, whether this run has it or not.
+    /// The first column of row j of a velocity that no wall stops; width() where the whole row is on a wall.
+    int first_free(const Variable<T>& v, int j) const
+    {
+        const auto wall = [&](Place place, size_t axis) {
+            return v.place == place && lattice.side[axis] == Side::Wall;
+        };
+        return wall(Place::FaceY, 1) && j == 0 ? width(v) : wall(Place::FaceX, 0) ? 1 : 0;
+    }
+    /// The columns of a component, whether this run has it or not.
     int wind_width(int axis) const { return axis == 0 ? lattice.faces(0) : lattice.n[0]; }
     /// The drag on a component of the wind.
     Drag drag(int axis) const { return {friction_time, axis < 2 ? -parameters.frame[size_t(axis)] : 0}; }

@@ -1,6 +1,7 @@
 // Budgets of a model, and the first invariant out of its tolerance.
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/sim/model.h"
+#include "vdbcloud/sim/statistics.h"
 
 #include <cmath>
 #include <sstream>
@@ -100,7 +101,7 @@ void Model<T>::find_weather(Budget& b) const
         b.kinetic += energy[size_t(k)] * air_.rho.centre[size_t(k)] / mass;
         b.cloud_max = std::max(b.cloud_max, most[size_t(k)]),
         b.cloud_mean += sum[size_t(k)] * air_.rho.centre[size_t(k)] / mass;
-        if (most[size_t(k)] <= 1e-5) continue;
+        if (most[size_t(k)] <= cloudy) continue;
         b.cloud_top = column_.level[size_t(k)].z;
         if (b.cloud_base < 0) b.cloud_base = b.cloud_top;
     }

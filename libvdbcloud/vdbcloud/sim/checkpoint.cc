@@ -14,7 +14,7 @@ namespace vdbcloud::sim {
 
 namespace {
 
-constexpr const char* magic = "VDBCLOUD CHECKPOINT 6\n";
+constexpr const char* magic = "VDBCLOUD CHECKPOINT 7\n";
 constexpr size_t checksum_size = 32;
 
 /// Passes bytes to or from another buffer and adds them to a digest.
@@ -144,7 +144,7 @@ std::ifstream opened(const std::string& path)
 }  // namespace
 
 void write_checkpoint(const std::string& path, const Simulation& sim, const RunRecord& record, const Schedule& schedule,
-                      int frame)
+                      int frame, const std::string& statistics)
 {
     AtomicFile file(path);
     std::ofstream out(file.name(), std::ios::binary | std::ios::trunc);
@@ -159,6 +159,7 @@ void write_checkpoint(const std::string& path, const Simulation& sim, const RunR
         stream.write(reinterpret_cast<const char*>(&value), sizeof value);
     for (const int value : {schedule.first, frame}) stream.write(reinterpret_cast<const char*>(&value), sizeof value);
     sim.save(stream);
+    put_text(stream, statistics);
     out << digesting.checksum();
     out.flush();
     if (!stream || !out) throw IoError(path + ": cannot write the checkpoint (is the disk full?)");
@@ -166,7 +167,8 @@ void write_checkpoint(const std::string& path, const Simulation& sim, const RunR
     file.commit();
 }
 
-int read_checkpoint(const std::string& path, Simulation& sim, RunRecord& record, Schedule& schedule, bool change)
+int read_checkpoint(const std::string& path, Simulation& sim, RunRecord& record, Schedule& schedule, bool change,
+                    std::string* statistics)
 {
     std::ifstream in = opened(path);
     Digesting digesting(in.rdbuf());
@@ -179,6 +181,8 @@ int read_checkpoint(const std::string& path, Simulation& sim, RunRecord& record,
     } catch (const InputError&) {
         throw IoError(path + ": damaged checkpoint: the file ends too early");
     }
+    const std::string taken = take_text(path, stream);
+    if (statistics) *statistics = taken;
     const std::string expected = digesting.checksum();
     std::string found(checksum_size, ' ');
     in.read(found.data(), std::streamsize(found.size()));

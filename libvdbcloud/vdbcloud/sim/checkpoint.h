@@ -7,15 +7,17 @@
 namespace vdbcloud::sim {
 
 /// Writes to a temporary and renames it, so that a killed run does not damage the previous checkpoint. `frame` is the
-/// number of the last frame that is on disk. Throws IoError.
-void write_checkpoint(const std::string& path, const Simulation&, const RunRecord&, const Schedule&, int frame);
+/// number of the last frame that is on disk; `statistics` are bytes of the caller. Throws IoError.
+void write_checkpoint(const std::string& path, const Simulation&, const RunRecord&, const Schedule&, int frame,
+                      const std::string& statistics = {});
 
 /// Restores a simulation and returns the frame. `record` and `schedule` are those of the run that continues. Values
 /// that differ are refused, or with `change` noted in the record: see continue_record(). Frames that follow an earlier
 /// change keep their times; where --every differs, or the earlier run ended between two frames, frames follow from the
-/// checkpoint on. Throws IoError if the file cannot be read, is damaged (it carries a checksum) or no checkpoint;
-/// UsageError for another run.
-int read_checkpoint(const std::string& path, Simulation&, RunRecord& record, Schedule& schedule, bool change);
+/// checkpoint on. `statistics`, where not null, takes the caller's bytes. Throws IoError if the file cannot be read, is
+/// damaged (it carries a checksum) or no checkpoint; UsageError for another run.
+int read_checkpoint(const std::string& path, Simulation&, RunRecord& record, Schedule& schedule, bool change,
+                    std::string* statistics = nullptr);
 
 /// Where a checkpoint stands.
 struct CheckpointPlace {

@@ -9,8 +9,6 @@
 
 namespace vdbcloud::sim {
 
-namespace {
-
 double interpolate(const std::vector<double>& z, const std::vector<double>& f, double at)
 {
     if (at <= z.front()) return f.front();
@@ -19,6 +17,8 @@ double interpolate(const std::vector<double>& z, const std::vector<double>& f, d
     const double s = (at - z[i - 1]) / (z[i] - z[i - 1]);
     return f[i - 1] + s * (f[i] - f[i - 1]);
 }
+
+namespace {
 
 /// The middle of the environment's theta_l, and the least q_t of the start, rounded to single precision so that a
 /// deviation of 0 is exact.
@@ -53,6 +53,7 @@ Column make_column(const Parameters& p, const Sounding& sounding)
     };
     // Exner function at half levels by the midpoint of fine sub-layers, so that it hardly depends on dz.
     Column column;
+    column.floor_pressure = p0;
     double z = 0, exner = std::pow(p0 / 1e5, kappa);
     const double exner_floor = exner;
     const auto climb = [&](double to) {

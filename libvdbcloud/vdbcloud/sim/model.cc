@@ -156,7 +156,7 @@ void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double 
         if (!variable.row_source.empty()) {
             T source[4096];
             std::fill_n(source, nx, T(0));
-            for (const auto& term : variable.terms) term(stage.in, j, k, source);
+            variable.add_sources(stage.in, j, k, source);
             for (const auto& term : variable.stiff) term(stage.in, j, k, source);
             double sum = 0;
             for (int i = 0; i < nx; ++i) sum += double(source[i]), tendency[i] += source[i];
@@ -232,7 +232,7 @@ void Model<T>::advance_velocity(int axis, const Stage& stage, double dt)
     const auto sink = [&](int j, int k, T* tendency, const FluxRows<T>&) {
         if (vertical && parameters_.buoyancy)
             add_sum(tendency, pressure_->scratch().row(j, k), pressure_->scratch().row(j, k - 1), T(0.5), width);
-        for (const auto& term : variable.terms) term(stage.in, j, k, tendency);
+        variable.add_sources(stage.in, j, k, tendency);
         for (const auto& term : variable.stiff) term(stage.in, j, k, tendency);
         const StageRows<T> row{variable.a[size_t(stage.out)].row(j, k), variable.a[0].row(j, k),
                                variable.a[size_t(stage.x1)].row(j, k), q.row(j, k), tendency};

@@ -22,6 +22,9 @@ public:
     void get_plane(Quantity, int k, double* out) const override;
     void get_cloud_plane(int k, double* out) const override;
     void get_flame_plane(int k, double* out) const override;
+    void derive() override;
+    void get_eddy_plane(int k, double* out) const override;
+    double floor_flux(Quantity) const override;
     void set(Quantity, const std::vector<double>&, const std::string& source) override;
     void add_source(Quantity, Source) override;
     void start() override;

@@ -69,6 +69,26 @@ struct Noise {
     uint64_t seed = 1;
 };
 
+/// Large-scale forcing by height: linear between the given heights, constant beyond them. An empty column does not act.
+struct LargeScale {
+    std::string name;
+    std::vector<double> z;         ///< [m], increasing
+    std::vector<double> w;         ///< mean vertical wind, negative where air subsides [m/s]
+    std::vector<double> u_g, v_g;  ///< geostrophic wind [m/s]; empty: the sounding's wind
+    std::vector<double> theta;     ///< tendency of theta_l [K/s]
+    std::vector<double> water;     ///< tendency of q_t [1/s]
+    bool carries_wind = true;      ///< subsidence acts on u and v, too
+};
+
+/// The lowest cells against the surface. Coefficients hold for the height of the lowest cell centre.
+struct Surface {
+    double friction_velocity = 0;  ///< u* of a stress u*^2 against the wind [m/s]
+    double drag = 0;               ///< C_m of a stress C_m |V|^2 against the wind
+    double heat_exchange = 0;      ///< C_h of a heat flux C_h |V| (theta_surface - theta_l)
+    double water_exchange = 0;     ///< C_q of a water flux C_q |V| (q_s(surface) - q_t)
+    double temperature = 300;      ///< of the surface [K]
+};
+
 struct Parameters {
     Lattice lattice{{128, 128, 128}, {32, 32, 32}, {Side::Periodic, Side::Periodic}};
     Precision precision = Precision::Float;
@@ -103,6 +123,9 @@ struct Parameters {
     double q_scale_height = 0;  ///< H [m]; 0: height of the box / ln 10, the paper's rule
 
     Floor floor;
+    Surface surface;
+    LargeScale large_scale;
+    double coriolis = 0;  ///< Coriolis parameter f [1/s]
     std::vector<Bubble> bubbles;
     Noise noise;
 
@@ -139,7 +162,11 @@ struct Column {
     std::vector<Level> level;                  ///< nz, at cell centres
     std::vector<double> u, v;                  ///< nz, relative to the box [m/s]
     std::vector<double> rho_centre, rho_face;  ///< relative to the floor; 1 unless anelastic
+    double floor_pressure = 1e5;               ///< [Pa]
 };
+
+/// The value at a height of a column f given at heights z: linear between them, constant beyond them.
+double interpolate(const std::vector<double>& z, const std::vector<double>& f, double at);
 
 /// Throws InputError that names the first value out of its range.
 void check(const Parameters&, const Sounding&);
@@ -171,19 +198,41 @@ struct Effect;  // effect.h
 using EffectMaker = Effect (*)();
 namespace effect {
 Effect momentum(), buoyancy(), moisture(), latent_heat(), vapour(), loading(), anelastic(), dye(), rain(), friction(),
-    floor_fluxes(), viscosity(), diffusion(), subgrid(), radiation(), sponge(), wind_relaxation(), side_relaxation(),
-    moving_frame(), hot_buoyancy(), combustion(), cooling();
+    floor_fluxes(), surface_stress(), surface_exchange(), viscosity(), diffusion(), subgrid(), radiation(),
+    subsidence(), coriolis(), large_scale_tendencies(), sponge(), wind_relaxation(), side_relaxation(), moving_frame(),
+    hot_buoyancy(), combustion(), cooling();
 }
 
 /// The effects, in the order in which their terms are added, which results depend on in their last bits. A new effect
 /// is its members of Parameters, its name here, and effects/NAME.cc with all else.
 inline constexpr EffectMaker effect_table[] = {
-    effect::momentum,     effect::buoyancy,        effect::moisture,        effect::latent_heat,
-    effect::vapour,       effect::loading,         effect::anelastic,       effect::dye,
-    effect::rain,         effect::combustion,      effect::friction,        effect::floor_fluxes,
-    effect::viscosity,    effect::diffusion,       effect::subgrid,         effect::radiation,
-    effect::sponge,       effect::wind_relaxation, effect::side_relaxation, effect::moving_frame,
-    effect::hot_buoyancy, effect::cooling,
+    effect::momentum,
+    effect::buoyancy,
+    effect::moisture,
+    effect::latent_heat,
+    effect::vapour,
+    effect::loading,
+    effect::anelastic,
+    effect::dye,
+    effect::rain,
+    effect::combustion,
+    effect::friction,
+    effect::floor_fluxes,
+    effect::surface_stress,
+    effect::surface_exchange,
+    effect::viscosity,
+    effect::diffusion,
+    effect::subgrid,
+    effect::radiation,
+    effect::subsidence,
+    effect::coriolis,
+    effect::large_scale_tendencies,
+    effect::sponge,
+    effect::wind_relaxation,
+    effect::side_relaxation,
+    effect::moving_frame,
+    effect::hot_buoyancy,
+    effect::cooling,
 };
 
 }  // namespace vdbcloud::sim

@@ -1,6 +1,7 @@
 #include "vdbcloud/sim/presets.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/sim/large_scale.h"
 #include "vdbcloud/sim/sounding.h"
 
 #include <cmath>
@@ -94,6 +95,32 @@ Preset fire()
     return s;
 }
 
+/// Siebesma et al. 2003: trade-wind cumulus without rain.
+Preset bomex()
+{
+    Preset s = begin({64, 64, 75}, 100, 40, {0.1, 2.5e-5, 1600, 1}, 0.01, 0.2, 360, 60);
+    Parameters& p = s.parameters;
+    p.anelastic = p.subgrid = true;
+    p.floor.heat = 8e-3, p.floor.moisture = 5.2e-5;
+    p.surface.friction_velocity = 0.28;
+    p.coriolis = 0.376e-4;
+    p.large_scale = large_scale_named("bomex");
+    return s;
+}
+
+/// vanZanten et al. 2011: trade-wind cumulus that rains, over a sea of one temperature.
+Preset rico()
+{
+    Preset s = begin({128, 128, 100}, 100, 40, {0.1, 2.5e-5, 740, 1}, 0.01, 0.125, 1440, 60);
+    Parameters& p = s.parameters;
+    p.anelastic = p.subgrid = p.rain = true;
+    p.surface = {0, 1.229e-3, 1.094e-3, 1.133e-3, 299.8};
+    p.coriolis = 0.45e-4;
+    p.large_scale = large_scale_named("rico");
+    p.large_scale.carries_wind = false;
+    return s;
+}
+
 /// Section 5.1 as printed: 10 x 10 x 20 points, forward differences, saturation by height, L/cp = 2500 K, no weight of
 /// vapour and water. Upwind in space, as centred differences with forward steps are unstable.
 Preset paper()
@@ -114,8 +141,9 @@ Preset paper()
 }
 
 constexpr std::pair<const char*, Preset (*)()> presets[] = {
-    {"cumulus", cumulus}, {"congestus", congestus}, {"stratocumulus", stratocumulus}, {"fog", fog}, {"smoke", smoke},
-    {"fire", fire},       {"paper", paper}};
+    {"cumulus", cumulus}, {"congestus", congestus}, {"stratocumulus", stratocumulus},
+    {"fog", fog},         {"smoke", smoke},         {"fire", fire},
+    {"bomex", bomex},     {"rico", rico},           {"paper", paper}};
 
 }  // namespace
 

@@ -15,7 +15,7 @@ struct Preset {
     double smoke_extinction = 0.05;  ///< sigma_t of dye 1 [1/m]
 };
 
-/// cumulus, congestus, stratocumulus, fog, smoke, fire, paper: the names of presets and of soundings.
+/// cumulus, congestus, stratocumulus, fog, smoke, fire, bomex, rico, paper: the names of presets and of soundings.
 const std::vector<std::string>& preset_names();
 
 /// Throws InputError that lists the names.

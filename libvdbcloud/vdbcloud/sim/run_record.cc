@@ -87,6 +87,15 @@ void describe_air(const Parameters& p, const Sounding& s, std::vector<RunValue>&
     Digest map;
     map.add(p.floor.map.data(), p.floor.map.size() * sizeof(double));
     free.word("floor_map_digest", p.floor.map.empty() ? "none" : map.hex());
+    const LargeScale& f = p.large_scale;
+    free.word("forcing", f.z.empty() ? "none" : f.name);
+    for (const auto& [name, column] : {std::pair{"z", &f.z},
+                                       {"w", &f.w},
+                                       {"u_g", &f.u_g},
+                                       {"v_g", &f.v_g},
+                                       {"theta", &f.theta},
+                                       {"water", &f.water}})
+        free.numbers(std::string("forcing_") + name, *column);
     fixed.items("bubble", p.bubbles, [](const Bubble& b) -> std::vector<double> {
         return {b.centre[0], b.centre[1], b.centre[2], b.radius, b.height, b.theta, b.water, b.dye};
     });

@@ -144,7 +144,7 @@ void Model<T>::huge_sources(Variable<T>& v, double dt)
     const Relaxation& relaxation = v.relaxation;
     const Drag drag = scalar ? Drag{never, 0} : air_.drag(int(v.quantity));
     const double least = -air_.reference(v.quantity);
-    if (drag.time == never && relaxation.none() && v.terms.empty() && v.stiff.empty()) return;
+    if (drag.time == never && relaxation.none() && !v.has_sources()) return;
     const T tame = T(std::min(1.0, 1 / std::max(1e-30, dt * air_.fastest_rate)));
     const int width = air_.width(v), rows = air_.rows(v);
     std::vector<double> gained(size_t(air_.lattice.n[2]), 0.0);
@@ -154,7 +154,7 @@ void Model<T>::huge_sources(Variable<T>& v, double dt)
             std::fill(source.begin(), source.end(), T(0));
             for (const auto& term : v.stiff) term(0, j, k, source.data());
             for (T& rate : source) rate *= tame;
-            for (const auto& term : v.terms) term(0, j, k, source.data());
+            v.add_sources(0, j, k, source.data());
             T* out = v.a[1].row(j, k);
             for (int i = 0; i < width; ++i) {
                 const double was = double(out[i]), pushed = dt * double(source[size_t(i)]);

@@ -70,6 +70,12 @@ public:
     virtual void get_cloud_plane(int k, double* out) const = 0;
     /// Heat that fuel gives to the air of a plane [K/s]; 0 without combustion.
     virtual void get_flame_plane(int k, double* out) const = 0;
+    /// Brings what stages derive from the state, such as the eddy viscosity, up to the present state. Changes no state.
+    virtual void derive() = 0;
+    /// Eddy viscosity of a plane when derive() was called last [m^2/s]; 0 without sub-grid mixing.
+    virtual void get_eddy_plane(int k, double* out) const = 0;
+    /// Mean flux of a quantity through the floor, upwards: its unit times m/s, over the density at the floor.
+    virtual double floor_flux(Quantity) const = 0;
     /// Replaces the state before the first step: nx ny nz values, x fastest. A velocity is projected when started.
     /// Throws InputError that begins with `source` and names the first cell whose value air cannot have: up to 500 m/s,
     /// 100..2000 K, 0..1 kg/kg of water, 0..1e6 of dye.

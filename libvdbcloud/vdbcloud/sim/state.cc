@@ -67,6 +67,35 @@ void Model<T>::get_flame_plane(int k, double* out) const
 }
 
 template<typename T>
+void Model<T>::derive()
+{
+    for (const auto& prepare : air_.before_stage) prepare(0);
+}
+
+template<typename T>
+void Model<T>::get_eddy_plane(int k, double* out) const
+{
+    for (int j = 0; j < air_.lattice.n[1]; ++j)
+        for (int i = 0; i < air_.lattice.n[0]; ++i)
+            *out++ = air_.eddy_viscosity ? double((*air_.eddy_viscosity)(i, j, k)) : 0;
+}
+
+template<typename T>
+double Model<T>::floor_flux(Quantity q) const
+{
+    const Variable<T>& v = air_.of(q);
+    const int width = air_.lattice.n[0];
+    std::vector<T> rate(static_cast<size_t>(air_.width(v)));
+    double sum = 0;
+    for (int j = 0; j < air_.lattice.n[1]; ++j) {
+        std::fill(rate.begin(), rate.end(), T(0));
+        for (const auto& term : v.floor) term(0, j, 0, rate.data());
+        for (int i = 0; i < width; ++i) sum += double(rate[size_t(i)]);
+    }
+    return sum / (double(width) * air_.lattice.n[1]) * air_.lattice.h[2] * air_.rho.centre[0];
+}
+
+template<typename T>
 void Model<T>::add_source(Quantity q, Source rate)
 {
     Variable<T>& v = air_.of(q);
@@ -122,6 +151,9 @@ void Model<T>::restore(std::istream& in)
     template void Model<T>::get_plane(Quantity, int, double*) const;                                                   \
     template void Model<T>::get_cloud_plane(int, double*) const;                                                       \
     template void Model<T>::get_flame_plane(int, double*) const;                                                       \
+    template void Model<T>::derive();                                                                                  \
+    template void Model<T>::get_eddy_plane(int, double*) const;                                                        \
+    template double Model<T>::floor_flux(Quantity) const;                                                              \
     template void Model<T>::add_source(Quantity, Source);                                                              \
     template void Model<T>::save(std::ostream&) const;                                                                 \
     template void Model<T>::restore(std::istream&);

@@ -86,8 +86,8 @@ void add(Air<T>& air)
         if (air.moves())
             air.before_stage.push_back(
                 [&air, kind, map](int) { *map = rates_of(air, kind, air.moved(air.stage_time)); });
-        v.terms.push_back([&air, nx = air.lattice.n[0], map](int, int j, int k, T* out) {
-            if (k > 0 || map->empty() || !air.floor_has_fluxes()) return;
+        v.floor.push_back([&air, nx = air.lattice.n[0], map](int, int j, int, T* out) {
+            if (map->empty() || !air.floor_has_fluxes()) return;
             for (int i = 0; i < nx; ++i) out[i] += (*map)[size_t(j) * size_t(nx) + size_t(i)];
         });
     };

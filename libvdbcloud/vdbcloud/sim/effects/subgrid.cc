@@ -249,6 +249,7 @@ template<typename T>
 void add(Air<T>& air)
 {
     Field<T>& eddy = air.add_field();
+    air.eddy_viscosity = &eddy;
     air.before_stage.push_back([&air, &eddy](int in) { find_eddy_viscosity(air, in, eddy); });
     if (air.parameters.momentum)
         for (int c = 0; c < 3; ++c)
