@@ -53,5 +53,6 @@ row "sponge on"
 sponge=0
 row "wind relaxation on" --wind-relaxation 1000
 row "anelastic on" --anelastic on
+row "surface stress, Coriolis force, subsidence and tendencies on" --friction-velocity 0.3 --coriolis 1e-4 --forcing bomex
 row "double" --precision double
 row "--accuracy small" --accuracy small
