@@ -82,6 +82,9 @@ void import(app::App& app, const Options& o)
     case Format::Npy:
     case Format::Raw: return import_array(app, o);
     case Format::Shdom: return import_properties(app, o);
+    case Format::Ply:
+    case Format::Csv:
+    case Format::Points: return import_particles(app, o);
     default: return import_table(app, o);
     }
 }

@@ -1,6 +1,7 @@
 #include "options.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/exchange/particles.h"
 
 #include <algorithm>
 
@@ -15,8 +16,9 @@ void declare_files(app::App& app, Options& o)
     app.add_option(
            "input", o.input,
            "the file to read: a table of numbers (- for standard input), a field of a cloud model in netCDF, an array "
-           "(.npy, .raw), or a property file of SHDOM (.prp). A table is a vertical section whose rows are "
-           "layers, the top one first; with --thickness a map of columns; with --boxes a list of boxes")
+           "(.npy, .raw), a property file of SHDOM (.prp), or particles (.ply, .csv with a line of names, points in "
+           "a .vdb). A table is a vertical section whose rows are layers, the top one first; with --thickness a map "
+           "of columns; with --boxes a list of boxes")
         ->required()
         ->type_name("FILE")
         ->reads_files();
@@ -34,14 +36,16 @@ void declare_files(app::App& app, Options& o)
         app.add_option(
                "--cell", o.cell,
                "DX,DY,DZ: size of a cell. Of a table along a row (x), across, and vertically [world unit]; tables "
-               "of the I3RC are in metres. Of an array along x, y, z [world unit]; default: 1. Of netCDF [m] and "
-               ".prp, cells of the grid, onto which the field is resampled; default: the file's, and where these "
-               "are unequal the smallest one")
+               "of the I3RC are in metres. Of an array along x, y, z [world unit]; default: 1. Of particles, size "
+               "of a voxel [world unit]; default: half the median radius. Of netCDF [m] and .prp, cells of the "
+               "grid, onto which the field is resampled; default: the file's, and where these are unequal the "
+               "smallest one")
             ->default_str("")
             ->check(app::positive);
-    app.add_choice<std::optional<UpAxis>>("--up", o.up, app::up_axis_choices<std::optional<UpAxis>>(),
-                                          "axis that points up; default: y of tables and arrays, z of netCDF and .prp. "
-                                          "With y, x, y, z of these become x, -z, y")
+    app.add_choice<std::optional<UpAxis>>(
+           "--up", o.up, app::up_axis_choices<std::optional<UpAxis>>(),
+           "axis that points up; default: z of netCDF and .prp, else y. With y, x, y, z of "
+           "netCDF and .prp become x, -z, y")
         ->scene("medium");
     app.add_option("--meters-per-unit", o.meters_per_unit,
                    "metres of a world unit, written into the file; a field in netCDF, which is in metres, is scaled. "
@@ -93,13 +97,6 @@ void declare_fields(app::App& app, Options& o)
 {
     const auto netcdf = [&o] { return o.is(Format::NetCdf); };
     const char* const wanted = "a netCDF file";
-    std::string roles;
-    for (const std::string& role : cloud_field_roles()) roles += (roles.empty() ? "" : ", ") + role;
-    app.add_option("--variable", o.variables,
-                   "ROLE=NAME: the variable that has a role; again for a further role. Roles: " + roles +
-                       ". Default: by CF standard_name and axis, else by common names (qc, ql, LWC, reff, ...)")
-        .only_with(netcdf, wanted)
-        .group("Fields of models");
     app.add_option(
            "--unit", o.units,
            "NAME=UNIT: the unit of a variable, in place of its attribute units: g/kg, kg m-3, km, um; again for "
@@ -177,6 +174,33 @@ void declare_arrays(app::App& app, Options& o)
         .group("Arrays");
 }
 
+std::string listed(const std::vector<std::string>& words)
+{
+    std::string all;
+    for (const std::string& word : words) all += (all.empty() ? "" : ", ") + word;
+    return all;
+}
+
+void declare_particles(app::App& app, Options& o)
+{
+    o.option.radius = app.add_option("--radius", o.radius,
+                                     "radius of the particles [world unit] where they have none of their own; without "
+                                     "it each goes to the eight nearest voxels")
+                          ->default_str("")
+                          ->check(app::positive)
+                          .only_with([&o] { return o.particles(); }, "particles")
+                          .group("Particles");
+    app.add_option(
+           "--variable", o.variables,
+           "ROLE=NAME: the variable of netCDF, or the column or attribute of particles, that has a role; again for "
+           "a further role. Roles of netCDF: " +
+               listed(cloud_field_roles()) +
+               "; by default found by CF standard_name and axis, else by common "
+               "names (qc, ql, LWC, reff, ...). Roles of particles: " +
+               listed(particle_roles()) + "; by default found by common names (x, Px, P[0], pscale, vx, ...)")
+        .only_with([&o] { return o.particles() || o.is(Format::NetCdf); }, "netCDF or particles");
+}
+
 }  // namespace
 
 std::map<std::string, std::string> pairs_of(const std::string& option, const std::vector<std::string>& words)
@@ -199,6 +223,7 @@ void declare(app::App& app, Options& o)
     declare_tables(app, o);
     declare_fields(app, o);
     declare_arrays(app, o);
+    declare_particles(app, o);
     app::declare_medium(app, o.medium, app::MediumSource::None);
     app.examples(
         {{"a section of two columns and three layers, rendered",

@@ -31,12 +31,14 @@ struct Options {
     Vec3d shape{0, 0, 0};  ///< of a raw array, along x, y, z
     std::string axes = "zyx", type = "f4";
     bool big_endian = false;
+    double radius = 0;  ///< of particles; 0: not given
     app::MediumOptions medium;
     struct {
-        app::Option cell, output, effective_radius, air_density, times;
+        app::Option cell, output, radius, effective_radius, air_density, times;
     } option;
 
     Format kind() const { return format == Format::Automatic ? format_of(input) : format; }
+    bool particles() const { return is(Format::Ply) || is(Format::Csv) || is(Format::Points); }
     bool is(Format f) const { return kind() == f; }
 };
 

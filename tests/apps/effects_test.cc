@@ -103,6 +103,7 @@ protected:
         std::string numbers;
         for (int k = 0; k < 24; ++k) numbers += std::string({char(k), 0, 0, 63});
         write_text(*inputs_ / "numbers.raw", numbers);
+        write_text(*inputs_ / "points.csv", "x,y,z\n1,2,3\n90,70,200\n");
         write_model(*inputs_ / "model.nc");
         const RunResult r =
             in_folder("fractalgen -q --size 16 -o in.vdb && fractalgen -q in.vdb --mountain --size 16 -o rock.vdb && "
@@ -135,9 +136,10 @@ protected:
     };
     Outcome run_in(const std::string& folder, const Words& words)
     {
-        std::string line = "rm -rf " + folder + " && mkdir " + folder + " && cd " + folder +
-                           " && for f in ../*.vdb ../*.pgm ../*.hdr ../*.txt ../*.nc ../*.raw; do ln -s $f; done; " +
-                           GetParam().tool;
+        std::string line =
+            "rm -rf " + folder + " && mkdir " + folder + " && cd " + folder +
+            " && for f in ../*.vdb ../*.pgm ../*.hdr ../*.txt ../*.nc ../*.raw ../*.csv; do ln -s $f; done; " +
+            GetParam().tool;
         for (const std::string& word : words) line += " '" + word + "'";
         if (GetParam().tool != "vdbdiff") line += " --json report.json";
         Outcome outcome{in_folder(line), *inputs_ / folder, ""};

@@ -71,7 +71,7 @@ const std::vector<GridKind>& grid_kinds()
         {Role::Flame, flame, Rest::Nothing, "", {"flames", "fire"},
          "float", "any; of cloudsim K/s", "fog volume", "0", "cloudsim, other programs", no, no, no},
         {Role::Velocity, velocity, Rest::Nothing, "", {"v", "velocity"},
-         "vec3s", "world unit/s", "staggered", "0 0 0", "cloudsim", no, no, no},
+         "vec3s", "world unit/s", "staggered", "0 0 0", "cloudsim, vdbimport", no, no, no},
         {Role::Colour, colour, Rest::Nothing, "", {"color", "colour", "albedo"},
          "vec3s", "1 (0 to 1)", "unknown", "1 1 1", "vdbimport, other programs", no, yes, no},
         {Role::Colour, medium_colour_prefix, Rest::Order, "N", {},
