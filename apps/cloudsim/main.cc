@@ -73,7 +73,8 @@ class Marks {
 public:
     explicit Marks(const app::Options& o)
     {
-        for (const std::string& path : {app::frame_path(o.output, 0), o.checkpoint, o.log, o.series, o.profiles})
+        for (const std::string& path :
+             {app::frame_path(o.output, 0), o.checkpoint, o.log, o.series, o.profiles, o.netcdf})
             if (!path.empty() && path != "-" && ordinary(path)) locks_.emplace_back(path);
         const auto folder = [](const std::string& path) { return std::filesystem::path(path).parent_path().string(); };
         remove_stale_temporaries(
@@ -161,6 +162,7 @@ void simulate(app::App& app, const app::Options& o, const app::Run& run)
         if (!o.checkpoint.empty() && (n % o.checkpoint_every == 0 || n == frames))
             sim::write_checkpoint(o.checkpoint, *sim, record, schedule, n, statistics.state());
     }
+    statistics.finish(app.history(""));
     const sim::Budget done = sim->budget();
     Workload work = sim::simulation_work(preset.parameters, double(done.steps + done.retries - before), frames - last);
     if (statistics.wanted())

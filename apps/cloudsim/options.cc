@@ -129,6 +129,11 @@ void declare_output(App& app, Options& o)
     output.keep("average", app.add_option("--average", o.average,
                                           "period of which --profiles writes means, 30min or 1h; else the whole run")
                                ->needs(o.option.at("profiles")));
+    output.keep("netcdf", app.add_option("--netcdf", o.netcdf,
+                                         "at the end writes the tables of --series and --profiles to FILE as netCDF, "
+                                         "with the lines of earlier parts of the run")
+                              ->configurable(false)
+                              ->rewrites_file(FileKind::Other));
     output.keep("checkpoint", app.add_option("--checkpoint", o.checkpoint, "keeps the whole state in FILE")
                                   ->configurable(false)
                                   ->rewrites_file(FileKind::Other));

@@ -14,7 +14,7 @@
 namespace vdbcloud::app {
 
 struct Options {
-    std::string output, log, checkpoint, resume, init, floor_map, forcing, series, profiles, average;
+    std::string output, log, checkpoint, resume, init, floor_map, forcing, series, profiles, average, netcdf;
     std::string preset = "cumulus", sounding, every, grids;
     sim::Accuracy accuracy = sim::Accuracy::Default;
     UpAxis up = UpAxis::Y;

@@ -217,6 +217,7 @@ void refuse_idle_options(const Options& o, const Parameters& p)
     for (const sim::Effect& effect : sim::effects())
         for (size_t i = effect.switches; i < effect.settings.size(); ++i)
             o.option.at(effect.settings[i].name).check_effect(effect.on(p), turned_on_by(effect));
+    o.option.at("netcdf").check_effect(!o.series.empty() || !o.profiles.empty(), "--series or --profiles");
     o.option.at("first-frame").check_effect(bool(FramePattern::in("--output", o.output)), "a numbered --output");
     for (const std::string& name : grid_names(o.grids))
         if (name == "rain"    ? !p.rain

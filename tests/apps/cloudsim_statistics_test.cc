@@ -1,6 +1,8 @@
 // The tables of --series and --profiles: what they hold, and that a run that continues completes them.
 #include "cloudsim_run.h"
 
+#include "vdbcloud/exchange/netcdf_file.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -73,12 +75,43 @@ TEST(CloudsimStatistics, ProfilesAreMeansOfTheirPeriods)
     EXPECT_EQ(series[4].at("time[s]"), 120);
 }
 
+/// The file has the numbers of whole.s.csv and whole.p.csv.
+void expect_netcdf(const Scratch& scratch, const std::string& name)
+{
+    const NetcdfFile file(scratch / name);
+    const auto values = [&](const char* variable) {
+        const NetcdfVariable* v = file.variable(variable);
+        EXPECT_TRUE(v) << variable;
+        if (!v) return std::vector<float>();
+        std::vector<size_t> count;
+        for (const int d : v->dimensions) count.push_back(file.dimensions()[size_t(d)].length);
+        return file.floats(*v, std::vector<size_t>(count.size(), 0), count);
+    };
+    EXPECT_EQ(file.variable("q_t")->attribute("units"), "kg/kg");
+    EXPECT_EQ(file.variable("cloud_cover")->attribute("units"), "1");
+    EXPECT_EQ(file.dimensions()[size_t(file.variable("w2")->dimensions[1])].name, "z_face");
+    const auto lines = table(read_text(scratch / "whole.p.csv")), series = table(read_text(scratch / "whole.s.csv"));
+    const auto q_t = values("q_t"), w2 = values("w2"), time = values("time"), end = values("time_end");
+    ASSERT_EQ(q_t.size(), 30u);
+    ASSERT_EQ(end.size(), 3u);
+    ASSERT_EQ(time.size(), series.size());
+    for (size_t n = 0; n < 30; ++n) {
+        EXPECT_FLOAT_EQ(q_t[n], float(lines[n].at("q_t[kg/kg]")));
+        EXPECT_FLOAT_EQ(w2[n], float(lines[n].at("w2[m^2/s^2]")));
+        EXPECT_EQ(end[n / 10], lines[n].at("time_end[s]"));
+    }
+    EXPECT_EQ(time.back(), 180);
+    EXPECT_EQ(values("z_face")[3], 900);
+}
+
 TEST(CloudsimStatistics, ARunThatContinuesCompletesTheTables)
 {
     const Scratch scratch;
     const auto tables = [&](const std::string& name) {
-        return Words{
-            "--average", "1min", "--series", scratch / (name + ".s.csv"), "--profiles", scratch / (name + ".p.csv")};
+        return Words{"--average",  "1min",
+                     "--series",   scratch / (name + ".s.csv"),
+                     "--profiles", scratch / (name + ".p.csv"),
+                     "--netcdf",   scratch / (name + ".nc")};
     };
     ASSERT_EQ(winds(scratch, "3", with(tables("whole"), {"--threads", "1"})).status, 0);
     // Half a period after a checkpoint: its lines are of the shorter run, and give way.
@@ -88,6 +121,8 @@ TEST(CloudsimStatistics, ARunThatContinuesCompletesTheTables)
     ASSERT_EQ(winds(scratch, "3", with(tables("parts"), state)).status, 0);
     for (const char* end : {".s.csv", ".p.csv"})
         EXPECT_EQ(read_text(scratch / ("whole" + std::string(end))), read_text(scratch / ("parts" + std::string(end))));
+    expect_netcdf(scratch, "whole.nc");
+    expect_netcdf(scratch, "parts.nc");
     // The same command again has nothing to add.
     ASSERT_EQ(winds(scratch, "3", with(tables("parts"), state)).status, 0);
     EXPECT_EQ(read_text(scratch / "whole.p.csv"), read_text(scratch / "parts.p.csv"));

@@ -76,6 +76,7 @@ const std::vector<ToolEffects>& tool_effects()
              {"--log frames.log", S::Files, "", "", true},
              {"--series series.csv", S::Files, "", "", true},
              {"--profiles profiles.csv", S::Files, "", "", true},
+             {"--netcdf tables.nc", S::Files, "--series series.csv", ""},
              {"--average 10s", S::Elsewhere, "CloudsimStatistics.ProfilesAreMeansOfTheirPeriods", ""},
              {"--checkpoint state", S::Files, "", "", true},
              {"--checkpoint-every 2", S::Elsewhere, "Cloudsim.ResumesAfterKillWithEqualFrames", ""},
