@@ -164,7 +164,8 @@ void simulate(app::App& app, const app::Options& o, const app::Run& run)
     }
     statistics.finish(app.history(""));
     const sim::Budget done = sim->budget();
-    Workload work = sim::simulation_work(preset.parameters, double(done.steps + done.retries - before), frames - last);
+    Workload work = sim::simulation_work(preset.parameters, double(done.steps + done.retries - before), frames - last,
+                                         double(sim->pressure_iterations()));
     if (statistics.wanted())
         work.add("sim_sample_cell", double(statistics.samples()) * double(preset.parameters.lattice.cells()));
     app.add_work(work);
@@ -172,6 +173,7 @@ void simulate(app::App& app, const app::Options& o, const app::Run& run)
                               {"frames", frames + 1},
                               {"steps", sim->budget().steps},
                               {"samples", statistics.samples()},
+                              {"pressure_iterations", sim->pressure_iterations()},
                               {"field_bytes", sim->bytes()}};
 }
 

@@ -193,11 +193,26 @@ void declare_air(App& app, Options& o)
     air.keep("patch", app.add_option("--patch", o.patches,
                                      "x,y,radius,heat,moisture[,dye[,fuel]]: a round patch of floor in place of the "
                                      "preset's, positions from the box's corner [m]; repeat for more"));
+    air.keep(
+        "source",
+        app.add_option("--source", o.sources,
+                       "what gives to the air or takes from it; repeat for another. A shape in the world of the "
+                       "files [m]: 'sphere; at=x,y,z; radius=R', 'box; from=x,y,z; to=x,y,z', or a .vdb: a level "
+                       "set, or a fog volume whose values are factors (grid=NAME; numbered files: every=TIME). Then "
+                       "rates heat=K/s, water=1/s, dye=1/s, fuel=1/s, below 0 for a sink; or velocity=x,y,z or "
+                       "temperature=K with rate=1/s, to which air returns; and start=TIME, end=TIME, ramp=TIME")
+            .type_name("SOURCE"));
+    air.keep("collider",
+             app.add_option("--collider", o.colliders,
+                            "a body that air flows around; repeat for another. In the world of the files [m]: 'sphere; "
+                            "at=x,y,z; radius=R', 'box; from=x,y,z; to=x,y,z', 'plane; at=x,y,z; up=x,y,z', or a .vdb "
+                            "with a level set, such as fractalgen --mountain writes")
+                 .type_name("BODY"));
     air.keep("bubble", app.add_option("--bubble", o.bubbles,
                                       "x,y,z,radius,height,kelvin,water[,dye]: a round place in the first air in "
                                       "place of the preset's; repeat for more"));
     air.keep("no-forcing", app.add_flag("--no-forcing", o.no_forcing,
-                                        "leaves out patches, bubbles, fluxes, surface and large-scale "
+                                        "leaves out patches, bubbles, sources, fluxes, surface and large-scale "
                                         "forcing of the preset"));
     air.settings(sim::noise_settings());
     air.keep("seed", app.add_option("--seed", o.seed, "seed of the noise, a whole number; else the preset's"));
@@ -265,7 +280,7 @@ void declare(App& app, Options& o)
     declare_air(app, o);
     declare_constants(app, o);
     declare_numerics(app, o);
-    app.reads_grids({o.option.at("init"), o.option.at("floor-map")});
+    app.reads_grids({o.option.at("init"), o.option.at("floor-map"), o.option.at("source"), o.option.at("collider")});
     app.examples(
         {{"a small cumulus of ten minutes, a frame each minute, and the picture of the last",
           "cloudsim --cells 32 --minutes 10 --every 1min -o cumulus.%02d.vdb && render cumulus.10.vdb "

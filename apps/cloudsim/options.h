@@ -24,7 +24,7 @@ struct Options {
     std::optional<double> smoke_extinction;
     int first_frame = 0, checkpoint_every = 10;
     std::string cells, spacing, sides, wind, shear, frame_velocity;
-    std::vector<std::string> patches, bubbles;
+    std::vector<std::string> patches, bubbles, sources, colliders;
     bool no_forcing = false;
     std::string seed;
     /// One function for each option: applies the option, if given, to the preset's parameters. In order of declaration.

@@ -1,6 +1,7 @@
 // From options to a run: the preset, what was given, and which of it has no effect.
 #include "frames.h"
 #include "options.h"
+#include "shapes.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/file/text.h"
@@ -314,7 +315,7 @@ Run resolve(App& app, const Options& o)
     set_box(o, p);
     if (o.no_forcing) {
         p.floor = {}, p.surface = {}, p.large_scale = {}, p.coriolis = 0;
-        p.bubbles.clear();
+        p.bubbles.clear(), p.sources.clear();
     }
     for (const auto& set : o.overrides) set(p);
     if (o.huge_dt) p.time_scheme = sim::TimeScheme::HugeStep;
@@ -337,6 +338,8 @@ Run resolve(App& app, const Options& o)
     if (frames > 1e6) throw UsageError("--every: expected at most a million frames");
     run.frames = int(std::ceil(frames - 1e-9));
     run.sequence = bool(FramePattern::in("--output", o.output));
+    p.colliders = colliders_of(app, o, p.lattice);
+    if (!o.sources.empty()) p.sources = sources_of(app, o, p.lattice);
     if (!o.floor_map.empty()) p.floor.map = read_floor_map(app, o.floor_map, p.lattice, o.up);
     return run;
 }

@@ -2,7 +2,7 @@
 
 #include "inputs.h"
 #include "nearest.h"
-#include "sky_options.h"
+#include "option_words.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
@@ -14,85 +14,7 @@ namespace vdbcloud::app {
 
 namespace {
 
-std::string trimmed(const std::string& text)
-{
-    const auto first = text.find_first_not_of(" \t"), last = text.find_last_not_of(" \t");
-    return first == std::string::npos ? "" : text.substr(first, last - first + 1);
-}
-
-/// One --solid, word by word. Each word has to be asked for once, else it has no effect and is refused.
-class Words {
-public:
-    explicit Words(const std::string& text) : text_(text)
-    {
-        for (const std::string& part : split(text, ';')) {
-            const std::string word = trimmed(part);
-            if (!word.empty()) left_.push_back(word);
-        }
-        if (left_.empty()) refuse("it is empty");
-        shape = left_.front();
-        left_.erase(left_.begin());
-    }
-    std::string shape;
-
-    bool has(const std::string& word)
-    {
-        const auto at = std::find(left_.begin(), left_.end(), word);
-        if (at == left_.end()) return false;
-        left_.erase(at);
-        return true;
-    }
-    /// The text behind KEY=; empty if the key is not there.
-    std::string value(const std::string& key)
-    {
-        for (size_t n = 0; n < left_.size(); ++n)
-            if (const auto sign = left_[n].find('=');
-                sign != std::string::npos && trimmed(left_[n].substr(0, sign)) == key) {
-                const std::string out = trimmed(left_[n].substr(sign + 1));
-                left_.erase(left_.begin() + std::ptrdiff_t(n));
-                if (out.empty()) refuse("'" + key + "=' has no value");
-                return out;
-            }
-        return "";
-    }
-    Vec3d place(const std::string& key, const std::optional<Vec3d>& otherwise)
-    {
-        const std::string text = value(key);
-        if (text.empty() && otherwise) return *otherwise;
-        const auto c = numbers(text);
-        if (!c || c->size() != 3) refuse("'" + key + "=" + text + "': expected x,y,z");
-        return {(*c)[0], (*c)[1], (*c)[2]};
-    }
-    double size(const std::string& key, const std::optional<double>& otherwise)
-    {
-        const std::string text = value(key);
-        if (text.empty() && otherwise) return *otherwise;
-        const auto x = number(text);
-        if (!x) refuse("'" + key + "=" + text + "': expected a number");
-        return *x;
-    }
-    Vec3d colour(const std::string& key, const Vec3d& otherwise)
-    {
-        const std::string text = value(key);
-        return text.empty() ? otherwise : colour_asked(context() + key, text, "one number or r,g,b");
-    }
-    /// Throws for words that nothing has asked for. `known`: all that there are, for this shape.
-    void finish(const std::vector<std::string>& known) const
-    {
-        if (left_.empty()) return;
-        std::string list;
-        for (const std::string& word : known) list += (list.empty() ? "" : ", ") + word;
-        refuse("'" + left_.front() + "': expected each of " + list + " once at most");
-    }
-    [[noreturn]] void refuse(const std::string& why) const { throw UsageError(context() + why); }
-
-private:
-    std::string context() const { return "--solid '" + printable(text_) + "': "; }
-    std::string text_;
-    std::vector<std::string> left_;
-};
-
-Material material_of(Words& words, std::vector<std::string>& known, const Material& otherwise)
+Material material_of(OptionWords& words, std::vector<std::string>& known, const Material& otherwise)
 {
     Material m = otherwise;
     int finishes = 0;
@@ -133,7 +55,7 @@ std::vector<Solid> solids_of_file(App& app, const std::string& path)
 
 std::vector<Solid> parsed(App& app, const std::string& text, const Vec3d& up)
 {
-    Words words(text);
+    OptionWords words("--solid", text);
     std::vector<std::string> known;
     std::vector<Solid> solids;
     const auto made = [&](Solid solid) {
@@ -147,22 +69,7 @@ std::vector<Solid> parsed(App& app, const std::string& text, const Vec3d& up)
         solids.push_back(std::move(solid));
         return solids;
     };
-    if (words.shape == "plane") {
-        known = {"at=x,y,z", "up=x,y,z"};
-        const Vec3d at = words.place("at", Vec3d(0.0)), normal = words.place("up", up);
-        if (!(normal.length() > 0)) words.refuse("'up': expected a direction");
-        return made(make_plane(at, normal));
-    }
-    if (words.shape == "sphere") {
-        known = {"at=x,y,z", "radius=LENGTH"};
-        const Vec3d at = words.place("at", Vec3d(0.0));
-        return made(make_ball(at, words.size("radius", std::nullopt)));
-    }
-    if (words.shape == "box") {
-        known = {"from=x,y,z", "to=x,y,z"};
-        const Vec3d from = words.place("from", std::nullopt);
-        return made(make_box(from, words.place("to", std::nullopt)));
-    }
+    if (const auto solid = plain_solid(words, up, known)) return made(*solid);
     const auto ends = [&](const std::string& end) {
         return words.shape.size() >= end.size() &&
                words.shape.compare(words.shape.size() - end.size(), end.size(), end) == 0;
@@ -170,7 +77,7 @@ std::vector<Solid> parsed(App& app, const std::string& text, const Vec3d& up)
     if (!ends(".vdb")) words.refuse("'" + words.shape + "': expected plane, sphere, box, or the path of a .vdb");
     solids = solids_of_file(app, words.shape);
     for (Solid& solid : solids) {
-        Words again(text);
+        OptionWords again("--solid", text);
         solid.material = material_of(again, known, solid.material);
         again.finish(known);
     }
@@ -178,6 +85,27 @@ std::vector<Solid> parsed(App& app, const std::string& text, const Vec3d& up)
 }
 
 }  // namespace
+
+std::optional<Solid> plain_solid(OptionWords& words, const Vec3d& up, std::vector<std::string>& known)
+{
+    if (words.shape == "plane") {
+        known = {"at=x,y,z", "up=x,y,z"};
+        const Vec3d at = words.place("at", Vec3d(0.0)), normal = words.place("up", up);
+        if (!(normal.length() > 0)) words.refuse("'up': expected a direction");
+        return make_plane(at, normal);
+    }
+    if (words.shape == "sphere") {
+        known = {"at=x,y,z", "radius=LENGTH"};
+        const Vec3d at = words.place("at", Vec3d(0.0));
+        return make_ball(at, words.size("radius", std::nullopt));
+    }
+    if (words.shape == "box") {
+        known = {"from=x,y,z", "to=x,y,z"};
+        const Vec3d from = words.place("from", std::nullopt);
+        return make_box(from, words.place("to", std::nullopt));
+    }
+    return std::nullopt;
+}
 
 void declare_solids(App& app, SolidOptions& o, const std::string& group)
 {

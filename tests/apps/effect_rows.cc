@@ -152,6 +152,8 @@ const std::vector<ToolEffects>& tool_effects()
              {"--subsidence-of-wind off", S::Values, "--forcing rico --wind 5,0", ""},
              {"--floor-map map.pgm", S::Values, "--heat-flux 1", "--no-forcing"},
              {"--patch 2000,2000,900,1,0", S::Values, "", "", true},
+             {"--source sphere;at=0,900,0;radius=900;heat=1", S::Values, "", "", true},
+             {"--collider sphere;at=0,900,0;radius=900", S::Values, "--wind 5,0", "", true},
              {"--bubble 2000,2000,1200,900,700,1,5e-3", S::Values, "", "", true},
              {"--no-forcing", S::Values, "", "", true},
              {"--noise 1", S::Values, "", "", true},

@@ -44,6 +44,8 @@ row "one cell wide, ten times as long"
 shape=$n
 row "dye on" --dye on
 row "rain on" --rain on
+row "sources on" --source 'sphere; at=0,900,0; radius=500; heat=1e-4'
+row "a collider" --collider 'sphere; at=0,900,0; radius=500'
 row "friction on" --friction-time 1000
 row "viscosity and diffusion on" --viscosity 1 --diffusivity 1
 row "sub-grid mixing on" --subgrid on

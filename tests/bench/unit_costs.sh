@@ -69,6 +69,7 @@ for cells in 8 16 32 48; do run cloudsim "${simulation[@]}" --every 60s --cells 
 run cloudsim "${simulation[@]}" --every 2s --cells 32 -o f.%d.vdb
 run cloudsim "${simulation[@]}" --every 60s --cells 32 --precision double -o f.%d.vdb
 run cloudsim "${simulation[@]}" --every 60s --cells 32 --rain on --dye on --subgrid on -o f.%d.vdb
+for cells in 24 32; do run cloudsim "${simulation[@]}" --every 60s --cells $cells --collider 'sphere; at=0,600,0; radius=500' -o f.%d.vdb; done
 for cells in 16 32; do run cloudsim "${simulation[@]}" --every 60s --cells $cells --huge-dt --dt 4 -o f.%d.vdb; done
 
 for n in 100 400; do

@@ -1,4 +1,6 @@
 // What a run is: every value that users can set is in its record, and differences are refused or noted.
+#include "shapes.h"
+
 #include "vdbcloud/sim/run_record.h"
 
 #include "vdbcloud/core/error.h"
@@ -81,12 +83,20 @@ TEST(RunRecord, HoldsWhatNoSettingHolds)
         {"momentum_scheme", false, [](Choice& r) { r.p.momentum_scheme = MomentumScheme::Upwind; }},
         {"maccormack", false, [](Choice& r) { r.p.maccormack = true; }},
         {"fix_budget", false, [](Choice& r) { r.p.fix_budget = true; }},
+        {"collider", false,
+         [](Choice& r) {
+             r.p.colliders.push_back(test::ball({0, 0, 0}, 1));
+         }},
         {"frame_velocity", false,
          [](Choice& r) {
              r.p.frame = {1, 2};
          }},
         {"saturation", false, [](Choice& r) { r.p.moist.by = SaturationBy::Height; }},
         {"patch", true, [](Choice& r) { r.p.floor.patches.push_back({}); }},
+        {"source", true,
+         [](Choice& r) {
+             r.p.sources.push_back({test::ball({0, 0, 0}, 1)});
+         }},
         {"floor_map_digest", true,
          [](Choice& r) {
              r.p.floor.map = {1, 2};

@@ -16,6 +16,7 @@ Air<T>::Air(const Parameters& p, const Column& c, const Thermodynamics& t)
         for (int i = 0; i < (p.momentum ? state_arrays(p) : 1); ++i) wind[axis].a[size_t(i)] = Field<T>(lattice);
     }
     if (p.buoyancy || p.moisture) allocate(theta, Quantity::Theta);
+    if (!p.colliders.empty()) bodies = Openness<T>(p);
     fastest_rate = sim::fastest_rate(p);
     for (const Effect& effect : effects())
         if (effect.on(p)) effect.terms.add(*this);

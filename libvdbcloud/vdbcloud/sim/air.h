@@ -1,5 +1,6 @@
 #pragma once
 // The state of a run in one precision, and the terms that act on it. Private to sim/: effects register here.
+#include "vdbcloud/sim/openness.h"
 #include "vdbcloud/sim/parallel.h"
 #include "vdbcloud/sim/projection.h"
 #include "vdbcloud/sim/relaxation.h"
@@ -30,6 +31,10 @@ struct Variable {
     std::vector<Term> floor;
     /// Sources of a row: whatever is not the divergence of a flux through faces.
     std::vector<Term> terms;
+    /// Rates below 0 that take no more than there is, as terms.
+    std::vector<Term> sinks;
+    /// Changes the row (j, k) at the end of a step of length dt [s], before the projection.
+    std::vector<std::function<void(double dt, int j, int k, T* row)>> holds;
     /// Terms that mix and so limit an explicit step: see Effect::fastest_rate.
     std::vector<Term> stiff;
     /// Return to the environment, which limits no step.
@@ -52,7 +57,10 @@ struct Variable {
         for (const Term& term : terms) term(in, j, k, out);
     }
     /// Whether anything changes it beside transport.
-    bool has_sources() const { return !floor.empty() || !terms.empty() || !stiff.empty(); }
+    bool has_sources() const
+    {
+        return !floor.empty() || !terms.empty() || !sinks.empty() || !holds.empty() || !stiff.empty();
+    }
 };
 
 template<typename T>
@@ -66,6 +74,7 @@ struct Air {
     const Thermodynamics& thermo;
     const Lattice lattice;
     const BaseDensity rho;
+    Openness<T> bodies;  ///< empty without colliders
 
     std::array<Variable<T>, 3> wind;
     Variable<T> theta, water, rain, dye, fuel;
@@ -77,6 +86,7 @@ struct Air {
     // What effects register.
     std::vector<std::function<void(int in)>> before_stage;   ///< with the arrays that the stage reads
     std::vector<std::function<void(double dt)>> after_step;  ///< on the arrays 0
+    std::vector<double> step_ends;                           ///< times that steps do not pass [s]
     double friction_time = never;                            ///< of the drag -V/t, taken as an integrating factor [s]
     double fastest_rate = 0;                                 ///< of explicit mixing [1/s]
     const Field<T>* eddy_viscosity = nullptr;                ///< [m^2/s], where sub-grid mixing is on
@@ -101,6 +111,12 @@ struct Air {
     double reference(Quantity) const;
     /// The index of the wind's arrays that belong to the scalars' arrays `at`: a given wind has one.
     size_t wind_at(int at) const { return parameters.momentum ? size_t(at) : 0; }
+    /// What carries air through the lower faces of an axis, beside the scalars' arrays `at`: the wind, or its open
+    /// share, which is that of the present state.
+    const Field<T>& carrier(int axis, int at) const
+    {
+        return bodies ? bodies.flux[size_t(axis)] : wind[size_t(axis)].a[wind_at(at)];
+    }
     /// Columns and rows that are computed: faces on open sides have one more than cells.
     int width(const Variable<T>& v) const { return v.place == Place::FaceX ? lattice.faces(0) : lattice.n[0]; }
     int rows(const Variable<T>& v) const { return v.place == Place::FaceY ? lattice.faces(1) : lattice.n[1]; }

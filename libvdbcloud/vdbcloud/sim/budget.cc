@@ -176,19 +176,28 @@ Budget Model<T>::budget() const
         double h = never;
         for (const int d : {0, 1, 2})
             if (!air_.lattice.flat(d)) h = std::min(h, air_.lattice.h[size_t(d)]);
-        double windiest = 0;  // relaxation may push it against walls, where the pressure stops it
-        for (size_t k = 0; k < column_.u.size(); ++k)
-            windiest = std::max({windiest, std::abs(column_.u[k]), std::abs(column_.v[k])});
-        b.divergence = pressure_->max_divergence(air_.wind[0].a[0], air_.wind[1].a[0], air_.wind[2].a[0]) * h /
-                       std::max({b.speed_max, windiest, 0.1});  // air at rest has round-off only
+        b.divergence = pressure_->max_divergence(air_.carrier(0, 0), air_.carrier(1, 0), air_.carrier(2, 0)) * h /
+                       std::max(b.speed_max, windiest());
     }
     b.fault = fault_in(b);
     return b;
 }
 
+/// The largest wind of the environment, which relaxation may push against walls, where the pressure stops it; at least
+/// 0.1 m/s, as air at rest has round-off only.
+template<typename T>
+double Model<T>::windiest() const
+{
+    double most = 0.1;
+    for (size_t k = 0; k < column_.u.size(); ++k)
+        most = std::max({most, std::abs(column_.u[k]), std::abs(column_.v[k])});
+    return most;
+}
+
 #define VDBCLOUD_BUDGET(T)                                                                                             \
     template void Model<T>::name_bad_cell() const;                                                                     \
     template Extent Model<T>::extent(const Variable<T>&) const;                                                        \
+    template double Model<T>::windiest() const;                                                                        \
     template Budget Model<T>::budget() const;
 VDBCLOUD_BUDGET(float)
 VDBCLOUD_BUDGET(double)

@@ -49,6 +49,7 @@ void Model<T>::set(Quantity q, const std::vector<double>& values, const std::str
 template<typename T>
 void Model<T>::start()
 {
+    clear_bodies();
     if (parameters_.momentum) project(0);
     finish_state(0);
     take_courant(0);

@@ -24,6 +24,7 @@ Model<T>::Model(const Parameters& p, const Sounding& s) : Simulation(p, s), air_
 {
     drain_ = Field<T>(air_.lattice);
     if (p.momentum) pressure_.emplace(air_.lattice, air_.rho);
+    if (air_.bodies) obstacles_.emplace(air_.lattice, air_.rho, *pressure_, air_.bodies);
     set_initial_air();
 }
 
@@ -78,8 +79,7 @@ template<typename T>
 void Model<T>::take_courant(int at)
 {
     const auto [nx, ny, nz] = air_.lattice.n;
-    const size_t now = air_.wind_at(at);
-    const Field<T>&u = air_.wind[0].a[now], &v = air_.wind[1].a[now], &w = air_.wind[2].a[now];
+    const Field<T>&u = air_.carrier(0, at), &v = air_.carrier(1, at), &w = air_.carrier(2, at);
     std::vector<double> rate(size_t(nz), 0.0);
     const Continuation<T> beyond(air_.lattice, Place::Centre, 1);  // fluxes read one cell beside their row
     for_chunks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
@@ -125,7 +125,7 @@ void Model<T>::find_buoyancy(int at)
 template<typename T>
 void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double dt)
 {
-    const size_t in = size_t(stage.in), now = air_.wind_at(stage.in);
+    const size_t in = size_t(stage.in);
     const Field<T>& q = variable.a[in];
     // Rounding takes values near 0 below it by their last bits: the stage raises these to 0.
     const double least = -air_.reference(variable.quantity),
@@ -138,7 +138,7 @@ void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double 
     const bool open_y = air_.lattice.side[1] == Side::Open && !air_.lattice.flat(1);
 
     const auto flux = [&](int axis, int j, int k, T* out, int n) {
-        const ScalarFlux<T> f{air_.wind[size_t(axis)].a[now].row(j, k), q.row(j, k), drain_.row(j, k), inv_tau,
+        const ScalarFlux<T> f{air_.carrier(axis, stage.in).row(j, k), q.row(j, k), drain_.row(j, k), inv_tau,
                               q.stride(axis)};
         scalar_flux(parameters_.scalar_scheme, f, out, n);
     };
@@ -149,6 +149,7 @@ void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double 
     };
     const ColumnFactors factors(variable.relaxation, stage, dt);
     const Continuation<T> beyond(air_.lattice, Place::Centre);
+    const bool last = &stage == &stages(parameters_.time_scheme).back();
     const StageWeights plain{1 - s.alpha - s.beta, s.alpha, s.beta, s.beta * s.tau, 0};
     const auto sink = [&, nx = nx, ny = ny](int j, int k, T* tendency, const FluxRows<T>& rows) {
         const StageRows<T> row{variable.a[size_t(stage.out)].row(j, k), variable.a[0].row(j, k),
@@ -160,6 +161,7 @@ void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double 
             for (const auto& term : variable.stiff) term(stage.in, j, k, source);
             double sum = 0;
             for (int i = 0; i < nx; ++i) sum += double(source[i]), tendency[i] += source[i];
+            if (!variable.sinks.empty()) sum += take_out(variable, stage.in, j, k, {row.x, s.least, s.tau}, tendency);
             if (open_x) sum -= double(rows.cx) * (double(rows.x[nx]) - double(rows.x[0]));
             if (open_y && j == 0)
                 for (int i = 0; i < nx; ++i) sum += double(rows.cy) * double(rows.y0[i]);
@@ -171,6 +173,9 @@ void Model<T>::advance_scalar(Variable<T>& variable, const Stage& stage, double 
             variable.row_source[size_t(k) * size_t(ny) + size_t(j)] = sum * air_.rho.centre[size_t(k)];
         }
         scalar_stage(row, s, nx);
+        if (last && !variable.holds.empty())
+            variable.row_source[size_t(k) * size_t(ny) + size_t(j)] +=
+                hold(variable, dt, j, k, row.out, nx) * air_.rho.centre[size_t(k)] / (stage.weight * dt);
         // What leads back to 0 rounds as the fluxes that it outweighs do.
         if (!factors.none() && tiny > 0)
             for (int i = 0; i < nx; ++i)
@@ -204,10 +209,10 @@ void Model<T>::advance_velocity(int axis, const Stage& stage, double dt)
                  level_means(air_.lattice, variable.a[size_t(stage.x1)]),
                  level_means(air_.lattice, q),
                  {}};
-    const bool vertical = axis == 2;
+    const bool vertical = axis == 2, last = &stage == &timed.all.back();
 
     const auto flux = [&](int d, int j, int k, T* out, int n) {
-        const Field<T>& carrier = air_.wind[size_t(d)].a[in];
+        const Field<T>& carrier = air_.carrier(d, stage.in);
         const T* b = carrier.row(j, k);
         // Mean of the two mass fluxes beside the edge or centre; weights matter in an anelastic base state only.
         double wa = 0.5, wb = 0.5;
@@ -237,12 +242,13 @@ void Model<T>::advance_velocity(int axis, const Stage& stage, double dt)
         const StageRows<T> row{variable.a[size_t(stage.out)].row(j, k), variable.a[0].row(j, k),
                                variable.a[size_t(stage.x1)].row(j, k), q.row(j, k), tendency};
         const MomentumStage& s = levels[size_t(k)];
-        if (columns.none()) return momentum_stage(row, s, width);
         T kept[4097];  // `out` may be an input
-        columns.row(j, k, row, kept, width);
+        if (!columns.none()) columns.row(j, k, row, kept, width);
         momentum_stage(row, s, width);
-        for (int i = 0; i < width; ++i)
-            if (columns.acts(size_t(j) * size_t(width) + size_t(i))) row.out[i] = kept[i];
+        if (!columns.none())
+            for (int i = 0; i < width; ++i)
+                if (columns.acts(size_t(j) * size_t(width) + size_t(i))) row.out[i] = kept[i];
+        if (last && !variable.holds.empty()) hold(variable, dt, j, k, row.out, width);
     };
     for_flux_rows<T>({width, rows, vertical ? 1 : 0, air_.lattice.n[2], !air_.lattice.flat(0), !air_.lattice.flat(1),
                       !air_.lattice.flat(2)},
@@ -276,7 +282,16 @@ template<typename T>
 void Model<T>::project(int at)
 {
     const size_t a = size_t(at);
-    pressure_->project(air_.wind[0].a[a], air_.wind[1].a[a], air_.wind[2].a[a]);
+    Field<T>&u = air_.wind[0].a[a], &v = air_.wind[1].a[a], &w = air_.wind[2].a[a];
+    obstacles_ ? obstacles_->project(u, v, w, windiest()) : pressure_->project(u, v, w);
+}
+
+/// Where bodies are, what carries air through faces follows from the wind in the arrays `at`.
+template<typename T>
+void Model<T>::find_flux(int at)
+{
+    const size_t a = size_t(at);
+    if (obstacles_) obstacles_->set_flux(air_.wind[0].a[a], air_.wind[1].a[a], air_.wind[2].a[a]);
 }
 
 /// Applies the effects that act between steps to the arrays 0.
@@ -298,6 +313,7 @@ bool Model<T>::step(double dt)
         if (stage.tau * dt * rate_ > 1) {  // never in the first stage: dt was chosen for it
             size_t i = 0;
             for (Variable<T>* v : air_.scalars()) v->sources = accounts[i][0], v->turnover = accounts[i++][1];
+            find_flux(0);
             take_courant(0);
             return false;
         }
@@ -320,37 +336,6 @@ bool Model<T>::step(double dt)
 }
 
 template<typename T>
-double Model<T>::stratification() const
-{
-    if (!air_.theta || !parameters_.buoyancy || air_.lattice.n[2] < 2) return 0;
-    const auto [nx, ny, nz] = air_.lattice.n;
-    const bool hot = parameters_.moist.hot;
-    const T theta0 = T(parameters_.constants.theta0), from = T(air_.reference(Quantity::Theta));
-    const double steepest = reduce_planes(
-        nz - 1, 0.0,
-        [&, nx = nx, ny = ny](int k) {
-            T most[16] = {};
-            for (int j = 0; j < ny; ++j) {
-                const T *a = air_.theta.a[0].row(j, k), *b = air_.theta.a[0].row(j, k + 1);
-                for (int i = 0; i < nx; ++i) {
-                    const T d =
-                        hot ? theta0 * std::abs(b[i] - a[i]) / (std::min(a[i], b[i]) + from) : std::abs(b[i] - a[i]);
-                    most[i & 15] = d > most[i & 15] ? d : most[i & 15];
-                }
-            }
-            return double(*std::max_element(most, most + 16));
-        },
-        [](double a, double b) { return std::max(a, b); });
-    return std::sqrt(parameters_.constants.g / parameters_.constants.theta0 * steepest / air_.lattice.h[2]);
-}
-
-template<typename T>
-double Model<T>::step_limit() const
-{
-    return sim::step_limit(parameters_, rate_, stratification());
-}
-
-template<typename T>
 void Model<T>::advance_to(double end, const Progress& progress)
 {
     if (!started_) start();
@@ -360,7 +345,11 @@ void Model<T>::advance_to(double end, const Progress& progress)
         report(progress, (air_.time - begin) / (end - begin));
         // A step ends where the fluxes through the floor do, so that it has them wholly or not at all.
         const bool cut = air_.floor_has_fluxes() && parameters_.floor.until < end - 1e-9 * std::max(1.0, end);
-        const double stop = cut ? parameters_.floor.until : end, left = stop - air_.time;
+        double stop = cut ? parameters_.floor.until : end;
+        const double just = 1e-9 * std::max(1.0, end);
+        for (const double edge : air_.step_ends)
+            if (edge > air_.time + just && edge < stop - just) stop = edge;
+        const double left = stop - air_.time;
         if (parameters_.time_scheme == TimeScheme::HugeStep) {
             const double asked = parameters_.dt > 0 ? parameters_.dt : left;
             const double count = std::max(1.0, std::ceil(left / asked - 1e-9));

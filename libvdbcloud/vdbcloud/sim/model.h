@@ -2,6 +2,7 @@
 // The simulation in one precision: how a step is made of stages. Private to sim/.
 #include "vdbcloud/sim/air.h"
 #include "vdbcloud/sim/flux_rows.h"
+#include "vdbcloud/sim/obstacle_solve.h"
 #include "vdbcloud/sim/stages.h"
 
 #include <optional>
@@ -18,6 +19,7 @@ public:
     Budget budget() const override;
     double step_limit() const override;
     size_t bytes() const override;
+    uint64_t pressure_iterations() const override { return obstacles_ ? obstacles_->iterations() : 0; }
     bool has(Quantity) const override;
     void get_plane(Quantity, int k, double* out) const override;
     void get_cloud_plane(int k, double* out) const override;
@@ -42,6 +44,8 @@ private:
     // model.cc
     bool step(double dt);
     void project(int at);
+    void find_flux(int at);
+    void clear_bodies();
     void finish_state(int at);
     void finish_scalars(int at, bool rows);
     void finish_stage(int at);
@@ -49,10 +53,17 @@ private:
     void take_courant(int at);
     void find_buoyancy(int at);
     void advance_scalar(Variable<T>&, const Stage&, double dt);
+    struct Stock {
+        const T* x;
+        double least, tau;
+    };
+    double take_out(const Variable<T>&, int in, int j, int k, const Stock&, T* tendency);
+    double hold(const Variable<T>&, double dt, int j, int k, T* row, int n);
     void advance_velocity(int axis, const Stage&, double dt);
     void relax_means(Variable<T>&, const TimedStage&, LevelMeans&);
     void huge_relaxation(Variable<T>&, double dt);
     double stratification() const;
+    double windiest() const;
 
     // semi_lagrangian.cc
     void huge_step(double dt);
@@ -64,6 +75,7 @@ private:
     Air<T> air_;
     Field<T> drain_;  // time in which the outflow empties a cell [s]
     std::optional<Projection<T>> pressure_;
+    std::optional<ObstacleSolve<T>> obstacles_;
     double rate_ = 0;  // largest Courant rate [1/s]
     uint64_t steps_ = 0, retries_ = 0;
     double water_corrected_ = 0;

@@ -2,6 +2,7 @@
 // The parameters of a simulation: SI units, z up, x and y along the floor, the origin at a lower corner.
 #include "vdbcloud/sim/field.h"
 #include "vdbcloud/sim/rows.h"
+#include "vdbcloud/sim/shape.h"
 #include "vdbcloud/sim/thermodynamics.h"
 
 #include <array>
@@ -126,6 +127,8 @@ struct Parameters {
     Surface surface;
     LargeScale large_scale;
     double coriolis = 0;  ///< Coriolis parameter f [1/s]
+    std::vector<FieldSource> sources;
+    std::vector<std::shared_ptr<const Shape>> colliders;  ///< bodies that air flows around
     std::vector<Bubble> bubbles;
     Noise noise;
 
@@ -200,7 +203,7 @@ namespace effect {
 Effect momentum(), buoyancy(), moisture(), latent_heat(), vapour(), loading(), anelastic(), dye(), rain(), friction(),
     floor_fluxes(), surface_stress(), surface_exchange(), viscosity(), diffusion(), subgrid(), radiation(),
     subsidence(), coriolis(), large_scale_tendencies(), sponge(), wind_relaxation(), side_relaxation(), moving_frame(),
-    hot_buoyancy(), combustion(), cooling();
+    hot_buoyancy(), combustion(), cooling(), sources(), colliders();
 }
 
 /// The effects, in the order in which their terms are added, which results depend on in their last bits. A new effect
@@ -233,6 +236,8 @@ inline constexpr EffectMaker effect_table[] = {
     effect::moving_frame,
     effect::hot_buoyancy,
     effect::cooling,
+    effect::sources,
+    effect::colliders,
 };
 
 }  // namespace vdbcloud::sim

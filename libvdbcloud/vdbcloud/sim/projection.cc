@@ -187,6 +187,34 @@ void Projection<T>::correct_plane(Field<T>& u, Field<T>& v, Field<T>& w, int k)
 }
 
 template<typename T>
+void Projection<T>::solve()
+{
+    const auto [nx, ny, nz] = lattice_.n;
+    const T scale = T(transform_.scale());
+    for_chunks(nz, plane_grain(nz), [&, nx = nx, ny = ny](int k0, int k1) {
+        for (int k = k0; k < k1; ++k) {
+            for (int j = 0; j < ny; ++j) {
+                T* row = phi_.row(j, k);
+                for (int i = 0; i < nx; ++i) row[i] *= scale;
+            }
+            transform_.forward(phi_.plane(k));
+        }
+    });
+    solve_modes();
+}
+
+template<typename T>
+void Projection<T>::solve_modes()
+{
+    for_chunks(transform_.modes_y(), plane_grain(transform_.modes_y()), [&](int j0, int j1) {
+        for (int j = j0; j < j1; ++j) solve_columns(j);
+    });
+    for_chunks(lattice_.n[2], plane_grain(lattice_.n[2]), [&](int k0, int k1) {
+        for (int k = k0; k < k1; ++k) transform_.backward(phi_.plane(k));
+    });
+}
+
+template<typename T>
 void Projection<T>::project(Field<T>& u, Field<T>& v, Field<T>& w)
 {
     const auto [nx, ny, nz] = lattice_.n;
@@ -205,12 +233,7 @@ void Projection<T>::project(Field<T>& u, Field<T>& v, Field<T>& w)
             transform_.forward(phi_.plane(k));
         }
     });
-    for_chunks(transform_.modes_y(), plane_grain(transform_.modes_y()), [&](int j0, int j1) {
-        for (int j = j0; j < j1; ++j) solve_columns(j);
-    });
-    for_chunks(nz, plane_grain(nz), [&](int k0, int k1) {
-        for (int k = k0; k < k1; ++k) transform_.backward(phi_.plane(k));
-    });
+    solve_modes();
     for_chunks(nz, plane_grain(nz), [&](int k0, int k1) {
         for (int k = k0; k < k1; ++k) {
             correct_plane(u, v, w, k);

@@ -53,6 +53,9 @@ public:
     /// One value a cell that callers may use between calls; project() overwrites it.
     Planes<T>& scratch() { return phi_; }
 
+    /// Solves div(rho grad phi) = d, with d in the scratch on entry and phi on exit.
+    void solve();
+
     /// Needs the faces that are computed, and fills the halos. Fields along flat axes may be empty.
     void project(Field<T>& u, Field<T>& v, Field<T>& w);
 
@@ -64,6 +67,7 @@ public:
 private:
     void divergence_row(const Field<T>& u, const Field<T>& v, const Field<T>& w, int j, int k, T* out) const;
     void solve_columns(int j);
+    void solve_modes();
     void correct_plane(Field<T>& u, Field<T>& v, Field<T>& w, int k);
 
     Lattice lattice_;

@@ -67,6 +67,9 @@ void describe_numerics(const Parameters& p, std::vector<RunValue>& list)
     fixed.word("scalar_scheme", scalar_scheme_words.word(p.scalar_scheme));
     fixed.word("momentum_scheme", momentum_scheme_words.word(p.momentum_scheme));
     fixed.flag("maccormack", p.maccormack), fixed.flag("fix_budget", p.fix_budget);
+    std::string colliders;
+    for (const auto& shape : p.colliders) colliders += (colliders.empty() ? "" : ";") + shape->identity();
+    fixed.word("collider", colliders.empty() ? "none" : colliders);
     fixed.numbers("frame_velocity", {p.frame[0], p.frame[1]});
     fixed.word("saturation", saturation_words.word(p.moist.by));
     for (const Setting& setting : numeric_settings()) free.setting(setting, p);
@@ -84,6 +87,14 @@ void describe_air(const Parameters& p, const Sounding& s, std::vector<RunValue>&
         if (f.fuel != 0) numbers.push_back(f.fuel);
         return numbers;
     });
+    std::string sources;
+    for (const FieldSource& f : p.sources) {
+        std::vector<double> numbers{f.heat, f.water, f.dye, f.fuel, f.from, f.until, f.ramp, f.rate};
+        if (f.has_velocity) numbers.insert(numbers.end(), f.velocity.begin(), f.velocity.end());
+        if (f.has_temperature) numbers.push_back(f.temperature);
+        sources += (sources.empty() ? "" : ";") + f.shape->identity() + "," + list_of(numbers);
+    }
+    free.word("source", sources.empty() ? "none" : sources);
     Digest map;
     map.add(p.floor.map.data(), p.floor.map.size() * sizeof(double));
     free.word("floor_map_digest", p.floor.map.empty() ? "none" : map.hex());

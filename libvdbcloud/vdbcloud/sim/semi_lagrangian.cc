@@ -155,6 +155,7 @@ void Model<T>::huge_sources(Variable<T>& v, double dt)
             for (const auto& term : v.stiff) term(0, j, k, source.data());
             for (T& rate : source) rate *= tame;
             v.add_sources(0, j, k, source.data());
+            for (const auto& sink : v.sinks) sink(0, j, k, source.data());
             T* out = v.a[1].row(j, k);
             for (int i = 0; i < width; ++i) {
                 const double was = double(out[i]), pushed = dt * double(source[size_t(i)]);
@@ -166,6 +167,7 @@ void Model<T>::huge_sources(Variable<T>& v, double dt)
                 out[i] = T(scalar && v.quantity != Quantity::Theta ? std::max(least, value) : value);
                 gained[size_t(k)] += (scalar ? value - was : pushed) * air_.rho.centre[size_t(k)];
             }
+            if (!v.holds.empty()) gained[size_t(k)] += hold(v, dt, j, k, out, width) * air_.rho.centre[size_t(k)];
         }
     });
     for (const double sum : gained) v.sources += sum, v.turnover += std::abs(sum);

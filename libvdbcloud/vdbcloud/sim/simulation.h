@@ -61,6 +61,8 @@ public:
     virtual double step_limit() const = 0;
     /// Bytes of all fields.
     virtual size_t bytes() const = 0;
+    /// Of the pressure around colliders, since this object was made; 0 without colliders.
+    virtual uint64_t pressure_iterations() const = 0;
 
     virtual bool has(Quantity) const = 0;
     /// The cells of one plane of constant height, x fastest; faces at the box's upper ends are not included.

@@ -33,7 +33,8 @@ bool Model<T>::has(Quantity q) const
 template<typename T>
 size_t Model<T>::bytes() const
 {
-    return air_.bytes() + drain_.bytes() + (pressure_ ? pressure_->bytes() : 0);
+    return air_.bytes() + drain_.bytes() + (pressure_ ? pressure_->bytes() : 0) +
+           (obstacles_ ? obstacles_->bytes() : 0);
 }
 
 template<typename T>
@@ -141,6 +142,7 @@ void Model<T>::restore(std::istream& in)
     }
     if (!in) throw InputError("checkpoint: the file ends too early");
     finish_state(0);
+    find_flux(0);
     take_courant(0);
     started_ = true;
 }

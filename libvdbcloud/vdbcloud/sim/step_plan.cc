@@ -126,13 +126,17 @@ double expected_steps(const Parameters& p, const Sounding& sounding, const std::
         from = std::max(from, to);
     };
     for (const double time : times) {
-        if (from < p.floor.until && p.floor.until < time) advance(p.floor.until);
+        std::vector<double> ends{p.floor.until};
+        for (const FieldSource& source : p.sources) ends.insert(ends.end(), {source.from, source.until});
+        std::sort(ends.begin(), ends.end());
+        for (const double end : ends)
+            if (from < end && end < time) advance(end);
         advance(time);
     }
     return steps;
 }
 
-Workload simulation_work(const Parameters& p, double steps, double frames)
+Workload simulation_work(const Parameters& p, double steps, double frames, std::optional<double> iterations)
 {
     Workload work;
     const auto cells = double(p.lattice.cells());
@@ -148,6 +152,9 @@ Workload simulation_work(const Parameters& p, double steps, double frames)
     const int effects = p.dye + p.rain + p.combustion.on + (p.cooling > 0) + p.subgrid + (p.viscosity > 0) +
                         (p.diffusivity > 0) + (p.radiation > 0);
     work.add("sim_effect_cell", stages * steps * cells * effects);
+    // Of a ball and of terrain alike; see tests/sim/collider_test.cc.
+    constexpr double usual = 12;
+    if (!p.colliders.empty()) work.add("sim_collider_cell", iterations.value_or(usual * stages * steps) * cells);
     return work;
 }
 

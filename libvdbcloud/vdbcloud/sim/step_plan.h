@@ -4,6 +4,7 @@
 #include "vdbcloud/sim/simulation.h"
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 namespace vdbcloud::sim {
@@ -14,7 +15,8 @@ namespace vdbcloud::sim {
 double expected_steps(const Parameters&, const Sounding&, const std::vector<double>& times,
                       const std::function<void(Simulation&)>& start = {});
 
-/// Events of data/unit_costs.txt of `steps` steps and `frames` frames.
-Workload simulation_work(const Parameters&, double steps, double frames);
+/// Events of data/unit_costs.txt of `steps` steps and `frames` frames. `iterations`: of the pressure around colliders,
+/// else as many as are usual.
+Workload simulation_work(const Parameters&, double steps, double frames, std::optional<double> iterations = {});
 
 }  // namespace vdbcloud::sim

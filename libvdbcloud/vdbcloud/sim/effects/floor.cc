@@ -86,9 +86,16 @@ void add(Air<T>& air)
         if (air.moves())
             air.before_stage.push_back(
                 [&air, kind, map](int) { *map = rates_of(air, kind, air.moved(air.stage_time)); });
-        v.floor.push_back([&air, nx = air.lattice.n[0], map](int, int j, int, T* out) {
+        auto& list = air.bodies ? v.terms : v.floor;
+        list.push_back([&air, nx = air.lattice.n[0], map](int, int j, int k, T* out) {
             if (map->empty() || !air.floor_has_fluxes()) return;
-            for (int i = 0; i < nx; ++i) out[i] += (*map)[size_t(j) * size_t(nx) + size_t(i)];
+            const size_t row = size_t(j) * size_t(nx);
+            const std::vector<int>& ground = air.bodies.ground;
+            if (ground.empty())
+                for (int i = 0; i < nx; ++i) out[i] += (*map)[row + size_t(i)];
+            const T lighter = T(air.rho.centre[0] / air.rho.centre[size_t(k)]);
+            for (int i = 0; i < nx && !ground.empty(); ++i)
+                if (ground[row + size_t(i)] == k) out[i] += lighter * (*map)[row + size_t(i)];
         });
     };
     heat(air.theta, {floor.heat, &Patch::heat});
