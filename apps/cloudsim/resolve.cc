@@ -96,14 +96,20 @@ void set_forcing(const Options& o, Parameters& p)
         throw UsageError("--seed " + o.seed + ": expected a whole number, 0 or above");
 }
 
+/// Whether an option names a file. A folder is none: a name of ours may be that of a folder, too.
+bool is_file(const std::string& path)
+{
+    std::error_code none;
+    return std::filesystem::exists(path, none) && !std::filesystem::is_directory(path, none);
+}
+
 /// A file, or a name of the compiled-in tables.
 void set_large_scale(const Options& o, sim::LargeScale& forcing)
 {
     if (o.forcing.empty()) return;
-    std::error_code none;
     const std::string name = o.forcing.substr(o.forcing.find_last_of('/') + 1);
     const bool carries_wind = forcing.carries_wind;
-    if (std::filesystem::exists(o.forcing, none))
+    if (is_file(o.forcing))
         forcing = sim::read_large_scale(name, read_text(o.forcing, most_table_bytes, "forcing"));
     else
         forcing = o.forcing == "none" ? sim::LargeScale() : sim::large_scale_named(o.forcing);
@@ -113,11 +119,9 @@ void set_large_scale(const Options& o, sim::LargeScale& forcing)
 void set_sounding(const Options& o, sim::Sounding& sounding)
 {
     if (!o.sounding.empty()) {
-        std::error_code none;
         const std::string name = o.sounding.substr(o.sounding.find_last_of('/') + 1);
-        sounding = std::filesystem::exists(o.sounding, none)
-                       ? sim::read_sounding(name, read_text(o.sounding, most_table_bytes, "sounding"))
-                       : sim::sounding_named(o.sounding);
+        sounding = is_file(o.sounding) ? sim::read_sounding(name, read_text(o.sounding, most_table_bytes, "sounding"))
+                                       : sim::sounding_named(o.sounding);
     }
     const auto pair = [](const char* option, const std::string& text) {
         return text.empty() ? std::vector<double>{0, 0} : list_of(option, text, 2, 2);

@@ -41,6 +41,18 @@ std::vector<std::map<std::string, double>> table(const std::string& text)
     return rows;
 }
 
+TEST(CloudsimForcing, FoldersDoNotHideNamesOfTables)
+{
+    const Scratch scratch;
+    RunOptions there;
+    there.folder = scratch / "";
+    const RunResult r = shell("mkdir bomex cumulus && cloudsim -q --cells 6 --minutes 0.1 --forcing bomex --sounding "
+                              "cumulus -o f.vdb",
+                              there);
+    EXPECT_EQ(r.status, 0) << r.err;
+    EXPECT_EQ(shell("mkdir other && cloudsim -q --cells 6 --forcing other -o f.vdb", there).status, 1);
+}
+
 TEST(CloudsimStatistics, ProfilesAreMeansOfTheirPeriods)
 {
     const Scratch scratch;

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include <cstring>
+#include <sstream>
 
 namespace vdbcloud::sim {
 namespace {
@@ -138,7 +138,7 @@ TEST(Statistics, SubgridFluxesAreThoseOfTheEddyViscosityAndTheSurface)
     EXPECT_NEAR(number(s, "friction_velocity"), 0.3, 1e-14);
 }
 
-TEST(Statistics, DependOnNoThreadsAndChangeNoBits)
+TEST(Statistics, DependOnNoThreadsAndChangeNoBitsAlsoAfterACheckpoint)
 {
     Parameters p = moist({12, 9, 20}, {1200, 900, 2000});
     p.precision = Precision::Float, p.buoyancy = p.subgrid = true, p.coriolis = 1e-3;
@@ -147,19 +147,25 @@ TEST(Statistics, DependOnNoThreadsAndChangeNoBits)
     p.large_scale.z = {0}, p.large_scale.w = {-0.05}, p.large_scale.theta = {-1e-4}, p.large_scale.water = {-1e-7};
     p.bubbles = {{{600, 450, 500}, 500, 400, 2, 9e-3, 0}};
     const Sounding air{"air", {0, 2000}, {300, 306}, {0.016, 0.008}, {5, 8}, {1, -1}, 0};
-    std::vector<double> w[3];
+    std::vector<double> w[4];
     std::vector<Sample> samples;
-    for (const int run : {0, 1, 2}) {
+    for (const int run : {0, 1, 2, 3}) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, run == 1 ? 1 : 2);
         auto sim = Simulation::make(p, air);
         for (int t = 30; t <= 120; t += 30) {
             sim->advance_to(t);
             if (run < 2) samples.push_back(sample_of(*sim));
+            if (run < 3 || t != 60) continue;
+            std::stringstream state;
+            sim->save(state);
+            sim = Simulation::make(p, air);
+            sim->restore(state);
         }
         w[run] = all(*sim, Quantity::W);
     }
     EXPECT_EQ(w[0], w[1]);
     EXPECT_EQ(w[0], w[2]);
+    EXPECT_EQ(w[0], w[3]);
     for (size_t n = 0; n < 4; ++n) {
         EXPECT_EQ(samples[n].profiles, samples[n + 4].profiles);
         EXPECT_EQ(samples[n].series, samples[n + 4].series);
