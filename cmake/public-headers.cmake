@@ -7,7 +7,7 @@ set(public_headers
     grid/registry.h grid/schema.h grid/select.h grid/sources.h grid/statistics.h grid/tree_size.h grid/up_axis.h
     voxels/box_medium.h voxels/cloud_table.h voxels/voxel_mean.h
     file/io.h file/table.h file/text.h
-    exchange/array_file.h exchange/cloud_field.h exchange/netcdf_tables.h exchange/particles.h exchange/property_file.h
+    exchange/array_file.h exchange/cloud_field.h exchange/export_netcdf.h exchange/nanovdb_file.h exchange/netcdf_tables.h exchange/particles.h exchange/property_file.h exchange/usd.h
     optics/automatic_extinction.h optics/joined_medium.h optics/medium.h optics/mixture.h optics/optical_depth.h optics/phase_function.h optics/solid_rays.h
     effects/effects.h
     scene/atmosphere.h scene/camera.h scene/colour.h scene/light.h scene/panorama.h scene/sky.h scene/solid.h

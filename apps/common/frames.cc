@@ -188,4 +188,20 @@ std::string common_pattern(const std::vector<std::string>& paths)
     return {};
 }
 
+void require_numbered(const std::string& output, std::string& before)
+{
+    if (output == before && output != "-" && output.rfind("/dev/", 0) != 0)
+        throw UsageError("--output " + printable(output) + ": expected a numbered name with --frames, as cloud.%04d" +
+                         printable(std::filesystem::path(output).extension().string()));
+    before = output;
+}
+
+void require_placed(const std::string& output)
+{
+    if (FramePattern::in("--output", output))
+        throw UsageError("--output " + printable(output) +
+                         " has a place for the number of a frame: expected a name without it, or numbered inputs, as "
+                         "cloud.%04d.vdb, and --frames A-B");
+}
+
 }  // namespace vdbcloud::app

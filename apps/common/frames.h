@@ -37,4 +37,11 @@ std::string range_text(const std::vector<int>& numbers);
 /// "cloud.%04d.vdb"; empty for other names and for a single one.
 std::string common_pattern(const std::vector<std::string>& paths);
 
+/// For programs that place the numbers themselves (Option::writes_frames). Throws UsageError if `output` is `before`,
+/// the output of the frame before, which it would replace. Then `before` is `output`.
+void require_numbered(const std::string& output, std::string& before);
+
+/// Throws UsageError if `output` still has a place for a number, which no --frames filled.
+void require_placed(const std::string& output);
+
 }  // namespace vdbcloud::app

@@ -41,6 +41,7 @@ Format by_content(const std::string& bytes)
         if (begins(bytes, magic)) return Format::NetCdf;
     if (begins(bytes, "\x93NUMPY")) return Format::Npy;
     if (begins(bytes, "ply\n") || begins(bytes, "ply\r")) return Format::Ply;
+    if (begins(bytes, "NanoVDB")) return Format::NanoVdb;
     if (begins(bytes, " BDV")) return Format::Points;
     return Format::Automatic;
 }
@@ -50,9 +51,9 @@ Format by_content(const std::string& bytes)
 const std::vector<std::pair<std::string, Format>>& format_words()
 {
     static const std::vector<std::pair<std::string, Format>> all = {
-        {"auto", Format::Automatic}, {"table", Format::Table}, {"netcdf", Format::NetCdf},
-        {"npy", Format::Npy},        {"raw", Format::Raw},     {"shdom", Format::Shdom},
-        {"ply", Format::Ply},        {"csv", Format::Csv},     {"points", Format::Points}};
+        {"auto", Format::Automatic}, {"table", Format::Table},    {"netcdf", Format::NetCdf}, {"npy", Format::Npy},
+        {"raw", Format::Raw},        {"shdom", Format::Shdom},    {"ply", Format::Ply},       {"csv", Format::Csv},
+        {"points", Format::Points},  {"nanovdb", Format::NanoVdb}};
     return all;
 }
 
@@ -65,8 +66,9 @@ Format format_of(const std::string& path)
     for (char& c : extension)
         if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
     static const std::vector<std::pair<std::string, Format>> all = {
-        {".nc", Format::NetCdf}, {".nc4", Format::NetCdf}, {".cdf", Format::NetCdf}, {".npy", Format::Npy},
-        {".raw", Format::Raw},   {".prp", Format::Shdom},  {".ply", Format::Ply},    {".vdb", Format::Points}};
+        {".nc", Format::NetCdf}, {".nc4", Format::NetCdf}, {".cdf", Format::NetCdf},
+        {".npy", Format::Npy},   {".raw", Format::Raw},    {".prp", Format::Shdom},
+        {".ply", Format::Ply},   {".vdb", Format::Points}, {".nvdb", Format::NanoVdb}};
     for (const auto& [known, format] : all)
         if (extension == known) return format;
     if (extension == ".csv" && names_columns(bytes)) return Format::Csv;

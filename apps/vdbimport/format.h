@@ -6,7 +6,7 @@
 
 namespace vdbcloud {
 
-enum class Format { Automatic, Table, NetCdf, Npy, Raw, Shdom, Ply, Csv, Points };
+enum class Format { Automatic, Table, NetCdf, Npy, Raw, Shdom, Ply, Csv, Points, NanoVdb };
 
 /// The words of --format.
 const std::vector<std::pair<std::string, Format>>& format_words();

@@ -12,6 +12,7 @@ void import_model(app::App&, const Options&);
 void import_array(app::App&, const Options&);
 void import_properties(app::App&, const Options&);
 void import_particles(app::App&, const Options&);
+void import_nanovdb(app::App&, const Options&);
 
 /// Memory and work of grids that hold `voxels` of `floats` values each, read from `held` bytes.
 app::Plan plan_of_voxels(double voxels, double floats, double held, const std::string& way_out);

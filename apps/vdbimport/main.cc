@@ -73,10 +73,7 @@ namespace {
 void import(app::App& app, const Options& o)
 {
     const Format kind = o.kind();
-    if (kind != Format::NetCdf && app::FramePattern::in("--output", o.output))
-        throw UsageError("--output " + printable(o.output) +
-                         " has a place for the number of a frame: expected a name without it, or numbered inputs, as "
-                         "cloud.%04d.vdb, and --frames A-B");
+    if (kind != Format::NetCdf) app::require_placed(o.output);
     switch (kind) {
     case Format::NetCdf: return import_model(app, o);
     case Format::Npy:
@@ -85,6 +82,7 @@ void import(app::App& app, const Options& o)
     case Format::Ply:
     case Format::Csv:
     case Format::Points: return import_particles(app, o);
+    case Format::NanoVdb: return import_nanovdb(app, o);
     default: return import_table(app, o);
     }
 }
@@ -100,10 +98,12 @@ int main(int argc, char** argv)
     Options o;
     declare(app, o);
     return app.run(argc, argv, [&] {
+        std::string written;
         app.each_frame([&](const app::App::PlaceFrame& place) {
             Options frame = o;
             place(frame.input);
             place(frame.output);
+            app::require_numbered(frame.output, written);
             import(app, frame);
         });
     });

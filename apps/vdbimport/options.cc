@@ -16,9 +16,9 @@ void declare_files(app::App& app, Options& o)
     app.add_option(
            "input", o.input,
            "the file to read: a table of numbers (- for standard input), a field of a cloud model in netCDF, an array "
-           "(.npy, .raw), a property file of SHDOM (.prp), or particles (.ply, .csv with a line of names, points in "
-           "a .vdb). A table is a vertical section whose rows are layers, the top one first; with --thickness a map "
-           "of columns; with --boxes a list of boxes")
+           "(.npy, .raw), a property file of SHDOM (.prp), particles (.ply, .csv with a line of names, points in a "
+           ".vdb), or grids of NanoVDB. A table is a vertical section whose rows are layers, the top one first; "
+           "with --thickness a map of columns; with --boxes a list of boxes")
         ->required()
         ->type_name("FILE")
         ->reads_files();
@@ -41,6 +41,7 @@ void declare_files(app::App& app, Options& o)
                "grid, onto which the field is resampled; default: the file's, and where these are unequal the "
                "smallest one")
             ->default_str("")
+            ->not_with([&o] { return o.is(Format::NanoVdb); }, "NanoVDB")
             ->check(app::positive);
     app.add_choice<std::optional<UpAxis>>(
            "--up", o.up, app::up_axis_choices<std::optional<UpAxis>>(),

@@ -449,6 +449,12 @@ const std::vector<ToolEffects>& tool_effects()
              {"--view none", S::Png, "-o out.png", ""},
              {"--png-bits 16", S::Png, "-o out.png", ""},
          }},
+        {"vdbexport",
+         "in.vdb -o out.nc",
+         {
+             {"--grid density", S::Elsewhere, "ExportNetcdf.*", "", true},
+             {"--frames 1,3", S::Elsewhere, "ExportNetcdf.*", "", true},
+         }},
         {"exrmerge", "", {}},  // options that all programs share alone
         {"vdbdiff",
          "lattice.vdb exact.vdb",

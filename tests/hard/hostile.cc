@@ -57,8 +57,9 @@ Words names_in(const std::string& folder)
 
 const Words& Hostile::tools()
 {
+    // New programs at the end: the seeds of a program depend on its place.
     static const Words all{"fractalgen", "cloudsim", "vdbimport", "illuminate", "p1solve",
-                           "render",     "exrmerge", "vdbdiff",   "vdbprobe"};
+                           "render",     "exrmerge", "vdbdiff",   "vdbprobe",   "vdbexport"};
     return all;
 }
 
@@ -68,6 +69,7 @@ std::vector<Hostile::Slot> Hostile::slots(const std::string& tool)
     static const std::map<std::string, std::string> complete{{"fractalgen", "-o out.vdb"},
                                                              {"cloudsim", "-o out.vdb"},
                                                              {"vdbimport", "table.txt --cell 1,1,1 -o out.vdb"},
+                                                             {"vdbexport", "cloud.vdb -o out.nc"},
                                                              {"illuminate", "cloud.vdb --sun 0,1,0 -o out.vdb"},
                                                              {"p1solve", "cloud.vdb -o out.vdb"},
                                                              {"render", "cloud.vdb -o out.exr"},
@@ -104,8 +106,11 @@ std::vector<Hostile::Slot> Hostile::slots(const std::string& tool)
         return {{"text", {"table.txt"}, "@ --cell 1,1,1 -o out.vdb"},
                 {"text", {"thickness.txt"}, "table.txt --thickness @ --cell 1,1,1 -o out.vdb"},
                 {"text", {"boxes.txt"}, "@ --boxes --cell 1,1,1 -o out.vdb"},
+                {"text", {"particles.csv"}, "@ --cell 1,1,1 -o out.vdb", false},
+                {"text", {"small.prp"}, "@ -o out.vdb", false},
                 config,
                 scene};
+    if (tool == "vdbexport") return {{"grids", grids, "@ -o out.nc"}, {"grids", grids, "@ -o out.usda", false}, config};
     if (tool == "illuminate")
         return {{"grids", grids, "@ --sun 0.3,1,0.2 -o out.vdb"},
                 {"grids", grids, "@ cloud.vdb -o out.vdb --lamp 9,1,1"},
@@ -185,6 +190,8 @@ Hostile::Hostile(Programs& programs, const std::string& folder) : programs_(prog
     write_text(folder_ + "/thickness.txt", "0 1 2 3\n1 2 0.5 1\n1 1 1 4.5\n");
     write_text(folder_ + "/boxes.txt", "0 0 0 2 3 4 0.5 0\n1 1 1 2 2 2 1 0.25\n");
     write_text(folder_ + "/points.txt", "0 0 0\n1.5 2 -3\n# outside\n2 2 2\n");
+    write_text(folder_ + "/particles.csv", "x,y,z,radius,mass\n0,1,2,0.5,1\n3,-1,0,2.5,2\n");
+    write_text(folder_ + "/small.prp", "T\n2 1 2\n1 1 0 1\n1\n2 1.5 0.5\n1 1 1 280 4 0.9 1\n2 1 2 280 8 1 1\n");
     known_ = names_in(folder_);
 }
 

@@ -15,7 +15,7 @@ bin=$(cd "$1/bin" && pwd)
 seeds=${SEEDS:-1-$([ "${SIZE:-}" = full ] && echo 10000 || echo 300)}
 [[ $seeds =~ ^([0-9]+)-([0-9]+)$ ]] || { echo "run.sh: SEEDS=$seeds: expected first-last" >&2; exit 2; }
 first=${BASH_REMATCH[1]} last=${BASH_REMATCH[2]}
-key=$(cat "$bin"/{fractalgen,cloudsim,vdbimport,illuminate,p1solve,render,exrmerge,vdbdiff,vdbprobe,hard} "$here/cases.txt" "$here/faults.sh" | sha1sum | cut -c 1-12)
+key=$(cat "$bin"/{fractalgen,cloudsim,vdbimport,vdbexport,illuminate,p1solve,render,exrmerge,vdbdiff,vdbprobe,hard} "$here/cases.txt" "$here/faults.sh" | sha1sum | cut -c 1-12)
 work=$1/hard/$key
 mkdir -p "$work"
 failed=0

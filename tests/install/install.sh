@@ -8,7 +8,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
 fail() { echo "install.sh: $*" >&2; exit 1; }
-programs="fractalgen cloudsim vdbimport illuminate p1solve render exrmerge vdbdiff vdbprobe"
+programs="fractalgen cloudsim vdbimport vdbexport illuminate p1solve render exrmerge vdbdiff vdbprobe"
 
 cmake --install "$build" --prefix "$folder/first" > install.log 2>&1 || { cat install.log; fail "cmake --install failed"; }
 mv first moved
