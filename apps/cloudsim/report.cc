@@ -83,7 +83,8 @@ void plan(App& app, const Options& o, const Run& run)
     const Rest rest = rest_of(o, run, record, resumed);
     for (const std::string& change : record.changes) app.say(change);
     for (const sim::RunValue& value : record.values) {
-        if (app.verbose()) app.say(value.name + " = " + value.value);
+        if (app.verbose())
+            app.say(value.name + " = " + value.value + (value.can_change ? "  (or another by --change)" : ""));
         app.report()["in_force"][value.name] = value.value;
     }
     const auto& [n, h, sides] = p.lattice;

@@ -117,6 +117,12 @@ public:
     }
     bool body() const override { return false; }
     bool changes() const override { return frames_ > 1; }
+    std::vector<double> times() const override
+    {
+        std::vector<double> list;
+        for (int frame = 0; changes() && frame < frames_; ++frame) list.push_back(from_ + frame * every_);
+        return list;
+    }
     double value(const Point& p, double time) const override
     {
         const double at = frames_ > 1 ? std::clamp((time - from_) / every_, 0.0, double(frames_ - 1)) : 0;

@@ -10,6 +10,8 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <openvdb/tools/LevelSetSphere.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -188,6 +190,127 @@ TEST(CloudsimInput, FloorMapScalesTheHeatFlux)
         EXPECT_EQ(r.status, 1) << map;
         EXPECT_EQ(std::count(r.err.begin(), r.err.end(), '\n'), 1) << r.err;
     }
+}
+
+void write_grid(const std::string& path, const FloatGrid::Ptr& grid, double metres_per_unit = 1)
+{
+    GridFile file;
+    file.metadata = std::make_shared<MetaMap>();
+    set_number(*file.metadata, schema::meters_per_unit, metres_per_unit);
+    file.grids = {grid};
+    write_grid_file(path, file);
+}
+
+/// A fog volume of `value` where the world's x and z are below 0 and y is below 400 m.
+void write_mask(const std::string& path, float value, double metres_per_unit = 1)
+{
+    auto grid = FloatGrid::create();
+    grid->setName("smoke");
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(100 / metres_per_unit));
+    grid->fill(openvdb::CoordBBox({-30, -30, -30}, {0, 4, 0}), value);
+    write_grid(path, grid, metres_per_unit);
+}
+
+/// Options of air at rest, in eight cells of 400 m along each axis, for ten seconds.
+Words still_air(const Scratch& scratch)
+{
+    write_text(scratch / "calm.txt", "0 300 0 0 0\n");
+    return {program("cloudsim"),
+            "--preset",
+            "smoke",
+            "--no-forcing",
+            "--momentum",
+            "off",
+            "--noise",
+            "0",
+            "--sounding",
+            scratch / "calm.txt",
+            "--cells",
+            "8,8,8",
+            "--spacing",
+            "400",
+            "--every",
+            "10s",
+            "--unpruned",
+            "-o",
+            scratch / "out.vdb"};
+}
+
+/// Dye in a cell of out.vdb, y up.
+double dye_at(const Scratch& scratch, const openvdb::Coord& cell)
+{
+    const GridFile file = read_grid_file(scratch / "out.vdb");
+    return double(openvdb::gridPtrCast<FloatGrid>(find_grid(file, "dye"))->tree().getValue(cell));
+}
+
+TEST(CloudsimInput, SourcesFromFilesHaveTheirUnitTheirFramesAndTheirSurface)
+{
+    const Scratch scratch;
+    write_mask(scratch / "mask.vdb", 0.5f);
+    write_mask(scratch / "cm.vdb", 0.5f, 0.01);
+    write_mask(scratch / "m.1.vdb", 0), write_mask(scratch / "m.2.vdb", 1);
+    const auto ball = openvdb::tools::createLevelSetSphere<FloatGrid>(500, openvdb::Vec3f(-600, 200, -600), 50);
+    ball->setName("solid");
+    write_grid(scratch / "ball.vdb", ball);
+    const openvdb::Coord within(2, 0, 2), beyond(5, 0, 5);  // centres at -600, 200, -600 and 600, 200, 600
+    const struct {
+        const char* source;
+        double dye;
+    } cases[] = {
+        {"mask.vdb; dye=2", 10},
+        {"cm.vdb; grid=smoke; dye=2", 10},
+        {"mask.vdb; dye=2; start=3; end=5s", 2},
+        {"m.%d.vdb; every=10s; dye=2", 10},           // 0 to 1 within the run
+        {"m.%d.vdb; every=2s; dye=2; start=1s", 16},  // 1 from the third second on
+        {"ball.vdb; dye=2", 20},
+        {"sphere; at=-600,200,-600; radius=500; dye=2", 20},
+    };
+    for (const auto& c : cases) {
+        const std::string source = std::string(c.source).substr(0, 6) == "sphere" ? c.source : scratch / c.source;
+        const RunResult r = run(with(still_air(scratch), {"--minutes", "0.16666666666666667", "--source", source}), {});
+        ASSERT_EQ(r.status, 0) << r.err;
+        EXPECT_NEAR(dye_at(scratch, within), c.dye, 1e-4) << source;
+        EXPECT_EQ(dye_at(scratch, beyond), 0) << source;
+    }
+    for (const std::string source : {"mask.vdb; grid=none; dye=2", "none.vdb; dye=1"})
+        EXPECT_EQ(run(with(still_air(scratch), {"--minutes", "0.1", "--source", scratch / source}), {}).status, 1);
+    const RunResult fog = run(with(still_air(scratch), {"--minutes", "0.1", "--collider", scratch / "mask.vdb"}), {});
+    EXPECT_EQ(fog.status, 2);
+    EXPECT_NE(fog.err.find("expected a level set"), std::string::npos) << fog.err;
+}
+
+TEST(CloudsimInput, OtherSourcesMayHoldFromACheckpointOn)
+{
+    const Scratch scratch;
+    write_mask(scratch / "mask.vdb", 0.5f);
+    const Words state{"--checkpoint", scratch / "state", "--resume", scratch / "state"};
+    ASSERT_EQ(run(with(still_air(scratch), with(state, {"--minutes", "0.5"})), {}).status, 0);
+    const Words more = with(state, {"--minutes", "1", "--source", (scratch / "mask.vdb") + "; dye=2"});
+    EXPECT_EQ(run(with(still_air(scratch), more), {}).status, 2);
+    const RunResult changed = run(with(still_air(scratch), with(more, {"--change"})), {});
+    ASSERT_EQ(changed.status, 0) << changed.err;
+    EXPECT_NE(changed.err.find("after 30 s: source = none -> "), std::string::npos) << changed.err;
+    EXPECT_NEAR(dye_at(scratch, openvdb::Coord(2, 0, 2)), 30, 1e-3);
+    // A body is not: the air of the checkpoint flows where it would stand.
+    const Words flowing{program("cloudsim"),
+                        "--preset",
+                        "smoke",
+                        "--cells",
+                        "8,8,8",
+                        "--spacing",
+                        "400",
+                        "--every",
+                        "10s",
+                        "--minutes",
+                        "2",
+                        "--change",
+                        "--collider",
+                        "sphere; radius=500",
+                        "-o",
+                        scratch / "out.vdb"};
+    const RunResult body = run(with(flowing, state), {});
+    EXPECT_EQ(body.status, 2);
+    EXPECT_NE(body.err.find("--init"), std::string::npos) << body.err;
 }
 
 }  // namespace

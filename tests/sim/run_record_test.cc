@@ -107,8 +107,8 @@ TEST(RunRecord, HoldsWhatNoSettingHolds)
         {"sounding_z", false, [](Choice& r) { r.s.z[0] = 1; }},
         {"sounding_theta", false, [](Choice& r) { r.s.theta[0] = 301; }},
         {"sounding_water", false, [](Choice& r) { r.s.water[0] = 1e-9; }},
-        {"sounding_u", false, [](Choice& r) { r.s.u[0] = -1; }},
-        {"sounding_v", false, [](Choice& r) { r.s.v[0] = -1; }},
+        {"sounding_u", true, [](Choice& r) { r.s.u[0] = -1; }},
+        {"sounding_v", true, [](Choice& r) { r.s.v[0] = -1; }},
         {"sounding_pressure", false, [](Choice& r) { r.s.pressure = 9e4; }},
         {"init", false, [](Choice& r) { r.plan.init = "abc"; }},
         {"up", false, [](Choice& r) { r.plan.snapshot.up = UpAxis::Z; }},
@@ -120,6 +120,8 @@ TEST(RunRecord, HoldsWhatNoSettingHolds)
         {"smoke_extinction", true, [](Choice& r) { r.plan.snapshot.smoke_extinction = 1; }},
     };
     for (const auto& c : cases) EXPECT_EQ(differences(c.change), (Names{{c.name, c.can_change}})) << c.name;
+    // A given wind is part of the state of the air.
+    EXPECT_FALSE(differences([](Choice& r) { r.p.momentum = false, r.s.u[0] = -1; }).back().second);
     // Two patches in one order are not the same two in the other.
     const Patch one{{1, 2}, 3, 4, 5, 6}, two{{7, 8}, 9, 1, 2, 3};
     Choice a, b;
@@ -151,7 +153,8 @@ TEST(RunRecord, DifferencesAreRefusedOrNotedWithTheirTime)
     EXPECT_EQ(refusal(forced, true), "");
     for (const bool change : {false, true})
         EXPECT_EQ(refusal(other, change), "state: the checkpoint has 'gravity = 9.81', this run has 'gravity = 5': "
-                                          "expected equal values, as this one cannot change within a run");
+                                          "expected equal values, as this one cannot change within a run: a new run "
+                                          "takes it, from the last frame by --init");
     // What was noted before stays, and comes first.
     RunRecord before = record(first), now = record(forced);
     before.changes = {"after 60 s: earlier"};

@@ -114,7 +114,9 @@ void describe_air(const Parameters& p, const Sounding& s, std::vector<RunValue>&
     fixed.word("sounding", s.name);
     fixed.numbers("sounding_z", s.z), fixed.numbers("sounding_theta", s.theta);
     fixed.numbers("sounding_water", s.water);
-    fixed.numbers("sounding_u", s.u), fixed.numbers("sounding_v", s.v);
+    // Air that moves by its forces meets another wind of the environment; a given wind is part of the state.
+    const Values& wind = p.momentum ? free : fixed;
+    wind.numbers("sounding_u", s.u), wind.numbers("sounding_v", s.v);
     fixed.number("sounding_pressure", s.pressure);
 }
 
@@ -177,7 +179,8 @@ void continue_record(const std::string& path, const RunRecord& before, double ti
             throw UsageError(path + ": the checkpoint has '" + printable(name + " = " + old, 100) +
                              "', this run has '" + printable(name + " = " + fresh, 100) + "': expected equal values" +
                              (can_change ? ", or --change for the new one from here on"
-                                         : ", as this one cannot change within a run"));
+                                         : ", as this one cannot change within a run: a new run takes it, from the "
+                                           "last frame by --init"));
         now.changes.push_back("after " + exact(time) + " s: " + name + " = " + old + " -> " + fresh);
     };
     for (const RunValue& value : before.values) compare(value.name);

@@ -24,6 +24,13 @@ double weight_in(const Shape& shape, const Point& centre, const Point& size, dou
     return sum / (n * n * n);
 }
 
+std::vector<double> FieldSource::step_ends() const
+{
+    std::vector<double> times = shape->times();
+    times.insert(times.end(), {from, until});
+    return times;
+}
+
 double FieldSource::strength(double step, double t) const
 {
     const auto early = [&](double edge) { return edge - 1e-9 * std::max(1.0, edge); };

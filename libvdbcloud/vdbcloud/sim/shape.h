@@ -4,6 +4,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace vdbcloud::sim {
 
@@ -22,6 +23,8 @@ public:
     virtual double value(const Point&, double) const { return 0; }
     /// Whether value() depends on time.
     virtual bool changes() const { return false; }
+    /// Times at which its slope in time jumps [s]: steps end there.
+    virtual std::vector<double> times() const { return {}; }
     /// Lowest and highest corner of a box beyond which a body is not, or a mask is 0.
     virtual std::array<Point, 2> bounds() const = 0;
     /// What tells it from others, for the record of a run: one word.
@@ -47,6 +50,8 @@ struct FieldSource {
     double until = std::numeric_limits<double>::infinity();  ///< [s], after `from`
     double ramp = 0;  ///< in which the strength rises after `from` and falls before `until` [s]
 
+    /// Times that steps do not pass.
+    std::vector<double> step_ends() const;
     /// 0 to 1 at time `t` of a step that begins at `step`: steps end at `from` and `until`.
     double strength(double step, double t) const;
 };

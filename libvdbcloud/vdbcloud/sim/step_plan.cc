@@ -127,7 +127,8 @@ double expected_steps(const Parameters& p, const Sounding& sounding, const std::
     };
     for (const double time : times) {
         std::vector<double> ends{p.floor.until};
-        for (const FieldSource& source : p.sources) ends.insert(ends.end(), {source.from, source.until});
+        for (const FieldSource& source : p.sources)
+            for (const double end : source.step_ends()) ends.push_back(end);
         std::sort(ends.begin(), ends.end());
         for (const double end : ends)
             if (from < end && end < time) advance(end);

@@ -145,7 +145,7 @@ void add(Air<T>& air)
                 const double target = source.velocity[axis] - air.reference(v.quantity);
                 add_hold(air, v, source, std::vector<double>(nz, target), kept_mask(air, source, v.place));
             }
-        for (const double time : {source.from, source.until}) air.step_ends.push_back(time);
+        for (const double time : source.step_ends()) air.step_ends.push_back(time);
     }
 }
 
