@@ -104,6 +104,7 @@ void pass_on(app::App& app, const Options& o)
 
 }  // namespace
 
+// NOLINTNEXTLINE(bugprone-exception-escape): only a wrong declaration throws outside run()
 int main(int argc, char** argv)
 {
     app::App app("vdbexport", "Grids for other programs: netCDF by the CF conventions, or a description in USD.");

@@ -234,8 +234,9 @@ void declare(app::App& app, Options& o)
          {"a map of two columns of optical depth, 0.2 and 0.3 km thick",
           "printf '5 8\\n' > depth.txt && printf '0.2 0.3\\n' > km.txt && vdbimport depth.txt --thickness km.txt "
           "--thickness-unit 1000 --cell 30,30,30 -o columns.vdb"},
-         {"from standard input, with the mean optical depth as JSON",
-          "printf '0 1\\n2 4\\n' | vdbimport - --cell 50,50,45 -o depths.vdb --json -"}});
+         {"two particles of smoke, of radius 1 and 0.5, splatted",
+          "printf 'x,y,z,radius\\n0,0,0,1\\n1,1,0,0.5\\n' > smoke.csv && vdbimport smoke.csv -o smoke.vdb && "
+          "render smoke.vdb --resolution 64 -o smoke.png"}});
 }
 
 }  // namespace vdbcloud

@@ -170,6 +170,10 @@ TEST_F(Stages, EverythingTheProgramsWriteIsInTheFormatsPage)
     write_text(scratch / "table.txt", "1 2\n");
     const std::string imported =
         stage("vdbimport", scratch / "table.txt", "imported.vdb", with({"--cell", "1,1,1"}, report()));
+    write_text(scratch / "particles.csv", "x,y,z,radius\n1,2,3,4\n");
+    stage("vdbimport", scratch / "particles.csv", "particles.vdb", report());
+    run(with({program("vdbexport"), glowing, "-o", scratch / "glowing.nc"}, report()));
+    stage("vdbimport", scratch / "glowing.nc", "field.vdb", with({"--unit", "extinction=1/m"}, report()));
 
     const auto documented = documented_keys();
     EXPECT_GT(documented.size(), 80u);
