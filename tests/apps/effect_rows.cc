@@ -109,6 +109,7 @@ const std::vector<ToolEffects>& tool_effects()
              {"--loading off", S::Values, "--bubble 2000,2000,1200,900,700,1,5e-3", "", true},
              {"--loading on", S::Elsewhere, "the row before", "--moisture off"},
              {"--rain on", S::Values, "--bubble 2000,2000,1200,900,700,1,5e-3", "--moisture off"},
+             {"--droplets 70", S::Values, "--bubble 2000,2000,1200,900,700,1,5e-3 --rain on", "--rain off"},
              {"--anelastic on", S::Values, "--bubble 2000,2000,1200,900,700,1,5e-3", "", true},
              {"--dye on", S::Values, "--bubble 2000,2000,1200,900,700,1,5e-3,1", "", true},
              {"--subgrid on", S::Values, "--bubble 2000,2000,1200,900,700,1,5e-3 --shear 0.01,0", "", true},

@@ -52,11 +52,13 @@ std::vector<double> profile(const Simulation& sim, Quantity q)
 
 /// Rain that cloud [kg/kg] gives within dt where q_c and q_r are the same in every cell: as much falls in as out, so
 /// cells below the lid hold exactly what conversion leaves.
-void expect_conversion(double q_c, double q_r, double expected)
+void expect_conversion(double q_c, double q_r, double expected, double droplets = 0)
 {
     const double dt = 2;
+    Parameters p = columns(200, dt);
+    p.droplets = droplets;
     auto sim = start(
-        columns(200, dt), [&](const Level& l) { return l.q_height + q_c; }, [&](const Level&) { return q_r; });
+        p, [&](const Level& l) { return l.q_height + q_c; }, [&](const Level&) { return q_r; });
     const auto theta = profile(*sim, Quantity::Theta), water = profile(*sim, Quantity::Water);
     sim->advance_to(dt);
     const auto rain = profile(*sim, Quantity::Rain), dried = profile(*sim, Quantity::Water),
@@ -82,6 +84,17 @@ TEST(Rain, AccretionIsCloudTimesRainToTheSevenEighths)
     expect_conversion(0.5e-3, 1e-3, 2.2 * 0.5e-3 * std::pow(1e-3, 0.875));
     expect_conversion(0.2e-3, 4e-3, 2.2 * 0.2e-3 * std::pow(4e-3, 0.875));
     expect_conversion(2e-3, 1e-3, 1e-3 * (2e-3 - 1e-3) + 2.2 * 2e-3 * std::pow(1e-3, 0.875));
+}
+
+TEST(Rain, ConversionOfCountedDropletsIsThatOfKhairoutdinovAndKogan)
+{
+    // Tabulated in their units: mixing ratios in kg/kg, droplets in a cm^3.
+    for (const double n : {30.0, 70.0, 400.0})
+        for (const double q_c : {0.3e-3, 1e-3, 2e-3}) {
+            const double alone = 1350 * std::pow(q_c, 2.47) / std::pow(n, 1.79);
+            expect_conversion(q_c, 0, alone, n);
+            expect_conversion(q_c, 5e-4, alone + 67 * std::pow(q_c * 5e-4, 1.15), n);
+        }
 }
 
 TEST(Rain, ConversionTakesNotMoreThanTheCloudThereIs)

@@ -99,6 +99,7 @@ struct Parameters {
     bool buoyancy = true;
     bool moisture = true;
     bool rain = false;       ///< Kessler 1969: autoconversion, accretion, evaporation, fall
+    double droplets = 0;     ///< of cloud, in a cm^3: conversion to rain as Khairoutdinov and Kogan 2000; 0: Kessler's
     bool anelastic = false;  ///< density of the base state falls with height
     bool dye = false;        ///< a passive scalar, e.g. smoke
     bool subgrid = false;    ///< Smagorinsky-Lilly

@@ -5,6 +5,9 @@
 //     accretion        2.2 q_c q_r^0.875                                                       [1/s]
 //     evaporation      (1 - q_t/q_s) (1.6 + 124.9 (rho q_r)^0.2046) (rho q_r)^0.525
 //                      / ((5.4e5 + 2.55e8 / (p q_s)) rho)                                      [1/s]
+//     with a number N of droplets in a cm^3, after Khairoutdinov and Kogan 2000, in place of the first two:
+//     autoconversion   1350 q_c^2.47 N^-1.79                                                   [1/s]
+//     accretion        67 (q_c q_r)^1.15                                                       [1/s]
 //     fall speed       36.34 (rho q_r)^0.1346 sqrt(rho_floor / rho)                            [m/s]
 #include "vdbcloud/sim/air.h"
 #include "vdbcloud/sim/effect.h"
@@ -24,11 +27,14 @@ struct Exchange {
     double fallen = 0;  ///< onto the floor [kg/kg of the lowest cell]
 };
 
-/// Water that cloud gives to rain within dt [kg/kg], at most the cloud.
-double converted(double q_c, double q_r, double dt)
+/// Water that cloud of so many droplets in a cm^3 gives to rain within dt [kg/kg], at most the cloud. 0: Kessler's
+/// rates.
+double converted(double q_c, double q_r, double droplets, double dt)
 {
-    const double change = dt * (1e-3 * std::max(0.0, q_c - 1e-3) + 2.2 * q_c * std::pow(q_r, 0.875));
-    return std::min(change, q_c);
+    const double rate = droplets > 0
+                            ? 1350 * std::pow(q_c, 2.47) * std::pow(droplets, -1.79) + 67 * std::pow(q_c * q_r, 1.15)
+                            : 1e-3 * std::max(0.0, q_c - 1e-3) + 2.2 * q_c * std::pow(q_r, 0.875);
+    return std::min(dt * rate, q_c);
 }
 
 /// Rain that evaporates within dt [kg/kg]: not more than there is, nor so much that the cooled air would be above
@@ -57,7 +63,7 @@ void exchange_row(Air<T>& air, int j, int k, double dt, std::vector<T>& cloud, E
         if (q_c <= 0 && q_r <= 0) continue;
         double change = 0;
         if (q_c > 0) {
-            change = converted(q_c, q_r, dt);
+            change = converted(q_c, q_r, air.parameters.droplets, dt);
         } else {
             const double t = (double(theta[i]) + reference.theta) * level.exner;
             const double q_s = air.parameters.moist.by == SaturationBy::Height
@@ -143,7 +149,11 @@ Effect rain()
     return {"rain",
             "q_r with stages, conversion and fall",
             {{"rain", "cloud turns to rain that falls and evaporates, after Kessler",
-              [](Parameters& p) -> bool& { return p.rain; }}},
+              [](Parameters& p) -> bool& { return p.rain; }},
+             {"droplets",
+              "droplets of cloud in a cm^3, on whose number its conversion to rain depends, after Khairoutdinov and "
+              "Kogan; 0 takes Kessler's rates",
+              "1/cm^3", from_zero(1e5), [](Parameters& p) -> double& { return p.droplets; }}},
             [](const Parameters& p) { return p.rain; },
             [](const Parameters& p) {
                 if (p.rain && !p.moisture) throw InputError("rain without moisture: expected moisture, or no rain");
