@@ -45,7 +45,9 @@ shape=$n
 row "dye on" --dye on
 row "rain on" --rain on
 row "sources on" --source 'sphere; at=0,900,0; radius=500; heat=1e-4'
-row "a collider" --collider 'sphere; at=0,900,0; radius=500'
+row "a collider, a ball" --collider 'sphere; at=0,900,0; radius=500'
+row "a box that moves" --frame-velocity wind
+row "moisture off; dye, combustion, cooling, buoyancy of hot gas on" --moisture off --dye on --combustion on --hot-buoyancy on --cooling 2500
 row "friction on" --friction-time 1000
 row "viscosity and diffusion on" --viscosity 1 --diffusivity 1
 row "sub-grid mixing on" --subgrid on

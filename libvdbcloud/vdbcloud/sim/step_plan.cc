@@ -154,7 +154,7 @@ Workload simulation_work(const Parameters& p, double steps, double frames, std::
                         (p.diffusivity > 0) + (p.radiation > 0);
     work.add("sim_effect_cell", stages * steps * cells * effects);
     // Of a ball and of terrain alike; see tests/sim/collider_test.cc.
-    constexpr double usual = 12;
+    constexpr double usual = 15;
     if (!p.colliders.empty()) work.add("sim_collider_cell", iterations.value_or(usual * stages * steps) * cells);
     return work;
 }
