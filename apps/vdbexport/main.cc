@@ -19,6 +19,7 @@
 
 #include <cerrno>
 #include <filesystem>
+#include <optional>
 
 using namespace vdbcloud;
 
@@ -38,10 +39,11 @@ void declare(app::App& app, Options& o)
         ->required()
         ->type_name("FILE")
         ->reads_files();
-    app.add_option(
-           "-o,--output", o.output,
-           "the file to write: .nc holds the grids' values on the box of their active voxels, z up, with "
-           "coordinates and units by the CF conventions; .usda names the .vdb and its grids, as a Volume of UsdVol")
+    app.add_option("-o,--output", o.output,
+                   "the file to write: .nc holds the grids' values on the box of their active voxels, z up, with "
+                   "coordinates and units by the CF conventions; .usda names the .vdb and its grids, as a Volume of "
+                   "UsdVol, and with --frames "
+                   "all files of a sequence")
         ->required()
         ->type_name("FILE")
         ->writes_frames(app::FileKind::Any);
@@ -76,30 +78,68 @@ void write_text_file(const app::App& app, const std::string& path, const std::st
     file.commit();
 }
 
-void pass_on(app::App& app, const Options& o)
+/// The input with the grids that are asked for.
+GridFile read(app::App& app, const Options& o)
 {
-    const Form form = form_of(o.output);
-    if (form == Form::Usda && o.input == "-")
-        throw UsageError("input -: a .usda names the .vdb, so the input has to be a file");
     GridFile file = app.read(o.input);
-    if (!o.grids.empty()) {
-        std::vector<GridBasePtr> chosen;
-        for (const std::string& name : o.grids) chosen.push_back(chosen_grid(file, name));
-        file.grids = chosen;
-    }
+    if (o.grids.empty()) return file;
+    std::vector<GridBasePtr> chosen;
+    for (const std::string& name : o.grids) chosen.push_back(chosen_grid(file, name));
+    file.grids = chosen;
+    return file;
+}
+
+void write_usda(app::App& app, const std::string& output, const UsdVolume& volume)
+{
+    if (app.dry_run()) return;
+    app.check_output(output);
+    write_text_file(app, output, volume.text());
+    app.report()["outputs"].push_back({{"path", output}});
+}
+
+/// A description of a file, or of one frame of a sequence.
+void describe(app::App& app, const Options& o, std::optional<int> frame, UsdVolume& volume)
+{
+    if (o.input == "-") throw UsageError("input -: a .usda names the .vdb, so the input has to be a file");
+    const GridFile file = read(app, o);
+    volume.add(file, relative_asset(o.input, o.output), frame);
+    if (!has_meta(*file.metadata, schema::meters_per_unit))
+        app.say("metersPerUnit 1, assumed: the file has no meters_per_unit");
+}
+
+void write_values(app::App& app, const Options& o)
+{
+    const GridFile file = read(app, o);
     if (app.dry_run()) return;
     const auto writing = app.phase("write");
     app.check_output(o.output);
-    if (form == Form::Usda) {
-        write_text_file(app, o.output, usda_text(file, relative_asset(o.input, o.output)));
-        if (!has_meta(*file.metadata, schema::meters_per_unit))
-            app.say("metersPerUnit 1, assumed: the file has no meters_per_unit");
-    } else {
-        for (const std::string& line :
-             write_netcdf(o.output, file, app.history(get_text(*file.metadata, schema::history, "")), app.no_clobber()))
-            app.say(line);
-    }
+    const std::string history = app.history(get_text(*file.metadata, schema::history, ""));
+    for (const std::string& line : write_netcdf(o.output, file, history, app.no_clobber())) app.say(line);
     app.report()["outputs"].push_back({{"path", o.output}});
+}
+
+void pass_on(app::App& app, const Options& o)
+{
+    const Form form = form_of(o.output);
+    const auto asked = app.get_option("--frames")->results();
+    const std::vector<int> frames = asked.empty() ? std::vector<int>() : app::frame_numbers(asked.front());
+    const bool sequence = form == Form::Usda && !frames.empty() && !app::FramePattern::in("--output", o.output);
+    UsdVolume all;
+    std::string written;
+    size_t k = 0;
+    app.each_frame([&](const app::App::PlaceFrame& place) {
+        Options frame = o;
+        place(frame.input);
+        place(frame.output);
+        app::require_placed(frame.output);
+        if (sequence) return describe(app, frame, frames[k++], all);
+        app::require_numbered(frame.output, written);
+        if (form == Form::NetCdf) return write_values(app, frame);
+        UsdVolume one;
+        describe(app, frame, std::nullopt, one);
+        write_usda(app, frame.output, one);
+    });
+    if (sequence) write_usda(app, o.output, all);
 }
 
 }  // namespace
@@ -110,15 +150,5 @@ int main(int argc, char** argv)
     app::App app("vdbexport", "Grids for other programs: netCDF by the CF conventions, or a description in USD.");
     Options o;
     declare(app, o);
-    return app.run(argc, argv, [&] {
-        std::string written;
-        app.each_frame([&](const app::App::PlaceFrame& place) {
-            Options frame = o;
-            place(frame.input);
-            place(frame.output);
-            app::require_placed(frame.output);
-            app::require_numbered(frame.output, written);
-            pass_on(app, frame);
-        });
-    });
+    return app.run(argc, argv, [&] { pass_on(app, o); });
 }

@@ -112,9 +112,10 @@ void declare_fields(app::App& app, Options& o)
             .only_with(netcdf, wanted)
             .group("Fields of models");
     o.option.air_density =
-        app.add_option("--air-density", o.air_density,
-                       "density of air [kg/m^3] for water per mass of air, where the file has neither "
-                       "density nor pressure and temperature")
+        app.add_option(
+               "--air-density", o.air_density,
+               "density of air [kg/m^3] for water per mass of air, where the file has no density; in place of the "
+               "file's pressure and temperature")
             ->default_str("")
             ->check(app::within(1e-6, 100))
             .only_with(netcdf, wanted)

@@ -183,7 +183,7 @@ const std::vector<ToolEffects>& tool_effects()
              {"--variable water=rain", S::Values, "model.nc --times 1", ""},
              {"--unit qc=kg/kg", S::Values, "model.nc --times 1", ""},
              {"--effective-radius 20", S::Values, "model.nc --times 1", ""},
-             {"--air-density 2", S::Elsewhere, "CloudField.RefusesWhatItWouldHaveToGuess", ""},
+             {"--air-density 2", S::Values, "model.nc --times 1", ""},
              {"--radius 200", S::Values, "points.csv", ""},
              {"--shape 2,4,3", S::Values, "numbers.raw --shape 4,3,2", ""},
              {"--type i4", S::Values, "numbers.raw --shape 4,3,2", ""},

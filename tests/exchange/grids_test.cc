@@ -220,11 +220,48 @@ TEST(ExportUsd, NamesFieldsClassesAndTheFileFromItsFolder)
     GridFile odd = small_file(UpAxis::Y);
     odd.grids[0]->setName("2 parts");
     odd.grids[1]->setName("2 parts");
-    const std::string named = usda_text(odd, "./a.vdb");
+    UsdVolume volume;
+    volume.add(odd, "./a.vdb");
+    const std::string named = volume.text();
     EXPECT_NE(named.find("OpenVDBAsset \"_2_parts\""), std::string::npos) << named;
     EXPECT_NE(named.find("OpenVDBAsset \"_2_parts_1\""), std::string::npos) << named;
     EXPECT_NE(named.find("int fieldIndex = 1"), std::string::npos) << named;
-    EXPECT_THROW(usda_text(odd, "./a@b.vdb"), InputError);
+    EXPECT_THROW(volume.add(odd, "./a@b.vdb"), InputError);
+    odd.grids.pop_back();
+    EXPECT_THROW(volume.add(odd, "./b.vdb"), InputError) << "a grid of the first file is missing";
+}
+
+TEST(ExportUsd, FramesAreTimeSamplesOfOneVolume)
+{
+    const Scratch scratch;
+    RunOptions there;
+    there.folder = scratch.path();
+    GridFile file = small_file(UpAxis::Y);
+    write_grid_file(scratch / "a.08.vdb", file);
+    for (const GridBasePtr& grid : file.grids) grid->transform().postTranslate(Vec3d(1, 0, 0));
+    write_grid_file(scratch / "a.09.vdb", file);
+    const RunResult r = shell("vdbexport a.%02d.vdb --frames 8-9 -o a.usda && "
+                              "vdbexport a.%02d.vdb --frames 8-9 -o a.%d.usda && test -s a.9.usda",
+                              there);
+    ASSERT_EQ(r.status, 0) << r.err;
+    const std::string text = read_text(scratch / "a.usda");
+    for (const char* part :
+         {"startTimeCode = 8\n", "endTimeCode = 9\n",
+          "asset filePath.timeSamples = {\n            8: @./a.08.vdb@,\n            9: @./a.09.vdb@,\n",
+          "float3[] extent = [(2.75, 1.875, 0.5), (6.25, 2.875, 3.5)]"})
+        EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
+}
+
+TEST(ExportNetcdf, TheExamplesOfTheHelpRunAsPrinted)
+{
+    const Scratch scratch;
+    RunOptions there;
+    there.folder = scratch.path();
+    const RunResult r = shell("vdbexport --help | sed '1,/^Examples:/d' | grep -v '^ *#' > commands && "
+                              "grep -c 'vdbexport ' commands && bash -e commands && test -s lit.nc && test -s lit.usda",
+                              there);
+    EXPECT_EQ(r.status, 0) << r.err;
+    EXPECT_EQ(r.out.substr(0, 2), "3\n");
 }
 
 }  // namespace

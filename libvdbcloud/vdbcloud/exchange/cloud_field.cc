@@ -125,11 +125,18 @@ private:
             say("density of air from '" + rho->name + "'");
             return in_units(*rho, {1, 1, -3}, "kg m-3", time);
         }
+        if (options_.air_density > 0) {
+            field_.used_air_density = true;
+            say("density of air " + shortest(options_.air_density) + " kg/m^3 everywhere");
+            return std::vector<float>(axes_.cells.size(), float(options_.air_density));
+        }
         const NetcdfVariable *p = role("pressure"), *t = role("temperature"), *theta = t ? nullptr : role("theta");
         if (p && (t || theta)) {
             const NetcdfVariable& heat = t ? *t : *theta;
             std::vector<float> rho = in_units(*p, {1, 1, -1, -2}, "Pa or hPa", time);
             const std::vector<float> kelvin = in_units(heat, {1, 0, 0, 0, 1}, "K", time);
+            require_within(rho, *p, 1, 2e5, "Pa");
+            require_within(kelvin, heat, 100, 3000, "K");
             for (size_t k = 0; k < rho.size(); ++k) {
                 const double pressure = rho[k];
                 const double exner = t ? 1 : std::pow(pressure / reference_pressure, gas_constant_dry / heat_capacity);
@@ -138,13 +145,20 @@ private:
             say("density of air from '" + p->name + "' and '" + heat.name + "' as of dry air, p / (287.04 T)");
             return rho;
         }
-        if (!(options_.air_density > 0))
-            throw InputError(water_->name + " is water per mass of air [" + unit_text(*water_, options_) +
-                             "], and the file has no density of air, nor pressure and temperature: name one with "
-                             "--variable density=NAME, or give --air-density");
-        field_.used_air_density = true;
-        say("density of air " + shortest(options_.air_density) + " kg/m^3 everywhere");
-        return std::vector<float>(axes_.cells.size(), float(options_.air_density));
+        throw InputError(water_->name + " is water per mass of air [" + unit_text(*water_, options_) +
+                         "], and the file has no density of air, nor pressure and temperature: name one with "
+                         "--variable density=NAME, or give --air-density");
+    }
+
+    /// Models write perturbations under the same names. Values that are missing are not judged.
+    static void require_within(const std::vector<float>& values, const NetcdfVariable& variable, double least,
+                               double greatest, const char* unit)
+    {
+        for (const float value : values)
+            if (std::isfinite(value) && !(double(value) >= least && double(value) <= greatest))
+                throw InputError(variable.name + " = " + shortest(double(value)) + " " + unit + ": expected " +
+                                 shortest(least) + " to " + shortest(greatest) +
+                                 ". A perturbation? Name the whole with --variable, or give --air-density");
     }
 
     void to_extinction(const std::vector<float>& water, size_t time)

@@ -15,7 +15,8 @@ struct CloudFieldOptions {
     std::map<std::string, std::string> units;  ///< units of variables by their name; they replace the attribute
     Vec3d cell{0, 0, 0};                       ///< size of the cells of the grid [m]; 0: the file's
     double effective_radius = 0;               ///< [m] where the file has none; 0: 10 micrometres
-    double air_density = 0;                    ///< [kg/m^3] where the file has none; 0: not given
+    double air_density =
+        0;  ///< [kg/m^3] where the file has none, in place of its pressure and temperature; 0: not given
 };
 
 /// "extinction", "water", "radius", "density", "pressure", "temperature", "theta", "x", "y", "z", "time".
@@ -38,9 +39,9 @@ size_t cloud_field_times(const std::string& path, const CloudFieldOptions&);
 ///
 /// Extinction is 3 L / (2 rho_w r), L the mass of liquid water in a volume, rho_w = 1000 kg/m^3, r the effective radius
 /// (large droplets: extinction efficiency 2). Water per mass of air is multiplied by the density of air: the file's,
-/// or p / (R_d T). Roles are found by CF standard_name and axis, then by common names; axes may fall. Cells lie between
-/// CF bounds or midway between coordinates; unequal ones are resampled onto equal ones, and the water of each column
-/// is kept. Negative and missing water counts as 0.
+/// or air_density, or p / (R_d T). Roles are found by CF standard_name and axis, then by common names; axes may fall.
+/// Cells lie between CF bounds or midway between coordinates; unequal ones are resampled onto equal ones, and the water
+/// of each column is kept. Negative and missing water counts as 0.
 ///
 /// Throws IoError if the file cannot be read, else InputError with path and variable: damaged file, missing variable,
 /// dimension without coordinate or role, missing or unsuitable unit. The file is read in a guarded process.

@@ -25,13 +25,15 @@ const std::vector<RoleNames>& role_names()
         {"water",
          {"mass_fraction_of_cloud_liquid_water_in_air", "cloud_liquid_water_mixing_ratio",
           "mass_concentration_of_cloud_liquid_water_in_air", "mass_concentration_of_liquid_water_in_air"},
-         {"qc", "ql", "qcloud", "lwc", "clw", "clwc", "liquid_water_content", "rc", "qcl", "qn"}},
+         {"qc", "ql", "qcloud", "lwc", "clw", "clwc", "liquid_water_content", "rc", "qcl", "qn", "l"}},
         {"radius",
          {"effective_radius_of_cloud_liquid_water_particles", "effective_radius_of_cloud_liquid_water_particle",
           "effective_radius_of_stratiform_cloud_liquid_water_particle",
           "effective_radius_of_convective_cloud_liquid_water_particle"},
          {"reff", "r_eff", "re", "effective_radius", "re_cloud", "reffc", "rel"}},
-        {"density", {"air_density"}, {"rho", "rho0", "rhoa", "rho_air", "air_density", "dn0", "rhof", "rhobf"}},
+        {"density",
+         {"air_density"},
+         {"rho", "rho0", "rhoa", "rho_air", "air_density", "dn0", "rhof", "rhobf", "rhoref"}},
         {"pressure", {"air_pressure"}, {"p", "pres", "pressure", "press", "air_pressure", "p0"}},
         {"temperature", {"air_temperature"}, {"tabs", "ta", "temp", "temperature", "t", "tk", "air_temperature"}},
         {"theta", {"air_potential_temperature"}, {"theta", "th", "potential_temperature"}},
@@ -45,7 +47,7 @@ const std::vector<RoleNames>& role_names()
          {"height", "altitude", "height_above_reference_ellipsoid", "height_above_mean_sea_level", "depth",
           "atmosphere_height_coordinate"},
          {"z", "zt", "zc", "zh", "zf", "zm", "height", "altitude", "alt", "lev", "level", "bottom_top", "nz", "nk",
-          "zdim", "z_dim"}},
+          "zu_3d", "zdim", "z_dim"}},
         {"time", {"time"}, {"time", "t", "times", "nt", "tdim"}},
     };
     return all;
@@ -169,9 +171,17 @@ double metres_of(const NetcdfVariable& coordinate, const CloudFieldOptions& opti
     }
     if (!unit->same_kind({1, 0, 1}))
         throw InputError(coordinate.name + ": units '" + unit_text(coordinate, options) +
-                         "': expected a length, as m or km; --unit " + coordinate.name +
+                         "': expected a length, as m or km; --cell DX,DY,DZ in metres or --unit " + coordinate.name +
                          "=m replaces them, or name another coordinate with --variable " + axis + "=NAME");
     return unit->factor;
+}
+
+/// Whether a coordinate has a unit that is no length, as degrees.
+bool is_no_length(const NetcdfVariable& coordinate, const CloudFieldOptions& options)
+{
+    const std::string text = unit_text(coordinate, options);
+    const auto unit = parse_unit(text);
+    return !text.empty() && !(unit && unit->same_kind({1, 0, 1}));
 }
 
 /// Edges of the axis `a`, and whether its coordinate falls.
@@ -184,6 +194,14 @@ void set_edges(const NetcdfFile& file, const CloudFieldOptions& options, size_t 
     const char* const axis = axis_roles[a];
     if (n == 0) throw InputError(std::string("axis ") + axis + ": no cells");
     const NetcdfVariable* coordinate = dimension < 0 ? nullptr : coordinate_of(file, options, dimension, int(a));
+    if (coordinate && given > 0 && is_no_length(*coordinate, options)) {
+        said.push_back("coordinate '" + coordinate->name + "' [" + unit_text(*coordinate, options) +
+                       "] is no length: cells of " + shortest(given) + " m from 0 on");
+        const std::vector<double> values = file.doubles(*coordinate);
+        axes.falls[a] = n > 1 && values.front() > values.back();
+        axes.cells.edges[a] = equal_edges(0, given, n);
+        return;
+    }
     if (!coordinate && dimension >= 0) {
         const std::string& name = file.dimensions()[size_t(dimension)].name;
         if (!(given > 0))

@@ -7,6 +7,8 @@
 #include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/up_axis.h"
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <map>
 #include <set>
@@ -62,46 +64,78 @@ std::string quoted(const std::string& text)
 std::string point(const Vec3d& p) { return "(" + shortest(p[0]) + ", " + shortest(p[1]) + ", " + shortest(p[2]) + ")"; }
 
 /// The box of the voxels of all fields, whose faces are half a voxel beyond the outermost centres.
-std::string extent_of(const GridFile& file)
+void expand(std::optional<std::pair<Vec3d, Vec3d>>& extent, const GridFile& file)
 {
     openvdb::BBoxd all;
+    if (extent) all = openvdb::BBoxd(extent->first, extent->second);
     for (const GridBasePtr& grid : file.grids) {
         openvdb::CoordBBox box;
         if (!is_field(*grid) || !grid->baseTree().evalActiveVoxelBoundingBox(box)) continue;
         const openvdb::BBoxd index(box.min().asVec3d() - Vec3d(0.5), box.max().asVec3d() + Vec3d(0.5));
         all.expand(grid->transform().indexToWorld(index));
     }
-    if (all.empty()) return {};
-    return "    float3[] extent = [" + point(all.min()) + ", " + point(all.max()) + "]\n";
+    if (!all.empty()) extent = {all.min(), all.max()};
 }
 
 }  // namespace
 
-std::string usda_text(const GridFile& file, const std::string& asset)
+void UsdVolume::add(const GridFile& file, const std::string& asset, std::optional<int> frame)
 {
     if (asset.find('@') != std::string::npos)
-        throw InputError(asset + ": expected a name without @, which ends a path in USD");
-    const auto up = read_up_axis(*file.metadata);
-    std::string fields, prims;
-    std::set<std::string> taken;
-    std::map<std::string, int> index;  // among grids of one name
-    for (const GridBasePtr& grid : file.grids) {
-        const std::string& name = grid->getName();
-        const int number = index[name]++;
-        if (!is_field(*grid)) continue;
-        const std::string prim = prim_name(name, taken);
-        fields += "    rel field:" + prim + " = </volume/" + prim + ">\n";
-        prims += "\n    def OpenVDBAsset \"" + prim + "\"\n    {\n        asset filePath = @" + asset +
-                 "@\n        token fieldName = " + quoted(name) +
-                 "\n        int fieldIndex = " + std::to_string(number) + "\n        token fieldDataType = \"" +
-                 (is_vector(*grid) ? "float3" : "float") + "\"\n        token fieldClass = \"" + class_of(*grid) +
-                 "\"\n        token vectorDataRoleHint = \"" + hint_of(*grid) + "\"\n    }\n";
+        throw InputError(printable(asset) + ": expected a name without @, which ends a path in USD");
+    if (assets_.empty()) {
+        std::set<std::string> taken;
+        std::map<std::string, int> index;
+        for (const GridBasePtr& grid : file.grids) {
+            const std::string& name = grid->getName();
+            const int number = index[name]++;
+            if (is_field(*grid))
+                fields_.push_back({prim_name(name, taken), name, is_vector(*grid) ? "float3" : "float", class_of(*grid),
+                                   hint_of(*grid), number});
+        }
+        if (fields_.empty()) throw InputError(printable(file.path) + ": no grid of float or vec3s");
+        header_ = "    metersPerUnit = " + shortest(get_number(*file.metadata, schema::meters_per_unit, 1)) +
+                  "\n    upAxis = \"" + (read_up_axis(*file.metadata) == UpAxis::Z ? "Z" : "Y") + "\"\n";
     }
-    if (fields.empty()) throw InputError(printable(file.path) + ": no grid of float or vec3s");
-    return "#usda 1.0\n(\n    defaultPrim = \"volume\"\n    metersPerUnit = " +
-           shortest(get_number(*file.metadata, schema::meters_per_unit, 1)) + "\n    upAxis = \"" +
-           (up == UpAxis::Z ? "Z" : "Y") + "\"\n)\n\ndef Volume \"volume\"\n{\n" + extent_of(file) + fields + prims +
-           "}\n";
+    for (const Field& field : fields_)
+        if (!find_grid(file, field.name + "[" + std::to_string(field.index) + "]"))
+            throw InputError(printable(file.path) + ": no grid '" + printable(field.name) +
+                             "', which the first file of the sequence has; choose grids with --grid");
+    expand(extent_, file);
+    assets_.emplace_back(frame, asset);
+}
+
+/// The line of filePath: one path, or one for each time code.
+std::string UsdVolume::path_of_fields() const
+{
+    if (!assets_.front().first) return "asset filePath = @" + assets_.front().second + "@\n";
+    std::string samples;
+    for (const auto& [frame, asset] : assets_)
+        samples += "            " + std::to_string(*frame) + ": @" + asset + "@,\n";
+    return "asset filePath.timeSamples = {\n" + samples + "        }\n";
+}
+
+std::string UsdVolume::text() const
+{
+    std::string fields, prims, times;
+    const std::string path = path_of_fields();
+    for (const Field& field : fields_) {
+        fields += "    rel field:" + field.prim + " = </volume/" + field.prim + ">\n";
+        prims += "\n    def OpenVDBAsset \"" + field.prim + "\"\n    {\n        " + path +
+                 "        token fieldName = " + quoted(field.name) +
+                 "\n        int fieldIndex = " + std::to_string(field.index) + "\n        token fieldDataType = \"" +
+                 field.type + "\"\n        token fieldClass = \"" + field.grid_class +
+                 "\"\n        token vectorDataRoleHint = \"" + field.hint + "\"\n    }\n";
+    }
+    if (assets_.front().first) {
+        const auto [first, last] = std::minmax_element(assets_.begin(), assets_.end());
+        times = "    startTimeCode = " + std::to_string(*first->first) +
+                "\n    endTimeCode = " + std::to_string(*last->first) + "\n";
+    }
+    const std::string extent =
+        extent_ ? "    float3[] extent = [" + point(extent_->first) + ", " + point(extent_->second) + "]\n" : "";
+    return "#usda 1.0\n(\n    defaultPrim = \"volume\"\n" + times + header_ + ")\n\ndef Volume \"volume\"\n{\n" +
+           extent + fields + prims + "}\n";
 }
 
 std::string relative_asset(const std::string& file, const std::string& beside)
