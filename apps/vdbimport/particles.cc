@@ -49,7 +49,7 @@ app::Plan plan_of(const Particles& particles, const SplatWork& work)
 {
     app::Plan plan;
     const double floats = 1 + (particles.temperature.empty() ? 0 : 1) + (particles.velocity.empty() ? 0 : 3);
-    const TreeSize size{work.blocks, std::ceil(work.blocks / 64), 1};
+    const TreeSize size{work.blocks, work.nodes, 1};
     plan.way_out = "larger cells (--cell)";
     plan.bytes = floats * size.memory(4) + 16 * work.pairs + 8 * double(particles.position.size());
     plan.work.add("table_cell", 512 * work.blocks);

@@ -58,9 +58,10 @@ struct Splats {
     double mass = 0;           ///< of all particles
 };
 
-/// Voxels and blocks of 8^3 voxels that splat() would work on: for estimates of time and memory.
+/// What splat() would work on, for estimates of time and memory: voxels that the balls reach, blocks of 8^3 voxels and
+/// nodes of 128^3 that the grids have, and pairs of a particle and a block.
 struct SplatWork {
-    double voxels = 0, blocks = 0, pairs = 0;
+    double voxels = 0, blocks = 0, nodes = 0, pairs = 0;
 };
 SplatWork splat_work(const Particles&, const SplatOptions&);
 

@@ -224,25 +224,30 @@ private:
 
 SplatWork splat_work(const Particles& particles, const SplatOptions& options)
 {
+    constexpr double most_keys = 1 << 27;  // that are counted exactly
     check_options(particles, options);
     const Kernel kernel(particles, options);
     SplatWork work;
-    Reach all{{INT32_MAX, INT32_MAX, INT32_MAX}, {INT32_MIN, INT32_MIN, INT32_MIN}};
     for (size_t p = 0; p < particles.position.size(); ++p) {
         const Reach reach = kernel.reach(p);
         double voxels = 1, blocks = 1;
         for (int a = 0; a < 3; ++a) {
             voxels *= double(reach.high[a]) - reach.low[a] + 1;
             blocks *= double(reach.high[a] >> 3) - (reach.low[a] >> 3) + 1;
-            all.low[a] = std::min(all.low[a], reach.low[a]);
-            all.high[a] = std::max(all.high[a], reach.high[a]);
         }
         work.voxels += voxels;
         work.pairs += blocks;
     }
-    double whole = 1;
-    for (int a = 0; a < 3; ++a) whole *= std::max(double(all.high[a] >> 3) - (all.low[a] >> 3) + 1, 0.0);
-    work.blocks = std::min(work.pairs, whole);
+    work.blocks = work.nodes = work.pairs;
+    if (work.pairs > most_keys) return work;
+    for (const int shift : {0, 4}) {  // blocks of 8^3, and nodes of 16^3 blocks
+        std::vector<uint64_t> keys;
+        for (size_t p = 0; p < particles.position.size(); ++p)
+            each_block(kernel.reach(p),
+                       [&](int i, int j, int k) { keys.push_back(key_of(i >> shift, j >> shift, k >> shift)); });
+        tbb::parallel_sort(keys.begin(), keys.end());
+        (shift ? work.nodes : work.blocks) = double(std::unique(keys.begin(), keys.end()) - keys.begin());
+    }
     return work;
 }
 
