@@ -107,6 +107,16 @@ TEST(Colliders, PotentialFlowHasNoDrag)
     EXPECT_LT(std::abs(drag), 0.15);
 }
 
+TEST(Colliders, NoJetsBlowThroughSlits)
+{
+    // Potential flow has 1.5 of the wind at the side of a ball, and a wake is slower.
+    auto sim = Simulation::make(around_ball(24), wind(wind_speed));
+    for (const double radii : {1, 4, 10}) {
+        sim->advance_to(radii * radius / wind_speed);
+        EXPECT_LT(sim->budget().speed_max, 1.65 * wind_speed) << radii;
+    }
+}
+
 TEST(Colliders, NothingLeaksAndDyeAndHeatAreKept)
 {
     for (const Precision precision : {Precision::Float, Precision::Double}) {
