@@ -89,23 +89,23 @@ TEST(Statistics, CloudFractionCoverAndWaterPathCountCells)
     p.q_surface = 0.02, p.q_scale_height = 1e9;  // q_s = 0.02
     auto sim = Simulation::make(p, Sounding::uniform(300));
     std::vector<double> water(p.lattice.cells(), 0.01);
-    // Level 1: 8 cells of cloud and 2 hardly saturated ones; level 3: 4 cells, 2 of them above those of level 1.
+    // Level 1: 8 cells of cloud and 2 hardly saturated ones; level 2: 4 cells, 2 of them above those of level 1.
     for (size_t c = 0; c < 8; ++c) water[40 + c] = 0.021;
     for (size_t c = 8; c < 10; ++c) water[40 + c] = 0.02 + 1e-6;
-    for (size_t c = 6; c < 8; ++c) water[120 + c] = 0.023;
-    for (size_t c = 20; c < 22; ++c) water[120 + c] = 0.022;
+    for (size_t c = 6; c < 8; ++c) water[80 + c] = 0.023;
+    for (size_t c = 20; c < 22; ++c) water[80 + c] = 0.022;
     sim->set(Quantity::Water, water);
     const Sample s = sample_of(*sim);
     const double q_s = sim->column().level[1].q_height;
     EXPECT_NEAR(q_s, 0.02, 1e-8);
-    EXPECT_EQ(column(s, "cloud_fraction"), (std::vector<double>{0, 0.2, 0, 0.1, 0}));
-    EXPECT_EQ(column(s, "saturated_fraction"), (std::vector<double>{0, 0.25, 0, 0.1, 0}));
+    EXPECT_EQ(column(s, "cloud_fraction"), (std::vector<double>{0, 0.2, 0.1, 0, 0}));
+    EXPECT_EQ(column(s, "saturated_fraction"), (std::vector<double>{0, 0.25, 0.1, 0, 0}));
     EXPECT_NEAR(column(s, "q_l")[1], 0.2e-3 + 0.05e-6, 1e-8);
     EXPECT_NEAR(number(s, "cloud_cover"), 0.25, 1e-15);  // 8 columns and 2 more
     EXPECT_NEAR(number(s, "saturated_cover"), 0.30, 1e-15);
     EXPECT_NEAR(number(s, "lwp"), 1.16 * 100 * (0.2e-3 + 0.05e-6 + 0.25e-3), 1e-6);
     EXPECT_EQ(number(s, "cloud_base"), 150);
-    EXPECT_EQ(number(s, "cloud_top"), 350);
+    EXPECT_EQ(number(s, "cloud_top"), 250);
     EXPECT_EQ(number(s, "cloud_fraction_max"), 0.2);
     // theta_v: latent heat, weight of vapour and of cloud.
     const double warm = 300 + 2.5e6 / 1004 * 1e-3;
