@@ -80,17 +80,20 @@ Preset smoke()
     return s;
 }
 
-/// A camp fire: gas that burns above three heaps of wood, and its smoke.
+/// A camp fire: gas that burns above four heaps of wood, and its smoke.
 Preset fire()
 {
-    Preset s = begin({64, 64, 96}, 0.05, 0.05, {0.5, 0, 1, 1}, 2, 0.2, 0.1, 0.0416666666666666667);
+    Preset s = begin({64, 64, 96}, 0.05, 0.05, {5, 0, 1, 1}, 2, 0.2, 0.1, 0.0416666666666666667);
     Parameters& p = s.parameters;
     p.lattice.side = {Side::Open, Side::Open};
     p.side_relaxation = 1;
     p.moisture = false, p.dye = p.combustion.on = p.moist.hot = true;
-    p.cooling = 2500;
-    p.floor.patches = {
-        {{1.6, 1.6}, 0.22, 60, 0, 0, 0.25}, {{1.4, 1.72}, 0.12, 30, 0, 0, 0.2}, {{1.78, 1.5}, 0.12, 30, 0, 0, 0.2}};
+    p.combustion = {true, 0.25, 6000, 1, 500, 2000};
+    p.cooling = 3000, p.cooling_temperature = 2000;
+    p.floor.patches = {{{1.6, 1.6}, 0.45, 25, 0, 0, 0.1},
+                       {{1.3, 1.8}, 0.2, 40, 0, 0, 0.16},
+                       {{1.9, 1.45}, 0.2, 40, 0, 0, 0.16},
+                       {{1.75, 1.9}, 0.15, 40, 0, 0, 0.16}};
     s.smoke_extinction = 4;
     return s;
 }
