@@ -8,9 +8,9 @@ set(public_headers
     voxels/box_medium.h voxels/cloud_table.h voxels/voxel_mean.h
     file/io.h file/table.h file/text.h
     exchange/array_file.h exchange/cloud_field.h exchange/export_netcdf.h exchange/nanovdb_file.h exchange/netcdf_tables.h exchange/particles.h exchange/property_file.h exchange/usd.h
-    optics/automatic_extinction.h optics/joined_medium.h optics/medium.h optics/mixture.h optics/optical_depth.h optics/phase_function.h optics/solid_rays.h
+    optics/automatic_extinction.h optics/joined_medium.h optics/medium.h optics/mixture.h optics/optical_depth.h optics/phase_function.h optics/solid_rays.h optics/thermal_emission.h
     effects/effects.h
-    scene/atmosphere.h scene/camera.h scene/colour.h scene/light.h scene/panorama.h scene/sky.h scene/solid.h
+    scene/atmosphere.h scene/blackbody.h scene/camera.h scene/colour.h scene/light.h scene/panorama.h scene/sky.h scene/solid.h
     light/transmittance_grid.h
     scatter/expected_share.h scatter/multiple_scattering.h scatter/scatter_plan.h scatter/series_grids.h scatter/voxel_error.h
     render/certificate.h render/image_in.h render/image_out.h render/integrator.h render/merge.h render/render_plan.h render/scene_digest.h

@@ -301,10 +301,13 @@ MediumInput read_one_medium(App& app, const StageOptions& o, const MediumOptions
             part.name = file.path;
             if (is_further_medium(file)) part.name += " " + get_text(*file.metadata, schema::density_choice, "");
             part.density = density_of(file, o.density, app.warnings());
-            part.medium = chosen_medium(app, options, *part.density);
+            const Fire fire = fire_of(app, file, options.fire);
+            part.medium = chosen_medium(app, options, *part.density, fire.heat());
             if (files.size() > 1) {
                 part.colour = vector_grid(app, file, grid_of(file, schema::colour));
-                part.emission = vector_grid(app, file, find_grid(file, schema::emission));
+                part.emission = emission_of(app, file, fire, *part.density, part.medium, part.colour.get());
+            } else {
+                out.fire = fire;
             }
             return part;
         }));

@@ -85,6 +85,7 @@ struct MediumInput {
     GridFile file;
     FloatGridPtr density;  ///< a grid of `file`, which bears the medium
     Medium medium;
+    Fire fire;        ///< of one input; that of several is in the emission of `file`
     Axes periodic{};  ///< index axes along which the medium repeats
     /// Media that overlap (JoinedMedium::parts), of which `density` is a description that `file` does not hold; empty:
     /// one medium.
@@ -95,10 +96,10 @@ struct MediumInput {
 /// Reads the inputs and finds density and medium of each (density_of, chosen_medium).
 ///
 /// One input: the file as it is. Several: joined_medium() of all. The file then holds the joined density, Cd and
-/// emission, and says so in one line if it drops other grids: results that were computed for an input alone are not
-/// those of the joined medium. Metadata of files and densities are kept where all inputs that have a key agree on its
-/// value; the history is that of all inputs.
-/// Axes that point up, and those along which media repeat, are compared unless the user gives them.
+/// emission, which holds the light of their fires, and says so in one line if it drops other grids: results that were
+/// computed for an input alone are not those of the joined medium. Metadata of files and densities are kept where all
+/// inputs that have a key agree on its value; the history is that of all inputs. Axes that point up, and those along
+/// which media repeat, are compared unless the user gives them.
 ///
 /// `may_overlap`: media of different phase functions or colours are not refused but kept apart (MediumInput::parts):
 /// the file then holds a density and a Cd for each.

@@ -44,7 +44,7 @@ Vec3d through_atmosphere(const Vec3d& irradiance, const Vec3d& to_sun, const Vec
         throw UsageError("--sun " + shortest(to_sun) +
                          " is below the horizon: --sun-colour atmosphere expects a sun above it");
     const double height = std::asin(std::min(sine, 1.0)) * 180 / pi;
-    return irradiance * sunlight(height, turbidity) / luminance(sunlight_above_atmosphere());
+    return irradiance * sunlight(height, turbidity) / unit_of_light();
 }
 
 }  // namespace

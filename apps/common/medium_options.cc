@@ -126,7 +126,8 @@ void declare_medium(App& app, MediumOptions& o, MediumSource source)
                               ->group(group);
     o.option.albedo =
         app.add_rgb("--albedo", o.albedo,
-                    "share of extinguished light that is scattered, one number or r,g,b" + without_it(source, "1"))
+                    "share of extinguished light that is scattered, one number or r,g,b" +
+                        without_it(source, file ? "1, or that of soot, 0.25, where the medium burns" : "1"))
             ->check(within(0, 1))
             ->default_str("")
             ->scene("medium")
@@ -144,6 +145,7 @@ void declare_medium(App& app, MediumOptions& o, MediumSource source)
                          ->group(group);
     for (const PhaseForm& form : phase_table())
         for (const PhaseParameter& parameter : form.parameters) declare_parameter(app, parameter, o, source, group);
+    if (file) declare_fire(app, o.fire, group);
 }
 
 std::vector<Option> options_of(const MediumOptions& o)
@@ -153,9 +155,13 @@ std::vector<Option> options_of(const MediumOptions& o)
     return all;
 }
 
-Medium chosen_medium(App& app, const MediumOptions& o, FloatGrid& density)
+Medium chosen_medium(App& app, const MediumOptions& o, FloatGrid& density, bool burns)
 {
-    Medium medium = with_given(o, read_medium(density));
+    Medium otherwise;
+    if (burns) otherwise.albedo = Vec3d(soot_albedo);
+    if (burns && !o.option.albedo.given() && !has_meta(density, schema::albedo))
+        app.say("albedo " + brief(soot_albedo) + ", that of soot, for the medium burns");
+    Medium medium = with_given(o, read_medium(density, otherwise));
     std::string origin = get_text(density, schema::sigma_t_origin, "given");
     if (o.option.extinction.given()) origin = "given";
     if (is_zero(medium.sigma_t_per_density)) {

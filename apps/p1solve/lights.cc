@@ -57,7 +57,7 @@ std::vector<Light> lights_for(app::App& app, const P1solveOptions& o, app::Mediu
     const UpAxis up = app::settled_up(app, o.up, file, o.lights.by_atmosphere || o.lights.environment.asked());
     auto lights = app::lights_asked(o.lights, vector_of(up));
     if (lights.empty()) lights = app::inherited_lights(in.lights);
-    const bool glow = bool(find_grid(file, schema::emission));
+    const bool glow = in.fire.heat() || find_grid(file, schema::emission);
     if (lights.empty() && !app::sky_asked(o.sky) && !glow) {
         lights.push_back(app::automatic_sun(vector_of(app::settled_up(app, o.up, file, true))));
         app.say("no light asked for: a " + app::described(lights[0]));

@@ -138,11 +138,11 @@ void run(app::App& app, P1solveOptions& o)
     const UpAxis up = app::settled_up(app, o.up, file, app::sky_asked(o.sky) || o.ground.given());
     o.scatter.up = vector_of(up);
     scene.sky = app::lighting_sky(o.sky, o.lights, lights, o.scatter.up);
-    scene.emission = app::vector_grid(app, file, find_grid(file, schema::emission));
     scene.tint = in.parts.empty() ? app::vector_grid(app, file, grid_of(file, schema::colour)) : nullptr;
+    scene.emission = app::emission_of(app, file, in.fire, *in.density, in.medium, scene.tint.get());
     check_heating(o, in, bool(scene.tint));
-    for (const Vec3SGridPtr& grid : {scene.tint, scene.emission})
-        if (grid) app.uses(grid == scene.tint ? grid_of(file, schema::colour)->getName() : grid->getName());
+    if (scene.tint) app.uses(grid_of(file, schema::colour)->getName());
+    if (find_grid(file, schema::emission)) app.uses(schema::emission);
     const Effects effects = app::of_file(file.path, [&] { return effects_of(app, o, scene); });
     app::tell_effects(app, o.effects, effects);
     apply(effects, scene, o);

@@ -46,9 +46,10 @@ Volume volume_of(app::App& app, GridFile& file, const RenderOptions& o)
     Volume volume;
     volume.density =
         holds_solids_alone(file, o) ? FloatGrid::create(0.0f) : density_of(file, o.density, app.warnings());
-    volume.medium = app::chosen_medium(app, o.medium, *volume.density);
+    const Fire fire = app::fire_of(app, file, o.medium.fire);
+    volume.medium = app::chosen_medium(app, o.medium, *volume.density, fire.heat());
     volume.colour = app::vector_grid(app, file, grid_of(file, schema::colour));
-    volume.emission = app::vector_grid(app, file, find_grid(file, schema::emission));
+    volume.emission = app::emission_of(app, file, fire, *volume.density, volume.medium, volume.colour.get());
     if (!shows_light_grids(o) || !is_asked(app::effects_asked(o.effects), Effect::Multiple)) return volume;
     volume.collided = read_collided_light(file, volume.medium.phase, app.warnings());
     const GridBasePtr& phi = volume.collided.phi;
@@ -267,6 +268,15 @@ void choose_ground(const RenderOptions& o, const std::vector<GridFile>& files, L
     out.scene.ground = ground_beneath(densities, vector_of(out.up), *albedo);
 }
 
+/// Frees what no picture shows. Volumes hold their density, Cd and emission themselves.
+void release_unused(GridFile& file)
+{
+    remove_grids(file, [](const std::string& name) {
+        const schema::GridKind* kind = schema::kind_of(name);
+        return !kind || !kind->kept;
+    });
+}
+
 /// The lights asked for, else those of the files, else a sun if nothing else lights the scene.
 void choose_lights(app::App& app, const RenderOptions& o, const std::vector<GridFile>& files, LoadedScene& out)
 {
@@ -309,6 +319,7 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
         }
         if (corners.empty() && !holds_solids_alone(file, o))
             app.say(file.path + ": the density is empty and adds nothing to the picture");
+        release_unused(file);
         out.corners.insert(out.corners.end(), corners.begin(), corners.end());
         const std::string history = get_text(*file.metadata, schema::history, "");
         if (!history.empty()) out.history += (out.history.empty() ? "" : "\n") + history;

@@ -3,6 +3,9 @@
 #include "support/netcdf_maker.h"
 #include "support/run.h"
 
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/file/io.h"
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -115,6 +118,20 @@ protected:
                       "fractalgen -q --size 16 --albedo 0.5 -o albedo.vdb && "
                       "cloudsim -q --cells 8 --minutes 0.5 --unpruned --seed 3 --noise 2 -o start.vdb");
         ASSERT_EQ(r.status, 0) << r.err;
+        write_fire();
+    }
+    /// fire.vdb: the cloud with a temperature and a flame.
+    static void write_fire()
+    {
+        GridFile file = read_grid_file(*inputs_ / "in.vdb");
+        const auto density = openvdb::gridPtrCast<FloatGrid>(file.grids.at(0));
+        for (const auto& [name, top] : {std::pair{"temperature", 1800.0f}, {"flame", 1.0f}}) {
+            const auto grid = density->deepCopy();
+            for (auto v = grid->beginValueOn(); v; ++v) v.setValue(top * *v);
+            grid->setName(name);
+            file.grids.push_back(grid);
+        }
+        write_grid_file(*inputs_ / "fire.vdb", file);
     }
     static void TearDownTestSuite()
     {

@@ -193,6 +193,13 @@ GridFile make_body(Programs& programs, const std::string& line, const std::array
         file.grids.push_back(vectors(*grid, "emission", 0, [&](const openvdb::Coord&, float density_here) {
             return float(emission * change.power) * density_here * openvdb::Vec3f(1, 0.5f, 0.25f);
         }));
+    if (const double kelvin = values.number("fire", 0); kelvin != 0)
+        for (const auto& [name, at_1] : {std::pair{"temperature", kelvin}, {"flame", 1.0}}) {
+            const FloatGridPtr hot = grid->deepCopy();
+            hot->setName(name);
+            for (auto v = hot->beginValueAll(); v; ++v) v.setValue(float(at_1 * double(*v)));
+            file.grids.push_back(hot);
+        }
     if (const double seed = values.number("cd", 0); seed > 0)
         file.grids.push_back(vectors(*grid, "Cd", 1, [&](const openvdb::Coord& c, float) {
             // By the voxel of the world, so that twins have the same colours.

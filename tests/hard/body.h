@@ -44,7 +44,8 @@ struct Change {
 ///
 ///     table 0 1 2 / 3 4 5                             no density but a text file: lines between slashes
 ///
-/// emission=VALUE adds a grid `emission` of the density times this value, cd=SEED a random grid `Cd`, times=VALUE
+/// emission=VALUE adds a grid `emission` of the density times this value, fire=KELVIN grids `temperature` of the
+/// density times this value and `flame` of the density, cd=SEED a random grid `Cd`, times=VALUE
 /// multiplies the density. `axes` are the world vectors of steps along i, j, k before the change.
 GridFile make_body(Programs&, const std::string& line, const std::array<Vec3d, 3>& axes, const Vec3d& origin,
                    const Change&, const std::string& folder);

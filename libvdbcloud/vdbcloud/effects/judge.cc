@@ -24,10 +24,11 @@ Finding judge_emission(const EffectFacts& facts)
 {
     bool there = false;
     for (const MediumFacts& medium : facts.media) {
-        if (emits(medium.emission)) return adds("the grid emission has values above 0");
+        if (emits(medium.emission)) return adds("the medium emits: a grid emission, or a temperature");
         there = there || medium.emission;
     }
-    return there ? idle("the grid emission is 0 everywhere") : none("the input has no grid emission");
+    return there ? idle("the grid emission is 0 everywhere")
+                 : none("the input has no grid emission and nothing that glows");
 }
 
 Finding judge_tint(const EffectFacts& facts)

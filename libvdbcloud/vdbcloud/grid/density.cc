@@ -126,11 +126,12 @@ Repairs repairs_of(const FloatGrid& grid, const std::string& what)
     return count;
 }
 
-void repair(FloatGrid& grid)
+/// Values below `least`, and those that are not finite.
+void repair(FloatGrid& grid, float least)
 {
-    if (grid.background() < 0) grid.tree().root().setBackground(0.0f, /*updateChildNodes=*/true);
+    if (grid.background() < least) grid.tree().root().setBackground(least, /*updateChildNodes=*/true);
     const float background = grid.background();
-    const auto repaired = [background](float x) { return std::isfinite(x) ? std::max(x, 0.0f) : background; };
+    const auto repaired = [=](float x) { return std::isfinite(x) ? std::max(x, least) : background; };
     for_each_tile(grid, [&](const auto& tile) {
         if (const float value = repaired(*tile); value != *tile) tile.setValue(value);
     });
@@ -140,6 +141,22 @@ void repair(FloatGrid& grid)
     }
 }
 
+std::string counted(uint64_t n, const std::string& one) { return std::to_string(n) + " " + one + (n == 1 ? "" : "s"); }
+
+void tell_not_finite(const Repairs& count, const std::string& what, const Warn& to)
+{
+    if (count.not_finite > 0)
+        warn(to, what + ": " + counted(count.not_finite, "value") +
+                     " of inactive voxels not finite: taken as the background");
+}
+
+/// A grid of floats or doubles as floats.
+FloatGridPtr as_floats(const GridBasePtr& base)
+{
+    if (auto grid = openvdb::gridPtrCast<FloatGrid>(base)) return grid;
+    return std::make_shared<FloatGrid>(static_cast<const openvdb::DoubleGrid&>(*base));
+}
+
 }  // namespace
 
 FloatGridPtr density_of(GridFile& file, const std::string& asked, const Warn& to)
@@ -147,22 +164,35 @@ FloatGridPtr density_of(GridFile& file, const std::string& asked, const Warn& to
     const std::string choice = asked.empty() ? earlier_choice(file, to) : asked;
     const GridBasePtr base = pick(file, choice);
     if (!asked.empty() && file.metadata) set_text(*file.metadata, schema::density_choice, asked);
-    auto grid = openvdb::gridPtrCast<FloatGrid>(base);
-    if (!grid) grid = std::make_shared<FloatGrid>(static_cast<const openvdb::DoubleGrid&>(*base));
+    FloatGridPtr grid = as_floats(base);
     const std::string what = called(file, *base);
     const Repairs count = repairs_of(*grid, what);
     if (count.negative + count.not_finite > 0) {
         if (grid == base) grid = grid->deepCopy();
-        repair(*grid);
+        repair(*grid, 0.0f);
     }
-    const auto counted = [](uint64_t n, const std::string& one) {
-        return std::to_string(n) + " " + one + (n == 1 ? "" : "s");
-    };
     if (count.negative > 0) warn(to, what + ": " + counted(count.negative, "negative value") + " taken as 0");
-    if (count.not_finite > 0)
-        warn(to, what + ": " + counted(count.not_finite, "value") +
-                     " of inactive voxels not finite: taken as the background");
+    tell_not_finite(count, what, to);
     if (grid != base) std::replace(file.grids.begin(), file.grids.end(), base, GridBasePtr(grid));
+    return grid;
+}
+
+FloatGridPtr scalar_of(const GridFile& file, const std::string& role, const Warn& to)
+{
+    const GridBasePtr base = aliased_grid(file, role);
+    if (!base || base->empty()) return nullptr;
+    const std::string what = called(file, *base);
+    if (const std::string why = objection(*base); !why.empty()) {
+        warn(to, what + " " + why + "; the grid is ignored");
+        return nullptr;
+    }
+    FloatGridPtr grid = as_floats(base);
+    const Repairs count = repairs_of(*grid, what);
+    if (count.not_finite > 0) {
+        if (grid == base) grid = grid->deepCopy();
+        repair(*grid, -std::numeric_limits<float>::max());
+    }
+    tell_not_finite(count, what, to);
     return grid;
 }
 

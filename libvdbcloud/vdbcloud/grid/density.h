@@ -1,5 +1,5 @@
 #pragma once
-// Finds the density grid of a file and checks its values.
+// Finds the density and other scalar grids of a file, and checks their values.
 #include "vdbcloud/core/progress.h"
 #include "vdbcloud/grid/grid_file.h"
 
@@ -25,5 +25,10 @@ namespace vdbcloud {
 ///   the transform is not affine;
 ///   the value of an active voxel or the background is not finite; the message gives the voxel.
 FloatGridPtr density_of(GridFile&, const std::string& asked = {}, const Warn& = {});
+
+/// The scalar grid of a role beside the density (aliased_grid()), as floats: a double grid is converted. Null if there
+/// is none, if it is empty, and, with a warning, for a level set, points, another value type or a transform that is not
+/// affine. Values that are not finite: as density_of(). The returned grid is then a copy; the file's stays.
+FloatGridPtr scalar_of(const GridFile&, const std::string& role, const Warn& = {});
 
 }  // namespace vdbcloud

@@ -83,6 +83,13 @@ inline constexpr const char* solid_roughness = "vdbcloud:solid_roughness";      
 // Of results: solids_digest() of the solids that stood in the light.
 inline constexpr const char* solids = "vdbcloud:solids";
 
+// Metadata of temperature, or of flame without temperature: T [K] = offset + scale x value.
+inline constexpr const char* kelvin_scale = "vdbcloud:kelvin_scale";      // double [K]
+inline constexpr const char* kelvin_offset = "vdbcloud:kelvin_offset";    // double [K]
+inline constexpr const char* fire_intensity = "vdbcloud:fire_intensity";  // double: emission over that of a black body
+// Metadata of flame: absorption that its luminous soot would have at flame 1.
+inline constexpr const char* flame_absorption = "vdbcloud:flame_absorption";  // double [1/world unit]
+
 /// The names that vdbcloud and other programs use for the grid `name`, preferred first, `name` included.
 /// density|smoke|soot|voxel_fog_density, temperature|heat, flame|flames|fire, vel|v|velocity, Cd|color|colour|albedo.
 std::vector<std::string> aliases(const std::string& name);

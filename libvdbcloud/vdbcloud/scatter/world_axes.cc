@@ -26,6 +26,24 @@ std::vector<double> rotation(const VoxelIndex& index, int degree)
     return turn;
 }
 
+std::vector<std::vector<float>> turned(const VoxelIndex& index, const std::vector<std::vector<float>>& moments,
+                                       int degree, const std::vector<double>& turn)
+{
+    const int n = harmonic_count(degree);
+    std::vector<std::vector<float>> to(static_cast<size_t>(n));
+    for (int l = 1; l <= degree; ++l)
+        for (int i = l * l; i < (l + 1) * (l + 1); ++i) {
+            to[size_t(i)].assign(index.blocks().slots(), 0.0f);
+            for (int j = l * l; j < (l + 1) * (l + 1); ++j) {
+                const double factor = turn[i * n + j];
+                if (std::abs(factor) < 1e-12) continue;
+                const auto& from = moments[size_t(j)];
+                for (size_t slot = 0; slot < from.size(); ++slot) to[size_t(i)][slot] += float(factor * from[slot]);
+            }
+        }
+    return to;
+}
+
 }  // namespace
 
 std::array<std::vector<float>, 3> flux_in_world(const VoxelIndex& index, std::array<std::vector<float>, 3> flux)
@@ -41,20 +59,18 @@ std::array<std::vector<float>, 3> flux_in_world(const VoxelIndex& index, std::ar
 std::vector<std::vector<float>> moments_in_world(const VoxelIndex& index,
                                                  const std::vector<std::vector<float>>& moments, int degree)
 {
+    return turned(index, moments, degree, rotation(index, degree));
+}
+
+std::vector<std::vector<float>> moments_in_index(const VoxelIndex& index,
+                                                 const std::vector<std::vector<float>>& moments, int degree)
+{
+    const std::vector<double> to_world = rotation(index, degree);
+    std::vector<double> back(to_world.size());
     const int n = harmonic_count(degree);
-    const std::vector<double> turn = rotation(index, degree);
-    std::vector<std::vector<float>> to(static_cast<size_t>(n));
-    for (int l = 1; l <= degree; ++l)
-        for (int i = l * l; i < (l + 1) * (l + 1); ++i) {
-            to[size_t(i)].assign(index.blocks().slots(), 0.0f);
-            for (int j = l * l; j < (l + 1) * (l + 1); ++j) {
-                const double factor = turn[i * n + j];
-                if (std::abs(factor) < 1e-12) continue;
-                const auto& from = moments[size_t(j)];
-                for (size_t slot = 0; slot < from.size(); ++slot) to[size_t(i)][slot] += float(factor * from[slot]);
-            }
-        }
-    return to;
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) back[i * n + j] = to_world[j * n + i];
+    return turned(index, moments, degree, back);
 }
 
 std::array<std::vector<float>, 3> flux_of(const std::vector<std::vector<float>>& moments)

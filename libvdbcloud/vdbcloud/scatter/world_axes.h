@@ -1,5 +1,5 @@
 #pragma once
-// Rotates flux and moments from a grid's index axes, used by the solvers, to the world's axes. Private to scatter/.
+// Rotates flux and moments between a grid's index axes, used by the solvers, and the world's axes. Private to scatter/.
 #include "vdbcloud/voxels/voxel_index.h"
 
 #include <array>
@@ -14,6 +14,10 @@ std::array<std::vector<float>, 3> flux_in_world(const VoxelIndex&, std::array<st
 /// moments about the index axes. One array per moment with a value per slot, by rising l and m. The index axes may be
 /// mirrored. The array of degree 0 stays empty, as P1's phi gives that moment.
 std::vector<std::vector<float>> moments_in_world(const VoxelIndex&, const std::vector<std::vector<float>>& moments,
+                                                 int degree);
+
+/// The same from moments about the world's axes to those about the index axes.
+std::vector<std::vector<float>> moments_in_index(const VoxelIndex&, const std::vector<std::vector<float>>& moments,
                                                  int degree);
 
 /// Flux from moments of degree 1, components along the axes of the moments.

@@ -25,8 +25,8 @@ constexpr double ozone[samples] = {0,     0,     0,     0,     0,     0,     0, 
                                    0.120, 0.115, 0.125, 0.120, 0.105, 0.090, 0.079, 0.067, 0.057, 0.048,
                                    0.036, 0.028, 0.023, 0.018, 0.014, 0.011, 0.010, 0.009};
 
-constexpr double solid_angle = 6.7443e-5;                    // of the sun [sr]
-constexpr double luminous = 683 * solid_angle * 1e5 * 1e-3;  // [klx per 10 W / (cm^2 um sr) um]
+constexpr double solid_angle = 6.7443e-5;                                  // of the sun [sr]
+constexpr double luminous = luminous_efficacy * solid_angle * 1e5 * 1e-3;  // [klx per 10 W / (cm^2 um sr) um]
 
 double ozone_absorption(double wavelength)
 {
@@ -64,6 +64,12 @@ double atmosphere_transmittance(double wavelength, double air_mass, double turbi
 Vec3d sunlight_above_atmosphere()
 {
     return sum([](double) { return 1.0; });
+}
+
+double unit_of_light()
+{
+    static const double unit = luminance(sunlight_above_atmosphere());
+    return unit;
 }
 
 Vec3d sunlight(double height, double turbidity)

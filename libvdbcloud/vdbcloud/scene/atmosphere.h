@@ -20,6 +20,10 @@ double atmosphere_transmittance(double wavelength, double air_mass, double turbi
 
 /// Irradiance across the sun's beam, linear Rec. 709 [klx]: its luminance is the illuminance.
 Vec3d sunlight_above_atmosphere();
+/// The unit of all radiances, irradiances and intensities: a white light of irradiance 1 has the illuminance of the sun
+/// above the atmosphere [klx], and a white radiance of 1 that luminance [klx/sr, 1000 cd/m^2]. In watts, weighted by
+/// the second colour matching function, 1 is unit_of_light() / luminous_efficacy * 1000 W/m^2 (and per steradian).
+double unit_of_light();
 Vec3d sunlight(double height, double turbidity);
 
 }  // namespace vdbcloud

@@ -4,9 +4,12 @@
 
 namespace vdbcloud {
 
-/// CIE 1931 2 degree colour matching functions at a wavelength [nm], by the multi-lobe fits of Wyman, Sloan, Shirley,
-/// JCGT 2(2), 2013. Their error is below 0.02 of the peaks.
+/// CIE 1931 2 degree colour matching functions at a wavelength [nm]: the table of CIE 015:2018 at 380, 390 ... 780 nm,
+/// linear between; 0 beyond.
 Vec3d colour_matching(double wavelength);
+
+/// Lumens in a watt of a spectrum that was weighted by the second of the colour matching functions.
+constexpr double luminous_efficacy = 683;
 
 /// Luminance of linear Rec. 709 (white point D65), which is Y of rec709_of_xyz().
 double luminance(const Vec3d& rec709);
