@@ -15,7 +15,7 @@ set(public_headers
     scatter/expected_share.h scatter/multiple_scattering.h scatter/scatter_plan.h scatter/series_grids.h scatter/voxel_error.h
     render/certificate.h render/image_in.h render/image_out.h render/integrator.h render/merge.h render/render_plan.h render/scene_digest.h
     sim/checkpoint.h sim/effect.h sim/large_scale.h sim/presets.h sim/simulation.h sim/snapshot.h sim/sounding.h sim/statistics.h sim/step_plan.h sim/words.h
-    fractal/cloud_grid.h fractal/cloud_shape.h fractal/cumulus.h fractal/mask_envelope.h fractal/mountain.h)
+    fractal/cloud_grid.h fractal/cloud_shape.h fractal/cumulus.h fractal/detail.h fractal/mask_envelope.h fractal/mountain.h)
 
 # Sets `result` to public_headers and every header that they include, of the folder `from`.
 function(find_public_headers result from)

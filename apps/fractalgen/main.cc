@@ -8,11 +8,16 @@
 // towers.
 #include "envelope_grid.h"
 #include "estimate.h"
+#include "vector_grid.h"
 
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/fractal/cloud_grid.h"
+#include "vdbcloud/grid/density.h"
 #include "vdbcloud/grid/grid_file.h"
+#include "vdbcloud/grid/metadata.h"
+#include "vdbcloud/grid/registry.h"
+#include "vdbcloud/grid/select.h"
 
 #include <algorithm>
 #include <array>
@@ -78,8 +83,53 @@ FloatGridPtr make_cloud(app::App& app, const app::Options& o, const app::Domain&
     return density;
 }
 
+/// What detail takes: the result, its noise, and grids like the coarse one.
+app::Plan plan_of_detail(const FloatGrid& coarse, const DetailOptions& o)
+{
+    const double voxels = double(coarse.activeVoxelCount()), fine = voxels * o.factor * o.factor * o.factor;
+    app::Plan plan;
+    plan.way_out = "a smaller --detail-factor";
+    plan.bytes = 4.5 * fine + 6 * 4.5 * voxels + 2 * 128.0 * 128 * 128 * 4;
+    plan.work.add("detail_voxel", fine);
+    plan.work.add("write_byte", 4 * fine);
+    return plan;
+}
+
+/// The file of a simulation, with detail in its density.
+void run_detail(app::App& app, app::Options& o)
+{
+    GridFile file = app.read(o.detail_from);
+    const FloatGridPtr coarse = app::of_file(file.path, [&] { return density_of(file, {}, app.warnings()); });
+    const Vec3SGridPtr velocity = app::vector_grid(app, file, grid_of(file, schema::velocity));
+    o.detail.seed = o.seed;
+    if (!o.detail_time.given()) o.detail.time = get_number(*file.metadata, schema::sim_time, 0);
+    const app::Plan plan = plan_of_detail(*coarse, o.detail);
+    if (app.dry_run())
+        return app::tell(app, plan, "make a density of " + app::brief(plan.work.of("detail_voxel")) + " voxels");
+    app::require_memory(plan);
+    FloatGridPtr fine;
+    {
+        const auto phase = app.phase("detail");
+        fine = app::of_file(file.path,
+                            [&] { return add_detail(*coarse, velocity.get(), o.detail, app.progress("detail")); });
+    }
+    Workload work;
+    work.add("detail_voxel", plan.work.of("detail_voxel"));
+    app.add_work(work);
+    app.report()["counts"]["voxels"] = fine->activeVoxelCount();
+    app.uses(coarse->getName());
+    // Light of the coarse density is none of the fine one.
+    remove_grids(file, [](const std::string& name) {
+        const schema::GridKind* kind = schema::kind_of(name);
+        return kind && kind->result;
+    });
+    std::replace(file.grids.begin(), file.grids.end(), GridBasePtr(coarse), GridBasePtr(fine));
+    app.write(o.output, file);
+}
+
 void run(app::App& app, app::Options& o)
 {
+    if (!o.detail_from.empty()) return run_detail(app, o);
     o.spectrum.seed = o.cumulus.seed = o.seed;
     o.spectrum.beta = o.beta.value_or(o.mountain ? app::mountain_beta : app::cloud_beta);
     o.spectrum.outer = o.outer.value_or(o.mountain ? app::mountain_outer : app::cloud_outer);
@@ -120,7 +170,8 @@ int main(int argc, char** argv)
     return app.run(argc, argv, [&] {
         app.each_frame([&](const auto& place) {
             app::Options frame = o;
-            for (std::string* path : {&frame.input, &frame.envelope_from, &frame.output}) place(*path);
+            for (std::string* path : {&frame.input, &frame.envelope_from, &frame.detail_from, &frame.output})
+                place(*path);
             run(app, frame);
         });
     });

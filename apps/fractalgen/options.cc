@@ -13,31 +13,29 @@ namespace {
 void declare_noise(App& app, Options& o)
 {
     const auto group = "Noise";
+    const auto detail = [&o] { return !o.detail_from.empty(); };
+    const auto of_shape = [&](const Option& option) { return option.not_with(detail, "--detail-from").group(group); };
     app.add_option("--seed", o.seed, "number of the cloud; another seed makes another cloud of the same kind")
         ->group(group);
-    app.add_option("--beta", o.beta,
-                   "power of the noise falls as (wave number)^-beta; without it 4.2, for a mountain 3.5. Smaller is "
-                   "rougher")
-        ->check(within(0, 12))
-        ->group(group);
-    app.add_option(
-           "--outer", o.outer,
-           "wave number below which the spectrum is flat [waves per longest side]; without it 4, for a mountain "
-           "0")
-        ->check(nonnegative)
-        ->group(group);
-    app.add_option("--low-cut", o.spectrum.low_cut,
-                   "leave out waves below this wave number [waves per longest side]; removes large lumps")
-        ->check(within(0, 256))
-        ->group(group);
-    app.add_option("--high-cut", o.spectrum.high_cut,
-                   "leave out waves above this wave number [waves per longest side]; removes fine detail")
-        ->check(positive)
-        ->group(group);
-    app.add_vec3("--stretch", o.spectrum.stretch,
-                 "features are so many times longer along x,y,z; 1,3,1 makes streaks along y")
-        ->check(within(0.01, 100))
-        ->group(group);
+    of_shape(app.add_option(
+                 "--beta", o.beta,
+                 "power of the noise falls as (wave number)^-beta; without it 4.2, for a mountain 3.5. Smaller is "
+                 "rougher"))
+        ->check(within(0, 12));
+    of_shape(app.add_option(
+                 "--outer", o.outer,
+                 "wave number below which the spectrum is flat [waves per longest side]; without it 4, for a mountain "
+                 "0"))
+        ->check(nonnegative);
+    of_shape(app.add_option("--low-cut", o.spectrum.low_cut,
+                            "leave out waves below this wave number [waves per longest side]; removes large lumps"))
+        ->check(within(0, 256));
+    of_shape(app.add_option("--high-cut", o.spectrum.high_cut,
+                            "leave out waves above this wave number [waves per longest side]; removes fine detail"))
+        ->check(positive);
+    of_shape(app.add_vec3("--stretch", o.spectrum.stretch,
+                          "features are so many times longer along x,y,z; 1,3,1 makes streaks along y"))
+        ->check(within(0.01, 100));
 }
 
 /// Returns --envelope-from.
@@ -45,6 +43,7 @@ Option declare_envelope(App& app, Options& o, const char* group, const std::func
 {
     const auto mask = [&o] { return !o.envelope_from.empty(); };
     const auto cumulus = [&o] { return o.envelope == Region::Cumulus && o.envelope_from.empty(); };
+    const auto detail = [&o] { return !o.detail_from.empty(); };
     app.add_choice<Region>("--envelope", o.envelope,
                            {{"cumulus", Region::Cumulus},
                             {"sphere", Region::Sphere},
@@ -54,11 +53,13 @@ Option declare_envelope(App& app, Options& o, const char* group, const std::func
                            "body that the cloud fills; slab: a layer over the whole bounds")
         ->not_with(mountain, "--mountain")
         ->not_with(mask, "--envelope-from")
+        ->not_with(detail, "--detail-from")
         ->group(group);
     const Option from = app.add_option("--envelope-from", o.envelope_from,
                                        "fill the fog or level set of this .vdb instead of a body; - for standard input")
                             ->reads_files()
                             ->not_with(mountain, "--mountain")
+                            ->not_with(detail, "--detail-from")
                             ->type_name("FILE")
                             ->group(group);
     app.add_option("--envelope-grid", o.mask_grid,
@@ -66,7 +67,10 @@ Option declare_envelope(App& app, Options& o, const char* group, const std::func
         ->needs(from)
         ->group(group);
     const auto shapes_cumulus = [&](const Option& option) {
-        return option.not_with(mountain, "--mountain").only_with(cumulus, "--envelope cumulus").group(group);
+        return option.not_with(mountain, "--mountain")
+            .not_with(detail, "--detail-from")
+            .only_with(cumulus, "--envelope cumulus")
+            .group(group);
     };
     shapes_cumulus(app.add_option("--towers", o.cumulus.towers, "number of rising columns of a cumulus"))
         ->check(within(1, 64));
@@ -85,7 +89,10 @@ Option declare_shape(App& app, Options& o)
     const auto group = "Shape; lengths are fractions of the longest side";
     const auto mountain = [&o] { return o.mountain; };
     const Option from = declare_envelope(app, o, group, mountain);
-    const auto of_cloud = [&](const Option& option) { return option.not_with(mountain, "--mountain").group(group); };
+    const auto detail = [&o] { return !o.detail_from.empty(); };
+    const auto of_cloud = [&](const Option& option) {
+        return option.not_with(mountain, "--mountain").not_with(detail, "--detail-from").group(group);
+    };
     of_cloud(app.add_option("--coverage", o.shape.coverage,
                             "fraction of the envelope that holds cloud; the noise decides where. Use it for broken "
                             "decks"))
@@ -114,6 +121,7 @@ void declare_mountain(App& app, Options& o)
         return option.only_with(mountain, "--mountain").group(group);
     };
     app.add_flag("--mountain", o.mountain, "make a mountain, a level set named 'solid', instead of a cloud")
+        ->not_with([&o] { return !o.detail_from.empty(); }, "--detail-from")
         ->group(group);
     of_mountain(app.add_option("--relief", o.relief.relief,
                                "height from the lowest to the highest point over the longest horizontal side"))
@@ -126,40 +134,74 @@ void declare_mountain(App& app, Options& o)
         ->check(within(1.5, 16));
 }
 
+/// Returns --detail-from.
+Option declare_detail(App& app, Options& o)
+{
+    const auto group = "Detail for a simulation";
+    const Option from =
+        app.add_option("--detail-from", o.detail_from,
+                       "give the density of this .vdb detail below its voxels: noise that moves with the grid vel, "
+                       "and keeps the water of each voxel; - for standard input. Its other grids are passed on")
+            ->reads_files()
+            ->type_name("FILE")
+            ->group(group);
+    const auto of_detail = [&](const Option& option) { return option.needs(from).group(group); };
+    of_detail(
+        app.add_option("--detail-factor", o.detail.factor, "voxels along an edge of each voxel of the simulation"))
+        ->check(within(2, 8));
+    of_detail(app.add_option("--detail-amount", o.detail.amount,
+                             "standard deviation of the logarithm of density where matter ends; less in even matter"))
+        ->check(within(0, 3));
+    of_detail(app.add_option("--detail-period", o.detail.period,
+                             "seconds that a pattern of the noise lives; as long as the flow takes to distort a voxel"))
+        ->check(within(1e-3, 1e9));
+    o.detail_time = of_detail(app.add_option("--detail-time", o.detail.time,
+                                             "time of the frame [s]; without it that of cloudsim, else 0"))
+                        ->check(within(-1e9, 1e9))
+                        ->default_str("");
+    return from;
+}
+
 }  // namespace
 
 void declare(App& app, Options& o)
 {
+    const auto detail = [&o] { return !o.detail_from.empty(); };
     app.writes_grids();
     app.takes_frames(/*several_inputs=*/false);
     const Option input =
         app.add_option("input", o.input, ".vdb to add the grid to, or - for standard input; without it a new file")
+            .not_with(detail, "--detail-from")
             .reads_files();
     app.add_option("-o,--output", o.output, ".vdb to write, or - for standard output")
         ->required()
         ->rewrites_file(FileKind::Grids);
     declare_noise(app, o);
     const Option from = declare_shape(app, o);
-    app.reads_grids({input, from});
+    app.reads_grids({input, from, declare_detail(app, o)});
 
     const auto space = "Space";
     app.add_option(
            "--size", o.size,
            "voxels along the longest side, or NX,NY,NZ; 1 to 512 each. Time and memory grow with the third power")
+        ->not_with(detail, "--detail-from")
         ->group(space);
     app.add_option("--bounds", o.bounds,
                    "domain x0,y0,z0,x1,y1,z1 [world units]; without it 2 x 1.25 x 2, standing on the origin")
+        ->not_with(detail, "--detail-from")
         ->group(space);
     app.add_choice<std::optional<UpAxis>>("--up", o.up_asked, up_axis_choices<std::optional<UpAxis>>(),
                                           "axis that points up; z for Blender, y for Houdini; without it that of the "
                                           "input or of --envelope-from, else y")
         ->default_str("")
+        ->not_with(detail, "--detail-from")
         ->scene("medium")
         ->group(space);
 
     declare_mountain(app, o);
     declare_medium(app, o.medium, MediumSource::None);
-    for (const Option& option : options_of(o.medium)) option.not_with([&o] { return o.mountain; }, "--mountain");
+    for (const Option& option : options_of(o.medium))
+        option.not_with([&o] { return o.mountain; }, "--mountain").not_with(detail, "--detail-from");
 
     app.examples(
         {{"a cumulus cloud of a few seconds, and its picture",

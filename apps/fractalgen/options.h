@@ -5,6 +5,7 @@
 
 #include "vdbcloud/fractal/cloud_shape.h"
 #include "vdbcloud/fractal/cumulus.h"
+#include "vdbcloud/fractal/detail.h"
 #include "vdbcloud/fractal/mountain.h"
 #include "vdbcloud/fractal/noise.h"
 
@@ -28,6 +29,9 @@ struct Options {
     MediumOptions medium;
     bool mountain = false;
     MountainOptions relief;
+    std::string detail_from;  ///< density that gets detail; empty: none
+    DetailOptions detail;
+    Option detail_time;
 };
 
 // The towers and bulges of a cumulus replace the long waves of its surface, so its noise begins at shorter waves.

@@ -17,6 +17,7 @@
 #include "lights.h"
 #include "map_file.h"
 #include "options.h"
+#include "previous.h"
 #include "report.h"
 #include "vector_grid.h"
 
@@ -127,6 +128,7 @@ void run(app::App& app, P1solveOptions& o)
         if (part.colour) app.uses(part.colour->getName());
     }
     check_phase(o, in);
+    choose_start(app, o, in);
     P1Scene scene{in, {}, choose_solids(app, o, in), {}, nullptr, nullptr};
     scene.lights = app::of_file(file.path, [&] { return lights_for(app, o, in); });
     const std::vector<Light> lights = scene.lights;
@@ -161,9 +163,11 @@ int main(int argc, char** argv)
     P1solveOptions o;
     declare(app, o);
     return app.run(argc, argv, [&] {
+        std::string last;
         app.each_frame([&](const auto& place) {
             P1solveOptions frame = o;
             app::place_stage(frame, place);
+            place_start(frame, place, last);
             place(frame.flux_map);
             run(app, frame);
         });

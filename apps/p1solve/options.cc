@@ -43,6 +43,23 @@ void declare_closure(app::App& app, P1solveOptions& o)
                              "stop when the relative change of collided light between two sweeps falls below this "
                              "value"))
         ->check(app::positive);
+    const app::Option start = app.add_option("--start-from", o.start_from,
+                                             "the solution of the frame before (.vdb of p1solve): its light, moved "
+                                             "with the grid vel, starts the sweeps in place "
+                                             "of P1's, so that one or two suffice for a frame of a film. With --frames "
+                                             "a numbered name, as of --output, is that "
+                                             "of the frame before, and the first frame starts from P1");
+    start->type_name("FILE")
+        ->reads_files()
+        ->only_with([&o] { return o.scatter.closure.iterations > 0; }, "--iterations above 0")
+        ->group(group);
+    o.start_seconds_option =
+        app.add_option("--start-seconds", o.start_seconds,
+                       "seconds between that frame and this; without it the times of cloudsim, else 0")
+            ->check(app::within(-1e9, 1e9))
+            ->default_str("")
+            ->needs(start)
+            ->group(group);
     o.keep_moments = app.add_option("--keep-moments", o.scatter.keep_moments,
                                     "degree up to which moments are written; 1: phi and flux alone. Less makes smaller "
                                     "files and blunter pictures");

@@ -26,6 +26,9 @@ struct P1solveOptions : app::StageOptions {
     app::Option rays_per_voxel, delta, disc_samples, keep_moments, heating, ground;
     double ground_albedo = 0;  ///< where `ground` is given
     std::string flux_map;      ///< .exr to write; empty: none
+    std::string start_from;    ///< a file with the light of the frame before; empty: none
+    double start_seconds = 0;  ///< since then, where `start_seconds_option` is given
+    app::Option start_seconds_option;
     bool allow_unconverged = false, series_raw = false, voxel_error = false;
     SeriesOptions series;
 

@@ -80,7 +80,8 @@ TEST_F(Fires, IsothermalBodyShowsPlancksRadianceTimesOneLessTransmittance)
     // 17 voxels of 1 and two ramps of half a one: tau = 17.000 x extinction, of floats and the march's tolerance.
     const std::string fire = ball_at(1500);
     for (const double extinction : {0.01, 0.2, 5.0}) {
-        const Middle seen = middle(fire, {"--extinction", std::to_string(extinction), "--albedo", "0", "--background", "none"});
+        const Middle seen =
+            middle(fire, {"--extinction", std::to_string(extinction), "--albedo", "0", "--background", "none"});
         EXPECT_NEAR(seen.transmittance, std::exp(-17 * extinction), 1e-4);
         expect_close(seen.colour, (1 - std::exp(-17 * extinction)) * blackbody(1500), 1e-3);
     }

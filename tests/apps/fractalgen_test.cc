@@ -16,6 +16,7 @@
 #include <chrono>
 #include <filesystem>
 #include <map>
+#include <optional>
 
 namespace vdbcloud {
 namespace {
@@ -285,6 +286,63 @@ TEST_F(Fractalgen, RefusesAtOnceWhatCannotFitTheMemory)
         0);
     std::filesystem::remove(folder_ / "x.vdb");
     EXPECT_EQ(folder_.list(), Words{});
+}
+
+/// A frame of a simulation: a ball with a velocity, and a time.
+TEST_F(Fractalgen, DetailComesFromAFrameAndGoesOnWithIt)
+{
+    const auto coarse = FloatGrid::create(0.0f);
+    coarse->setName("density");
+    coarse->setGridClass(openvdb::GRID_FOG_VOLUME);
+    for (int x = 0; x < 6; ++x)
+        for (int y = 0; y < 6; ++y)
+            for (int z = 0; z < 6; ++z) coarse->tree().setValue(openvdb::Coord(x, y, z), 0.5f);
+    set_vector(*coarse, schema::sigma_t_per_density, Vec3d(3));
+    const auto vel = Vec3SGrid::create(Vec3f(1, 0, 0));
+    vel->setName("vel");
+    vel->tree().setValue(openvdb::Coord(0, 0, 0), Vec3f(1, 0, 0));
+    GridFile frame{"memory", {coarse, vel}, std::make_shared<MetaMap>()};
+    set_text(*frame.metadata, schema::up_axis, "Z");
+    const auto written = [&](const std::string& name, std::optional<double> time) {
+        if (time)
+            set_number(*frame.metadata, "cloudsim:time", *time);
+        else
+            frame.metadata->removeMeta("cloudsim:time");
+        write_grid_file(folder_ / name, frame);
+        return folder_ / name;
+    };
+    const auto detailed = [&](const std::string& from, Words options = {}) {
+        Words words{"--detail-from", from, "-o", folder_ / "fine.vdb"};
+        words.insert(words.end(), options.begin(), options.end());
+        const RunResult r = run_it(words);
+        EXPECT_EQ(r.status, 0) << r.err;
+        return read_grid_file(folder_ / "fine.vdb");
+    };
+    const auto digest = [&](const GridFile& file) {
+        return grid_digest(*openvdb::gridPtrCast<FloatGrid>(find_grid(file, "density")));
+    };
+    const std::string at_rest = written("f0.vdb", std::nullopt), at_30 = written("f30.vdb", 30.0);
+    const GridFile file = detailed(at_30);
+    const auto fine = openvdb::gridPtrCast<FloatGrid>(find_grid(file, "density"));
+    ASSERT_TRUE(fine);
+    EXPECT_TRUE(fine->voxelSize().eq(Vec3d(0.25), 1e-12));
+    EXPECT_EQ(fine->activeVoxelCount(), 6u * 6 * 6 * 64);
+    EXPECT_EQ(get_vector(*fine, schema::sigma_t_per_density, Vec3d(0.0)), Vec3d(3));
+    EXPECT_TRUE(find_grid(file, "vel"));
+    EXPECT_EQ(get_text(*file.metadata, schema::up_axis, ""), "Z");
+    // Each option counts; the time is that of the simulation unless it is given.
+    const std::string plain = digest(file);
+    for (const Words& options : {Words{"--seed", "2"},
+                                 {"--detail-factor", "2"},
+                                 {"--detail-amount", "2"},
+                                 {"--detail-period", "50"},
+                                 {"--detail-time", "35"}})
+        EXPECT_NE(digest(detailed(at_30, options)), plain) << options[0];
+    EXPECT_EQ(digest(detailed(at_rest, {"--detail-time", "30"})), plain);
+    EXPECT_NE(digest(detailed(at_rest)), plain);
+    const RunResult refused = run_it({"--detail-from", at_30, "--towers", "3", "-o", folder_ / "no.vdb"});
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_NE(refused.err.find("--detail-from"), std::string::npos) << refused.err;
 }
 
 }  // namespace

@@ -16,6 +16,7 @@ for size in 32 64 128 256; do run fractalgen --seed 7 --size $size -o d$size.vdb
 run fractalgen --seed 3 --envelope sphere --size 192 -o sphere.vdb
 for size in 64 160; do run fractalgen --envelope-from d128.vdb --size $size -o x.vdb; done
 run fractalgen --envelope slab --coverage 0.4 --size 256 --bounds -2,0,-2,2,1,2 -o deck.vdb
+for factor in 2 3 4; do run fractalgen --detail-from d64.vdb --detail-factor $factor -o x.vdb; done
 for size in 48 96 160; do run fractalgen --mountain --size $size -o m.vdb; done
 
 medium=(--extinction 60 --albedo 0.9999 --g 0.85)

@@ -23,7 +23,7 @@ kill_at() {
 }
 
 film whole || { tail -n 5 "$work/whole.txt"; exit 1; }
-kill_at "$work/killed/growth.0005.density.vdb"   # within the simulation
+kill_at "$work/killed/growth.0005.coarse.vdb"    # within the simulation
 [ ! -e "$work/killed/growth.simulated" ] || { echo "film.sh: the simulation ended before it was killed"; exit 1; }
 kill_at "$work/killed/growth.0003.png"           # within the pictures
 [ ! -e "$work/killed/growth.mp4" ] || { echo "film.sh: the film ended before it was killed"; exit 1; }

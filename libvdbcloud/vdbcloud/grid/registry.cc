@@ -183,6 +183,7 @@ const std::vector<MetaKey>& meta_keys()
         {flux_limit, "double", "phi", share},
         {accuracy_prefix, "double", "transmittance_LIGHT, phi, series_phi_0"},
         {left_out, "string", "phi"},
+        {started_from, "string", "phi"},
         {periodic, "string", "transmittance_LIGHT, phi"},
         {ground_albedo, "double", "phi", share},
         {solid_kind, "string", "solid"},

@@ -45,6 +45,7 @@ inline constexpr const char* no_grid = "none";
 // double: what bounds the error, followed by a name of accuracy_kinds() (accuracy.h)
 inline constexpr const char* accuracy_prefix = "vdbcloud:accuracy_";
 // string: parts of the light that the result does not have, separated by semicolons
+inline constexpr const char* started_from = "vdbcloud:started_from";  // string: grid_digest() of the phi before
 inline constexpr const char* left_out = "vdbcloud:left_out";
 // string: index axes along which the medium repeats, of "xyz"; absent: none
 inline constexpr const char* periodic = "vdbcloud:periodic";

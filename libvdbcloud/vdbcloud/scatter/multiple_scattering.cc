@@ -244,6 +244,7 @@ void Scattering::stamp(GridBase& grid) const
     set_text(grid, schema::lit_by, lights_text(lights));
     write_periodic(grid, o_.periodic);
     write_ground(grid, o_.ground_albedo);
+    if (o_.previous) set_text(grid, schema::started_from, o_.previous->digest);
     if (solids_) set_text(grid, schema::solids, solids_digest(o_.solids, /*materials=*/true));
 }
 

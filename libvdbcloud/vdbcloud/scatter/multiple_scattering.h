@@ -9,6 +9,7 @@
 #include "vdbcloud/scatter/flux_limiter.h"
 #include "vdbcloud/scatter/flux_map.h"
 #include "vdbcloud/scatter/p1_problem.h"
+#include "vdbcloud/scatter/previous_light.h"
 #include "vdbcloud/scatter/second_moment.h"
 #include "vdbcloud/scatter/sky_inflow.h"
 #include "vdbcloud/scene/light.h"
@@ -51,6 +52,10 @@ struct ScatterOptions {
     /// through; 0: none.
     int reentry_rays = 20000;
     ClosureOptions closure;  ///< transport sweeps that close P1
+    /// The light of an earlier frame, from which the sweeps start wherever its matter has come from; null: P1's light.
+    /// The fixed point of the sweeps does not depend on it. Not where emission is followed by rays in only one of the
+    /// frames: what differs is made up by the sweeps.
+    std::shared_ptr<const PreviousLight> previous;
     /// Follow emission by rays up to its first collision where few voxels emit (emitted_light.h). Else, over a ground,
     /// with `limiter`, and in a periodic medium emission is a source of P1 and the sweeps, as the series takes it.
     bool emission_by_rays = true;
@@ -95,8 +100,9 @@ struct ChannelReport {
 struct ScatterReport {
     std::array<ChannelReport, 3> channel;
     size_t voxels = 0, blocks = 0, exposed = 0;
-    size_t bytes = 0;  ///< peak memory of the solve's arrays
-    Workload work;     ///< events of data/unit_costs.txt
+    size_t from_previous = 0;  ///< voxels that start from ScatterOptions::previous
+    size_t bytes = 0;          ///< peak memory of the solve's arrays
+    Workload work;             ///< events of data/unit_costs.txt
     EffectCosts costs;
     int levels = 0;
     int solves = 0;

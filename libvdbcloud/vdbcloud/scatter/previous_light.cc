@@ -10,6 +10,7 @@
 #include <tbb/parallel_for.h>
 
 #include <cmath>
+#include <optional>
 
 namespace vdbcloud {
 
@@ -34,6 +35,31 @@ private:
     const openvdb::math::Transform& transform_;
 };
 
+/// Where matter that is at a place now was then. One object per thread.
+class Origin {
+public:
+    explicit Origin(const PreviousLight& of) : seconds_(of.velocity ? of.seconds : 0)
+    {
+        if (seconds_ != 0) velocity_.emplace(of.velocity->getConstAccessor());
+        if (of.velocity) transform_ = of.velocity->transformPtr();
+        staggered_ = of.velocity && of.velocity->getGridClass() == openvdb::GRID_STAGGERED;
+    }
+    Vec3d operator()(const Vec3d& place) const
+    {
+        if (!velocity_) return place;
+        const Vec3d at = transform_->worldToIndex(place);
+        const openvdb::Vec3f v = staggered_ ? openvdb::tools::StaggeredBoxSampler::sample(*velocity_, at)
+                                            : BoxSampler::sample(*velocity_, at);
+        return place - seconds_ * Vec3d(v);
+    }
+
+private:
+    double seconds_;
+    std::optional<Vec3SGrid::ConstAccessor> velocity_;
+    openvdb::math::Transform::ConstPtr transform_;
+    bool staggered_;
+};
+
 /// Calls f(slot, place) for the active slots whose matter came from the earlier medium, with that place.
 template<typename GridT, typename F>
 void each_known(const PreviousLight& previous, const GridT& phi, const VoxelIndex& index, const F& f)
@@ -41,24 +67,16 @@ void each_known(const PreviousLight& previous, const GridT& phi, const VoxelInde
     const Blocks& blocks = index.blocks();
     tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
         const Samples<GridT> at(phi);
-        const Vec3i corner = blocks.origin(b);
-        for (size_t n = 0; n < 512; ++n) {
-            const size_t slot = b * 512 + n;
+        const Origin origin(previous);
+        for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
             if (!blocks.active(slot)) continue;
-            const Vec3d voxel(corner[0] + int(n >> 6), corner[1] + int(n >> 3 & 7), corner[2] + int(n & 7));
-            const Vec3d place = previous.origin(index.world(voxel));
+            const Vec3d place = origin(index.world(Vec3d(blocks.voxel(slot))));
             if (at.active(place)) f(slot, place);
         }
     });
 }
 
 }  // namespace
-
-Vec3d PreviousLight::origin(const Vec3d& place) const
-{
-    if (!velocity || seconds == 0) return place;
-    return place - seconds * Vec3d(Samples<Vec3SGrid>(*velocity)(place));
-}
 
 StartingLight starting_light(const PreviousLight& previous, const VoxelIndex& index, int channel, int degree)
 {

@@ -12,11 +12,7 @@ struct PreviousLight {
     CollidedLight light;
     Vec3SGridPtr velocity;  ///< of the medium now [world unit/s]; null: at rest
     double seconds = 0;     ///< since then
-    std::string name;       ///< of the file, for messages and metadata
-
-    /// Where matter that is at `place` now was then: place - seconds x velocity(place), both in the world. The error is
-    /// of second order in `seconds`.
-    Vec3d origin(const Vec3d& place) const;
+    std::string digest;     ///< grid_digest() of its phi, for the metadata of what starts from it
 };
 
 class VoxelIndex;
@@ -27,8 +23,9 @@ struct StartingLight {
     std::vector<std::vector<float>> moments;  ///< by harmonic, up to the last degree that the earlier light has
 };
 
-/// The light of PreviousLight where the voxels of an index have come from: trilinear samples at PreviousLight::origin().
-/// Voxels from without the earlier medium are not known. Threads: all of TBB's, with equal results.
+/// The light of PreviousLight where the voxels of an index have come from: trilinear samples at x - seconds x
+/// velocity(x) for a voxel's centre x, which errs by O(seconds^2) of the acceleration. Voxels from without the earlier
+/// medium are not known. Threads: all of TBB's, with equal results.
 StartingLight starting_light(const PreviousLight&, const VoxelIndex&, int channel, int degree);
 
 }  // namespace vdbcloud

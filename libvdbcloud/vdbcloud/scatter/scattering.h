@@ -229,6 +229,8 @@ private:
     /// and light that looks alike.
     std::unique_ptr<ClosedChannel> open(ClosedMatrix&, int c, SolveOptions,
                                         const std::vector<std::unique_ptr<ClosedChannel>>& others);
+    /// Puts the light of ScatterOptions::previous in place of P1's, where it is known.
+    void start_with_previous(SecondMoment&, int c, std::vector<double>& phi);
     /// `follows`: swept with a channel before.
     void conclude(ClosedChannel&, int c, bool follows, ClosureReport&&);
     SolveResult solve(const P1Operator& p1, Multigrid* multigrid, P1Source& source, std::vector<double>& phi,

@@ -1,10 +1,12 @@
 // Channels whose light sweeps close. Those of one extinction are swept together.
+#include "vdbcloud/core/constants.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/scatter/scattering.h"
 #include "vdbcloud/scatter/streaming.h"
 #include "vdbcloud/scatter/world_axes.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace vdbcloud {
 
@@ -113,12 +115,31 @@ std::unique_ptr<Scattering::ClosedChannel> Scattering::open(ClosedMatrix& matrix
     if (closure.takes_flux()) closure.start_with_flux(cell_flux(p1, source, phi), 0.5);
     if (!first) base.rhs = std::move(rhs);
     for (size_t slot = 0; slot < ahead.size(); ++slot) phi[slot] += ahead[slot];
+    if (o_.previous) start_with_previous(closure, c, phi);
     channel->ground = swept_ground(fine, c);
     if (channel->ground) closure.set_ground(&*channel->ground);
     channel->walls = lit_walls(fine, c);
     if (channel->walls) closure.set_walls(&*channel->walls);
     channel->planes = requested_planes();
     return channel;
+}
+
+void Scattering::start_with_previous(SecondMoment& closure, int c, std::vector<double>& phi)
+{
+    StartingLight start = starting_light(*o_.previous, index_, c, o_.closure.degree);
+    const EmittedLight* light = emitted(c);  // which the file's phi has, and the sweeps' phi has not
+    size_t known = 0;
+    for (size_t slot = 0; slot < start.known.size(); ++slot) {
+        if (!start.known[slot]) continue;
+        ++known;
+        phi[slot] = std::sqrt(4 * pi) * double(start.moments[0][slot]);
+        if (!light) continue;
+        phi[slot] = std::max(phi[slot] - light->fluence[slot], 0.0);
+        for (size_t k = 1; k < std::min(start.moments.size(), light->moments.size()); ++k)
+            start.moments[k][slot] -= light->moments[k][slot];
+    }
+    closure.start_with_moments(start.moments, start.known);
+    report_.from_previous = known;
 }
 
 void Scattering::conclude(ClosedChannel& channel, int c, bool follows, ClosureReport&& of)

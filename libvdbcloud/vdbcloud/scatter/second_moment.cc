@@ -172,6 +172,14 @@ void SecondMoment::start_with_flux(const std::array<std::vector<float>, 3>& flux
                     [&](size_t slot) { swept_.moments[size_t(of_axis[a])][slot] += float(scale * flux[a][slot]); });
 }
 
+void SecondMoment::start_with_moments(const std::vector<std::vector<float>>& moments, const std::vector<char>& known)
+{
+    for (size_t k = 1; k < size_t(terms_); ++k)
+        each_active(p1_.blocks(), [&](size_t slot) {
+            if (known[slot]) swept_.moments[k][slot] = k < moments.size() ? moments[k][slot] : 0.0f;
+        });
+}
+
 void SecondMoment::add_emission(const std::vector<float>& emission, double factor)
 {
     emission_.resize(1, std::vector<float>(p1_.blocks().slots(), 0.0f));

@@ -137,6 +137,10 @@ public:
     /// Adds `factor` times P1's flux, as moments of degree 1, to the collided light from which the first sweep starts.
     void start_with_flux(const std::array<std::vector<float>, 3>& flux, double factor = 1);
 
+    /// Takes these moments of degree 1 and more, about the index axes, for those of the collided light from which the
+    /// first sweep starts, at the slots that are `known`; moments that are not there are 0.
+    void start_with_moments(const std::vector<std::vector<float>>& moments, const std::vector<char>& known);
+
     /// Iterates. `source` is P1's source (beams, sky, emission) on entry, and has what budget() takes on return,
     /// without right side and additive fluxes. phi is the start on entry and the result on return.
     /// ClosureReport::solves tell of the solve for phi - phi_L, to tolerance_between() of that difference. `planes`, if
