@@ -136,6 +136,47 @@ TEST_F(Fires, LightTheirOwnSmoke)
     EXPECT_NEAR(ours.at(0, 0, "G"), truth.at(0, 0, "G"), 0.06 * double(truth.at(0, 0, "G")));
 }
 
+TEST_F(Fires, LightTheGroundWithFewRays)
+{
+    // A ball of fire of radius 2 at a height of 30 over a white floor, thin: a point of power 4 pi int j dV. The floor
+    // below has the radiance int j dV / (pi h^2), by the inverse square 30 at its middle, which the ball's size changes
+    // by (2 / 30)^2.
+    const auto fire = sphere("density", 2, [](Coord) { return 1.0; });
+    const std::string name = file("point.vdb", {fire, isothermal(1900, 2)});
+    const PictureFile p = picture_file(stage("render", name, "floor.exr",
+                                             {"--extinction",
+                                              "1e-4",
+                                              "--albedo",
+                                              "0",
+                                              "--solid",
+                                              "plane;at=0,-30,0;colour=1",
+                                              "--solid-rays",
+                                              "12",
+                                              "--effects",
+                                              "emission,solids",
+                                              "--projection",
+                                              "orthographic",
+                                              "--camera",
+                                              "20,20,0",
+                                              "--look-at",
+                                              "0,-30,0",
+                                              "--ortho-width",
+                                              "0.01",
+                                              "--resolution",
+                                              "4",
+                                              "-q"}));
+    // The trilinear ball has the sum of its voxels.
+    const double expected = 1e-4 * double(fire->activeVoxelCount()) / (3.14159265358979 * 900);
+    double sum = 0, square = 0;
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j) {
+            const double share = double(p.at(i, j, "R")) / (expected * blackbody(1900)[0]);
+            sum += share / 16, square += share * share / 16;
+        }
+    EXPECT_NEAR(sum, 1, 0.03);
+    EXPECT_LT(std::sqrt(std::max(square - sum * sum, 0.0)), 0.2) << "a pixel by reflected rays alone has 3";
+}
+
 TEST_F(Fires, ScaleOfNormalisedValuesIsGuessedOnceAndTravels)
 {
     const auto normalised = [](double top) { return sphere("heat", 10, [top](Coord) { return top; }); };

@@ -25,7 +25,7 @@ double even(double start, int n, double step)
 }  // namespace
 
 SurfaceScene::SurfaceScene(const Scene& scene, const PreparedScene& prepared, const IntegratorOptions& o)
-    : media(prepared), options(o), ground(scene), sky(scene.sky)
+    : media(prepared), options(o), ground(scene), emission(prepared), sky(scene.sky)
 {
 }
 
@@ -80,26 +80,46 @@ Vec3d SurfaceLight::shade(const WorldRay& ray, const SolidHit& hit, PathRandom& 
     return colour * (direct + gathered(reflection, hit, rays, random, next) / goes_on);
 }
 
-/// Light from all directions above a point of a surface, without the colour. One half of the rays is drawn as the
-/// surface reflects, the other about the suns: there a thin medium is bright, which scatters forward. The balance
-/// heuristic joins both.
+/// Light from all directions above a point of a surface, without the colour. Rays are drawn in equal numbers as the
+/// surface reflects; about the suns, if there are any: there a thin medium is bright, which scatters forward; and
+/// towards points that emit, where rays would seldom meet them by chance. The balance heuristic joins them.
 Vec3d SurfaceLight::gathered(const Reflection& reflection, const SolidHit& hit, int rays, PathRandom& random,
                              const Chain& next)
 {
-    double about_suns = suns_.empty() ? 0 : rays / 2.0;  // rays, in the mean
-    if (rays > 1) about_suns = std::floor(about_suns);
-    const bool chance = rays == 1 && about_suns > 0 && random.next() < about_suns;
+    const bool fire = !scene_.emission.dark() && scene_.emission.sampled(hit.outside);
+    double about_suns = 0, to_fire = 0;  // rays, in the mean
+    const double share = double(rays) / (1 + int(!suns_.empty()) + int(fire));
+    if (!suns_.empty()) about_suns = rays > 1 ? std::floor(share) : share;
+    if (fire) to_fire = rays > 1 ? std::floor(share) : share;
+    const double drawn = rays == 1 && share < 1 ? random.next() : 1;
     const double u = random.next(), v = random.next();
     Vec3d sum(0);
     for (int n = 0; n < rays; ++n) {
         const double x = even(u, n, 0.7548776662466927), y = even(v, n, 0.5698402909980532);
-        const bool of_sun = rays > 1 ? n < about_suns : chance;
-        const Vec3d way = of_sun ? about_sun(x, y) : reflection.sample(x, y);
+        const double place = rays > 1 ? n : drawn;
+        Vec3d way;
+        if (place < about_suns)
+            way = about_sun(x, y);
+        else if (place < about_suns + to_fire)
+            way = towards_fire(hit.outside, x, y, random);
+        else
+            way = reflection.sample(x, y);
         if (!(way.dot(hit.normal) > 0)) continue;
-        const double density = (rays - about_suns) * reflection.density(way) + about_suns * density_about_suns(way);
+        double density = (rays - about_suns - to_fire) * reflection.density(way);
+        if (about_suns > 0) density += about_suns * density_about_suns(way);
+        if (to_fire > 0) density += to_fire * scene_.emission.density({hit.outside, way});
         sum += reflection.value(way) / density * radiance({hit.outside, way}, random, next);
     }
     return sum;
+}
+
+/// The direction of a point that emits; 0 at the point itself.
+Vec3d SurfaceLight::towards_fire(const Vec3d& x, double u, double v, PathRandom& random) const
+{
+    const double second = random.next(), third = random.next();
+    const Vec3d way = scene_.emission.point(u, Vec3d(v, second, third)) - x;
+    const double length = way.length();
+    return length > 0 ? way / length : Vec3d(0.0);
 }
 
 Vec3d SurfaceLight::about_sun(double u, double v) const
