@@ -185,6 +185,7 @@ void write_given_medium(const MediumOptions& o, MetaMap& to)
         set_text(to, schema::sigma_t_origin, "given");
     else
         to.removeMeta(schema::sigma_t_per_density);
+    if (!o.option.albedo.given()) to.removeMeta(schema::albedo);  // that of soot, if it burns
 }
 
 void require_same_medium(const std::string& what, const MetaMap& made_with, const Medium& medium)

@@ -58,7 +58,9 @@ void write_import(app::App& app, const Options& o, const std::string& path, cons
     if (extinction) {
         set_vector(density, schema::sigma_t_per_density, Vec3d(1.0));
         set_text(density, schema::sigma_t_origin, "given");
-        if (given) app::chosen_medium(app, o.medium, dynamic_cast<FloatGrid&>(density));
+        const bool keeps = o.medium.option.albedo.given() || has_meta(density, schema::albedo);
+        if (given) app::chosen_medium(app, o.medium, dynamic_cast<FloatGrid&>(density), /*burns=*/false);
+        if (!keeps) density.removeMeta(schema::albedo);  // that of soot, if it burns
     } else {
         app::write_given_medium(o.medium, density);
     }

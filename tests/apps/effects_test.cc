@@ -46,7 +46,8 @@ Parsed parsed(const Words& words)
         } else {
             const bool value = k + 1 < words.size() && !is_option(words[k + 1]) &&
                                !(is_input(words[k + 1]) && words[k] != "-o" && words[k] != "--envelope-from" &&
-                                 words[k] != "--init" && words[k] != "--resume");
+                                 words[k] != "--detail-from" && words[k] != "--start-from" && words[k] != "--init" &&
+                                 words[k] != "--resume");
             all.options[words[k]].push_back(value ? words[k + 1] : "");
             k += value;
         }
