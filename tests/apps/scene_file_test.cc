@@ -264,8 +264,9 @@ TEST(SceneFile, EveryOptionOfAPictureIsAKey)
 {
     // Options that belong to a run, not to the picture: files, more than one result, parts of a job.
     const std::set<std::string> of_a_run{
-        "input",      "--output",       "--density",    "--flux-map",          "--heating",     "--series",
-        "--galerkin", "--least-albedo", "--series-raw", "--allow-unconverged", "--voxel-error", "--spp-offset"};
+        "input",         "--output",     "--density",      "--flux-map",     "--heating",
+        "--series",      "--galerkin",   "--least-albedo", "--series-raw",   "--allow-unconverged",
+        "--voxel-error", "--spp-offset", "--start-from",   "--start-seconds"};
     for (const auto& program : app::scene_programs()) {
         std::set<const CLI::Option*> keys;
         for (const app::SceneKey& key : program->scene_keys()) keys.insert(key.option.cli());

@@ -181,6 +181,7 @@ TEST_F(SeveralInputs, ResultsOfOneInputAreDroppedWithALine)
 {
     auto heat = body(3);
     heat->setName("temperature");
+    set_text(*heat, "vdbcloud:unit", "K");  // as cold as air
     write("a.vdb", body(1), 6, 0.9, 0, {}, {heat});
     write("b.vdb", body(2));
     done("p1solve", "-q a.vdb --sun 0,1,0 -o solved.vdb");

@@ -28,6 +28,8 @@ for scene in "$top"/pipelines/*/scene*.toml; do
     known+="|$text|"
     pipeline=$(basename "$(dirname "$scene")") solid=() frame=() config=()
     ! [ -e "$(dirname "$scene")/density.toml" ] || config=(--config "$(dirname "$scene")/density.toml")
+    # Its own density is simulated; a period is of whole blocks.
+    [ "$pipeline" != les ] || config=(--config "$top/pipelines/stratocumulus/density.toml")
     [ "$pipeline" != cloud-and-mountain ] || solid=(--solid mountain.vdb)
     # A camera that stands for another cloud may look past this one.
     [ -n "${config[*]}" ] || frame=(--look-at 0,0.4,0)
