@@ -6,7 +6,7 @@
 # Usage: scene_effects.sh BIN [SIZE] [RUNS]
 set -euo pipefail
 bin=$(cd "$1" && pwd)
-size=${2:-192} runs=${3:-5}
+size=${2:-192} runs=${3:-3}
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
@@ -44,7 +44,7 @@ row() {
     echo "$name $tool $(cut -d' ' -f1 absent | median) $(cut -d' ' -f1 idle | median) $(cut -d' ' -f2 absent | median) $(cut -d' ' -f2 idle | median)" >> ratios
 }
 light="cloud.vdb --extinction 20 --albedo 0.99 --g 0 --sun 0.3,1,0.2"
-solve="$light --iterations 1" picture="$light --aov none"
+solve="$light --iterations 1" picture="$light --resolution 256 --aov none"
 dim="--lamp 0,3,0 --lamp-intensity 0" lamp="--lamp 0,3,0 --lamp-intensity 5" solid="--solid sphere;at=0,2.5,0;radius=0.5"
 echo "| effect | program | absent | there, adds nothing | on |"
 echo "|---|---|--:|--:|--:|"
