@@ -10,6 +10,7 @@
 #include "vector_grid.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/core/memory.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/accuracy.h"
 #include "vdbcloud/grid/density.h"
@@ -275,6 +276,7 @@ void release_unused(GridFile& file)
         const schema::GridKind* kind = schema::kind_of(name);
         return !kind || !kind->kept;
     });
+    give_back_free_memory();
 }
 
 /// The lights asked for, else those of the files, else a sun if nothing else lights the scene.
