@@ -2,7 +2,7 @@
 # All other headers are the library's own; those that begin with "Private to MODULE/" serve one module alone.
 # tests/layering.cmake checks both.
 set(public_headers
-    core/atomic_file.h core/constants.h core/control_groups.h core/effects.h core/error.h core/memory.h core/number_range.h core/progress.h core/shortest.h core/vdb.h core/workload.h
+    core/atomic_file.h core/constants.h core/control_groups.h core/effects.h core/error.h core/memory.h core/number_range.h core/of_file.h core/progress.h core/shortest.h core/vdb.h core/workload.h
     grid/compare.h grid/density.h grid/digest.h grid/emission.h grid/extent.h grid/grid_file.h grid/metadata.h grid/probe.h
     grid/registry.h grid/schema.h grid/select.h grid/sources.h grid/statistics.h grid/tree_size.h grid/up_axis.h
     voxels/box_medium.h voxels/cloud_table.h voxels/voxel_mean.h

@@ -89,14 +89,23 @@ void declare_fire(App& app, FireOptions& o, const std::string& group)
             ->check(nonnegative);
 }
 
+void check_fire(const FireOptions& o, const std::vector<GridFile>& files)
+{
+    const auto any = [&](const char* role) {
+        return std::any_of(files.begin(), files.end(),
+                           [&](const GridFile& file) { return bool(aliased_grid(file, role)); });
+    };
+    const bool flame = any(schema::flame), heat = flame || any(schema::temperature);
+    for (const Option& option : {o.option.scale, o.option.offset, o.option.intensity})
+        option.check_effect(heat, "an input with a grid temperature or flame");
+    o.option.flame.check_effect(flame, "an input with a grid flame");
+}
+
 Fire fire_of(App& app, const GridFile& file, const FireOptions& o)
 {
     Fire fire;
     fire.temperature = scalar_of(file, schema::temperature, app.warnings());
     fire.flame = scalar_of(file, schema::flame, app.warnings());
-    for (const Option& option : {o.option.scale, o.option.offset, o.option.intensity})
-        option.check_effect(fire.heat(), "an input with a grid temperature or flame");
-    o.option.flame.check_effect(bool(fire.flame), "an input with a grid flame");
     if (!fire.heat()) return fire;
     const GridBasePtr flame = aliased_grid(file, schema::flame);
     const GridBasePtr heat = fire.temperature ? aliased_grid(file, schema::temperature) : flame;

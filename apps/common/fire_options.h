@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 namespace vdbcloud::app {
 
@@ -25,11 +26,14 @@ constexpr double soot_albedo = 0.25;
 /// --temperature-scale --temperature-offset --fire-intensity --flame-absorption. Keeps references to `o`.
 void declare_fire(App&, FireOptions&, const std::string& group);
 
+/// Throws UsageError for an option that has an effect on none of the files.
+void check_fire(const FireOptions&, const std::vector<GridFile>&);
+
 /// The grids of a file that say where it is hot, and what their values mean: as the options say, else the metadata of
 /// the grids, else kelvin. A greatest value below 100 without a unit is taken as normalised, and 2000 K as its
 /// temperature; a line says so. What was chosen is written into the metadata of the grids, so that later stages take
 /// the same. No fire (Fire::heat() is null) where no temperature reaches coldest_light, as in the air of a cloud.
-/// Throws UsageError for an option without effect, InputError for values that are not finite.
+/// Throws InputError for values that are not finite.
 Fire fire_of(App&, const GridFile&, const FireOptions&);
 
 /// What a medium emits: the file's grid `emission`, and the emission of its fire. Null: nothing.

@@ -294,6 +294,7 @@ MediumInput read_one_medium(App& app, const StageOptions& o, const MediumOptions
     std::vector<GridFile> files = read_inputs(app, o.inputs, o.density, !o.up);
     MediumInput out;
     out.periodic = periodic_axes(o.periodic, files);
+    check_fire(options.fire, files);
     std::vector<MediumPart> parts;
     for (GridFile& file : files)
         parts.push_back(of_file(file.path, [&] {

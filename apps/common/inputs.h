@@ -5,7 +5,7 @@
 #include "periodic_option.h"
 #include "stage_options.h"
 
-#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/of_file.h"
 #include "vdbcloud/optics/joined_medium.h"
 #include "vdbcloud/scene/light.h"
 
@@ -16,17 +16,7 @@
 
 namespace vdbcloud::app {
 
-/// work(), whose InputError says which file it is about: "PATH: MESSAGE".
-template<typename Work>
-auto of_file(const std::string& path, const Work& work)
-{
-    try {
-        return work();
-    } catch (const InputError& e) {
-        const std::string file = printable(path, 4096) + ": ", message = e.what();
-        throw InputError(message.rfind(file, 0) == 0 ? message : file + message);
-    }
-}
+using vdbcloud::of_file;
 
 /// What the inputs of one run say of the world that they share, and what later stages rely on: the axis that points up
 /// and the unit of length.

@@ -7,6 +7,7 @@
 #include "periodic_option.h"
 #include "scaled_light.h"
 #include "shared_light.h"
+#include "surroundings.h"
 #include "vector_grid.h"
 
 #include "vdbcloud/core/error.h"
@@ -216,59 +217,6 @@ void relight_volume(app::App& app, const GridFile& file, Volume& volume, const S
                        ": run p1solve at this albedo, or a series of higher order");
 }
 
-/// Whether emission or a sky that was asked for lights the scene, as p1solve judges it.
-bool glows_by_itself(const Scene& scene, const RenderOptions& o)
-{
-    return app::sky_asked(o.sky) || std::any_of(scene.volumes.begin(), scene.volumes.end(),
-                                                [](const Volume& volume) { return bool(volume.emission); });
-}
-
-/// The axis asked for, else the one that the files say: read_inputs() has compared them.
-UpAxis up_of(app::App& app, const RenderOptions& o, std::vector<GridFile>& files)
-{
-    if (o.up) return *o.up;
-    for (const GridFile& file : files)
-        if (const auto says = read_up_axis(*file.metadata)) return *says;
-    return app::settled_up(app, {}, files.front(), true);
-}
-
-/// Throws if the sky that lit a file's medium stands over another axis than the picture's.
-void require_same_up(const GridFile& file, const std::optional<Sky>& lit_by, UpAxis up)
-{
-    if (!lit_by || lit_by->uniform() || lit_by->up().dot(vector_of(up)) > 1 - 1e-6) return;
-    throw UsageError(file.path + ": multiple scattering was computed under a sky over the axis " +
-                     app::brief(lit_by->up()) + ", and " + up_axis_words.word(up) +
-                     " is up here: run p1solve again with --up, or give --up here");
-}
-
-/// The ground beneath the media: the one asked for, else that of the file's multiple scattering, with its light.
-/// Throws UsageError for a solution over another axis than the picture's.
-void choose_ground(const RenderOptions& o, const std::vector<GridFile>& files, LoadedScene& out)
-{
-    std::optional<double> albedo;
-    if (o.option.ground.given()) albedo = o.ground_albedo;
-    for (const GridFile& file : files) {
-        const GridBasePtr phi = fluence_grid(file);
-        const auto stored = app::of_file(file.path, [&] { return phi ? read_ground(*phi) : std::nullopt; });
-        if (!stored || albedo) continue;
-        albedo = stored;
-        if (!shows_light_grids(o)) continue;
-        const Vec3d up = get_vector(*phi, schema::lit_sky_up, vector_of(out.up));
-        if (up.unit().dot(vector_of(out.up)) < 1 - 1e-6)
-            throw UsageError(file.path + ": multiple scattering was computed over a ground across the axis " +
-                             app::brief(up) + ", and " + up_axis_words.word(out.up) +
-                             " is up here: run p1solve again with --up, or give --up here");
-        out.scene.ground_radiance = openvdb::gridPtrCast<Vec3SGrid>(find_grid(file, schema::ground_radiance));
-        if (!out.scene.ground_radiance)
-            throw UsageError(file.path + ": multiple scattering was computed over a ground, and the grid '" +
-                             schema::ground_radiance + "' is missing: run p1solve again");
-    }
-    if (!albedo) return;
-    std::vector<const FloatGrid*> densities;
-    for (const Volume& volume : out.scene.volumes) densities.push_back(volume.density.get());
-    out.scene.ground = ground_beneath(densities, vector_of(out.up), *albedo);
-}
-
 /// Frees what no picture shows. Volumes hold their density, Cd and emission themselves.
 void release_unused(GridFile& file)
 {
@@ -279,25 +227,60 @@ void release_unused(GridFile& file)
     give_back_free_memory();
 }
 
-/// The lights asked for, else those of the files, else a sun if nothing else lights the scene.
-void choose_lights(app::App& app, const RenderOptions& o, const std::vector<GridFile>& files, LoadedScene& out)
+/// Adds the volume of a file to the scene, and frees the file's other grids.
+void load_volume(app::App& app, const RenderOptions& o, GridFile& file, LoadedScene& out)
 {
-    out.lights = app::lights_asked(o.lights, vector_of(out.up));
-    if (out.lights.empty()) out.lights = app::inherited_lights(app::lights_found(files));
-    for (const GridFile& file : files)
-        if (has_meta(*file.metadata, schema::multiple_left_out) &&
-            app::lights_asked(o.lights, vector_of(out.up)).empty())
-            out.left_out_before = get_number(*file.metadata, schema::multiple_left_out, 0);
-    // A medium with phi is visible without a sun, and one that p1solve has found dark is dark.
-    const bool glows =
-        out.left_out_before ||
-        std::any_of(files.begin(), files.end(), [](const GridFile& f) { return bool(fluence_grid(f)); }) ||
-        ((!shows_light_grids(o) || o.multiple) && glows_by_itself(out.scene, o));
-    if (!out.lights.empty() || glows) return;
-    out.lights.push_back(app::automatic_sun(vector_of(out.up)));
-    out.automatic_light = true;
-    app.say("no light given: " + app::described(out.lights[0]) + ", irradiance " +
-            app::brief(out.lights[0].strength()[0]));
+    if (shows_light_grids(o)) app::of_file(file.path, [&] { require_same_period(file, out.scene.periodic); });
+    out.paths.push_back(file.path);
+    out.scene.volumes.push_back(app::of_file(file.path, [&] { return volume_of(app, file, o); }));
+    auto corners = occupied_corners(*out.scene.volumes.back().density);
+    if (const auto& emission = out.scene.volumes.back().emission) {
+        const auto of_emission = occupied_corners(*emission);
+        corners.insert(corners.end(), of_emission.begin(), of_emission.end());
+    }
+    if (corners.empty() && !holds_solids_alone(file, o))
+        app.say(file.path + ": the density is empty and adds nothing to the picture");
+    release_unused(file);
+    out.corners.insert(out.corners.end(), corners.begin(), corners.end());
+    const std::string history = get_text(*file.metadata, schema::history, "");
+    if (!history.empty()) out.history += (out.history.empty() ? "" : "\n") + history;
+}
+
+/// The solids of options and files. They stand in the scene if their effect is `asked` for.
+std::vector<Solid> load_solids(app::App& app, RenderOptions& o, const std::vector<GridFile>& files, bool asked,
+                               LoadedScene& out)
+{
+    std::vector<const GridFile*> all;
+    for (const GridFile& file : files) all.push_back(&file);
+    const std::vector<Solid> solids = app::chosen_solids(app, o.solids, all, vector_of(out.up));
+    if (asked) out.scene.solids = o.light.solids = solids;
+    for (const Solid& solid : out.scene.solids)
+        for (const Vec3d& corner : corners_of(solid)) out.corners.push_back(corner);
+    o.option.solid_rays.check_effect(!out.scene.solids.empty(), "--solid");
+    return solids;
+}
+
+/// Gives each volume a transmittance grid for each light of the scene.
+void add_light_grids(app::App& app, const RenderOptions& o, const std::vector<GridFile>& files,
+                     const std::vector<Overlap>& overlaps, LoadedScene& out)
+{
+    if (o.option.fidelity.given())
+        o.option.fidelity.check_effect(!brings_all(files, out.scene), "a light that the input does not bring");
+    o.option.fidelity.check_effect(out.scene.periodic == app::Axes{},
+                                   "--periodic none: rays of a periodic medium are exact");
+    for (const Overlap& overlap : overlaps)
+        for (const Light& light : out.scene.lights) {
+            GridBasePtr grid;
+            for (size_t v = overlap.first; v < overlap.first + overlap.count; ++v) {
+                // One grid of all media serves each, where light passes no medium of another file.
+                if (v == overlap.first || overlaps.size() > 1) {
+                    const EffectCosts::Timer timer(out.costs, Effect::Lights);
+                    grid = app::of_file(files[v].path,
+                                        [&] { return light_grid(app, files[v], out, overlap, v, light, o); });
+                }
+                out.scene.volumes[v].transmittance.push_back(grid);
+            }
+        }
 }
 
 }  // namespace
@@ -305,41 +288,16 @@ void choose_lights(app::App& app, const RenderOptions& o, const std::vector<Grid
 LoadedScene load_scene(app::App& app, RenderOptions& o)
 {
     std::vector<GridFile> files = app::read_inputs(app, o.inputs, o.density, !o.up);
+    app::check_fire(o.medium.fire, files);
     const EffectsAsked asked = checked_effects(o);
     end_paths_in_solution(app, o, files);
 
     LoadedScene out;
     out.scene.periodic = o.light.periodic = app::periodic_axes(o.periodic, files);
-    for (GridFile& file : files) {
-        if (shows_light_grids(o)) app::of_file(file.path, [&] { require_same_period(file, out.scene.periodic); });
-        out.paths.push_back(file.path);
-        out.scene.volumes.push_back(app::of_file(file.path, [&] { return volume_of(app, file, o); }));
-        auto corners = occupied_corners(*out.scene.volumes.back().density);
-        if (const auto& emission = out.scene.volumes.back().emission) {
-            const auto of_emission = occupied_corners(*emission);
-            corners.insert(corners.end(), of_emission.begin(), of_emission.end());
-        }
-        if (corners.empty() && !holds_solids_alone(file, o))
-            app.say(file.path + ": the density is empty and adds nothing to the picture");
-        release_unused(file);
-        out.corners.insert(out.corners.end(), corners.begin(), corners.end());
-        const std::string history = get_text(*file.metadata, schema::history, "");
-        if (!history.empty()) out.history += (out.history.empty() ? "" : "\n") + history;
-    }
+    for (GridFile& file : files) load_volume(app, o, file, out);
     out.up = up_of(app, o, files);
-    std::vector<const GridFile*> all;
-    for (const GridFile& file : files) all.push_back(&file);
-    const std::vector<Solid> solids = app::chosen_solids(app, o.solids, all, vector_of(out.up));
-    if (is_asked(asked, Effect::Solids)) out.scene.solids = o.light.solids = solids;
-    for (const Solid& solid : out.scene.solids)
-        for (const Vec3d& corner : corners_of(solid)) out.corners.push_back(corner);
-    o.option.solid_rays.check_effect(!out.scene.solids.empty(), "--solid");
-    for (const GridFile& file : files)
-        if (const auto phi = fluence_grid(file)) {
-            const auto lit_by = app::of_file(file.path, [&] { return read_sky(*phi, &file); });
-            if (shows_light_grids(o)) require_same_up(file, lit_by, out.up);
-            if (!out.sky) out.sky = lit_by;
-        }
+    const std::vector<Solid> solids = load_solids(app, o, files, is_asked(asked, Effect::Solids), out);
+    choose_sky(o, files, out);
 
     if (shows_light_grids(o)) require_one_solution(files, out.scene);
     const auto overlaps = overlaps_of(files);
@@ -363,24 +321,7 @@ LoadedScene load_scene(app::App& app, RenderOptions& o)
             !volume.collided.phi && !find_grid(files[v], schema::series_phi_name(0)) && !volume.density->empty())
             throw InputError(files[v].path + ": --gather " + std::to_string(o.integrator.vertices) +
                              ": expected multiple scattering in which light paths end: run p1solve first");
-    if (o.integrator.shadow_rays || !shows_light_grids(o)) return out;
-    if (o.option.fidelity.given())
-        o.option.fidelity.check_effect(!brings_all(files, out.scene), "a light that the input does not bring");
-    o.option.fidelity.check_effect(out.scene.periodic == app::Axes{},
-                                   "--periodic none: rays of a periodic medium are exact");
-    for (const Overlap& overlap : overlaps)
-        for (const Light& light : out.scene.lights) {
-            GridBasePtr grid;
-            for (size_t v = overlap.first; v < overlap.first + overlap.count; ++v) {
-                // One grid of all media serves each, where light passes no medium of another file.
-                if (v == overlap.first || overlaps.size() > 1) {
-                    const EffectCosts::Timer timer(out.costs, Effect::Lights);
-                    grid = app::of_file(files[v].path,
-                                        [&] { return light_grid(app, files[v], out, overlap, v, light, o); });
-                }
-                out.scene.volumes[v].transmittance.push_back(grid);
-            }
-        }
+    if (!o.integrator.shadow_rays && shows_light_grids(o)) add_light_grids(app, o, files, overlaps, out);
     return out;
 }
 

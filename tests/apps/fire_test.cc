@@ -288,6 +288,16 @@ TEST_F(Fires, OddTemperaturesEndWellOrAreRefused)
                                     "--temperature-scale", "3", "-o", scratch / "n.vdb"},
                                    2);
     EXPECT_NE(none.err.find("--temperature-scale"), std::string::npos) << none.err;
+    // Of two inputs one is enough.
+    const std::string fire = ball_at(1500), cold = scratch / "d.vdb";
+    EXPECT_EQ(run({program("p1solve"), cold, fire, "--temperature-scale", "1.1", "--extinction", "0.2", "-o",
+                   scratch / "two.vdb"})
+                  .status,
+              0);
+    EXPECT_EQ(run({program("render"), fire, cold, "--temperature-scale", "1.1", "--extinction", "0.2", "--resolution",
+                   "4", "-o", scratch / "two.exr"})
+                  .status,
+              0);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 #include "vdbcloud/exchange/cloud_field.h"
 
-#include "vdbcloud/core/error.h"
+#include "vdbcloud/core/of_file.h"
 #include "vdbcloud/core/shortest.h"
 #include "vdbcloud/exchange/guarded_bytes.h"
 #include "vdbcloud/exchange/netcdf_roles.h"
@@ -256,18 +256,6 @@ CloudField receive(ByteChannel& channel)
     field.used_air_density = numbers[3] != 0;
     for (std::string& line : field.said) line = printable(line, 400);
     return field;
-}
-
-/// work(), whose InputError begins with the path.
-template<typename Work>
-auto of_file(const std::string& path, const Work& work)
-{
-    try {
-        return work();
-    } catch (const InputError& e) {
-        const std::string file = printable(path, 4096) + ": ", message = e.what();
-        throw InputError(message.rfind(file, 0) == 0 ? message : file + message);
-    }
 }
 
 }  // namespace
