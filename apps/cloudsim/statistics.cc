@@ -3,6 +3,7 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/exchange/netcdf_tables.h"
 
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <iterator>
@@ -13,6 +14,7 @@ namespace {
 
 std::string decimal(double value)
 {
+    if (std::isnan(value)) return "nan";  // without a sign
     char text[40];
     std::snprintf(text, sizeof text, "%.9g", value);
     return text;

@@ -40,6 +40,11 @@ inline std::shared_ptr<const Shape> ball(const Point& at, double radius)
         bounds);
 }
 
+inline std::shared_ptr<const Shape> body(ClosedForm::Function distance)
+{
+    return std::make_shared<ClosedForm>(true, std::move(distance), everywhere);
+}
+
 inline std::shared_ptr<const Shape> mask(ClosedForm::Function f, bool changes = false)
 {
     return std::make_shared<ClosedForm>(false, std::move(f), everywhere, changes);

@@ -2,6 +2,7 @@
 #include "vdbcloud/sim/statistics.h"
 
 #include "air.h"
+#include "shapes.h"
 
 #include "vdbcloud/core/error.h"
 
@@ -136,6 +137,35 @@ TEST(Statistics, SubgridFluxesAreThoseOfTheEddyViscosityAndTheSurface)
     EXPECT_NEAR(column(s, "subgrid_u_w")[0], -0.09, 1e-14);
     EXPECT_NEAR(number(s, "surface_theta_flux"), 0.02, 1e-15);
     EXPECT_NEAR(number(s, "friction_velocity"), 0.3, 1e-14);
+}
+
+TEST(Statistics, BodiesHaveNoPart)
+{
+    // A step that fills the two lowest levels whole and the third where x < 800: there air has a wave of half the box.
+    Parameters p = moist({16, 4, 6}, {1600, 400, 600});
+    p.buoyancy = p.moist.latent_heat = false;
+    p.colliders = {
+        body([](const Point& at, double) { return std::min(at[2] - 200, std::max(at[0] - 800, at[2] - 300)); })};
+    auto sim = Simulation::make(p, Sounding::uniform(300));
+    const auto wave = [](double inside, double mean, double amplitude) {
+        return [=](double x, double, double z) {
+            return z < 200 || (z < 300 && x < 800) ? inside : mean + amplitude * std::sin(2 * M_PI * x / 800);
+        };
+    };
+    sim->set(Quantity::Theta, values_at(p.lattice, Quantity::Theta, wave(700, 301, 0.2)));
+    sim->set(Quantity::Water, values_at(p.lattice, Quantity::Water, wave(0.4, 0.01, 0.002)));
+    const Sample s = sample_of(*sim);
+    for (const char* name : {"theta_l", "q_t", "cloud_fraction", "theta_l2", "u", "tke"})
+        for (size_t k = 0; k < 6; ++k) EXPECT_EQ(std::isnan(column(s, name)[k]), k < 2) << name << " " << k;
+    for (size_t k = 2; k < 6; ++k) {
+        EXPECT_NEAR(column(s, "theta_l")[k], 301, 1e-10) << k;
+        EXPECT_NEAR(column(s, "theta_l2")[k], 0.02, 1e-10) << k;
+        EXPECT_NEAR(column(s, "q_t2")[k], 2e-6, 1e-14) << k;
+    }
+    // A face is air where both cells are: none at the step's top, half of those above its riser.
+    for (const char* name : {"w2", "w_theta_l", "subgrid_w_q_t"})
+        for (size_t k = 1; k < 6; ++k) EXPECT_EQ(std::isnan(column(s, name)[k]), k < 3) << name << " " << k;
+    for (const char* name : {"lwp", "tke_path", "w2_max", "cloud_cover"}) EXPECT_EQ(number(s, name), 0) << name;
 }
 
 TEST(Statistics, DependOnNoThreadsAndChangeNoBitsAlsoAfterACheckpoint)

@@ -22,6 +22,7 @@ public:
     uint64_t pressure_iterations() const override { return obstacles_ ? obstacles_->iterations() : 0; }
     bool has(Quantity) const override;
     void get_plane(Quantity, int k, double* out) const override;
+    void get_air_plane(int k, double* out) const override;
     void get_cloud_plane(int k, double* out) const override;
     void get_flame_plane(int k, double* out) const override;
     void derive() override;

@@ -68,6 +68,8 @@ public:
     /// The cells of one plane of constant height, x fastest; faces at the box's upper ends are not included.
     /// Theta is absolute [K], velocities are over the ground.
     virtual void get_plane(Quantity, int k, double* out) const = 0;
+    /// 1 in the cells of a plane that hold air, 0 in those within bodies.
+    virtual void get_air_plane(int k, double* out) const = 0;
     /// Cloud water q_l of a plane [kg/kg]; 0 without moisture.
     virtual void get_cloud_plane(int k, double* out) const = 0;
     /// Heat that fuel gives to the air of a plane [K/s]; 0 without combustion.

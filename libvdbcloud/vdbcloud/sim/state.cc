@@ -47,6 +47,13 @@ void Model<T>::get_plane(Quantity q, int k, double* out) const
 }
 
 template<typename T>
+void Model<T>::get_air_plane(int k, double* out) const
+{
+    const size_t cells = size_t(air_.lattice.n[0]) * size_t(air_.lattice.n[1]), first = size_t(k) * cells;
+    for (size_t c = 0; c < cells; ++c) out[c] = air_.bodies && air_.bodies.solid[first + c] ? 0 : 1;
+}
+
+template<typename T>
 void Model<T>::get_cloud_plane(int k, double* out) const
 {
     const int nx = air_.lattice.n[0];
@@ -151,6 +158,7 @@ void Model<T>::restore(std::istream& in)
     template bool Model<T>::has(Quantity) const;                                                                       \
     template size_t Model<T>::bytes() const;                                                                           \
     template void Model<T>::get_plane(Quantity, int, double*) const;                                                   \
+    template void Model<T>::get_air_plane(int, double*) const;                                                         \
     template void Model<T>::get_cloud_plane(int, double*) const;                                                       \
     template void Model<T>::get_flame_plane(int, double*) const;                                                       \
     template void Model<T>::derive();                                                                                  \

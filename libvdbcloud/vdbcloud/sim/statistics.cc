@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 namespace vdbcloud::sim {
 
@@ -43,31 +44,43 @@ enum Profile : size_t {
 
 using Plane = std::vector<double>;
 
-/// The cells of one level.
+/// The cells of one level. `air`: 1, and 0 within bodies.
 struct LevelPlanes {
-    Plane theta, water, cloud, rain, u, v, w, theta_v, eddy;
+    Plane air, theta, water, cloud, rain, u, v, w, theta_v, eddy;
 };
 
-double mean(const Plane& a)
-{
-    double sum = 0;
-    for (const double x : a) sum += x;
-    return sum / double(a.size());
-}
+/// Means over the places where a plane is 1: cells of air, or faces between two of them. NaN where it is 0 everywhere.
+class Mean {
+public:
+    explicit Mean(const Plane& air) : air_(air) {}
 
-/// Mean of (a - mean a) (b - mean b).
-double covariance(const Plane& a, const Plane& b)
-{
-    const double ma = mean(a), mb = mean(b);
-    double sum = 0;
-    for (size_t c = 0; c < a.size(); ++c) sum += (a[c] - ma) * (b[c] - mb);
-    return sum / double(a.size());
-}
+    /// Of f(c).
+    template<typename F>
+    double of(const F& f) const
+    {
+        double sum = 0, count = 0;
+        for (size_t c = 0; c < air_.size(); ++c)
+            if (air_[c] > 0) sum += f(c), count += 1;
+        return count > 0 ? sum / count : std::nan("");
+    }
+    double operator()(const Plane& a) const
+    {
+        return of([&](size_t c) { return a[c]; });
+    }
+    /// Of (a - mean a) (b - mean b).
+    double covariance(const Plane& a, const Plane& b) const
+    {
+        const double ma = (*this)(a), mb = (*this)(b);
+        return of([&](size_t c) { return (a[c] - ma) * (b[c] - mb); });
+    }
+    double part_above(const Plane& a, double threshold) const
+    {
+        return of([&](size_t c) { return a[c] > threshold ? 1.0 : 0.0; });
+    }
 
-double part_above(const Plane& a, double threshold)
-{
-    return double(std::count_if(a.begin(), a.end(), [=](double x) { return x > threshold; })) / double(a.size());
-}
+private:
+    const Plane& air_;
+};
 
 Plane mean_of(const Plane& a, const Plane& b)
 {
@@ -83,8 +96,9 @@ public:
     LevelPlanes planes(int k) const
     {
         LevelPlanes at;
-        for (Plane* plane : {&at.theta, &at.water, &at.cloud, &at.rain, &at.u, &at.v, &at.w, &at.eddy})
+        for (Plane* plane : {&at.air, &at.theta, &at.water, &at.cloud, &at.rain, &at.u, &at.v, &at.w, &at.eddy})
             plane->resize(size_t(l_.n[0]) * size_t(l_.n[1]));
+        sim_.get_air_plane(k, at.air.data());
         sim_.get_plane(Quantity::Theta, k, at.theta.data());
         sim_.get_plane(Quantity::Water, k, at.water.data());
         sim_.get_plane(Quantity::Rain, k, at.rain.data());
@@ -102,36 +116,38 @@ public:
 
     void at_centres(size_t k, const LevelPlanes& at, Profiles& to) const
     {
+        const Mean mean(at.air);
         to[ThetaL][k] = mean(at.theta), to[Qt][k] = mean(at.water), to[Ql][k] = mean(at.cloud);
         to[Qr][k] = mean(at.rain), to[U][k] = mean(at.u), to[V][k] = mean(at.v), to[ThetaV][k] = mean(at.theta_v);
-        to[CloudFraction][k] = part_above(at.cloud, cloudy);
-        to[SaturatedFraction][k] = part_above(at.cloud, 0);
-        to[ThetaL2][k] = covariance(at.theta, at.theta), to[Qt2][k] = covariance(at.water, at.water);
-        to[U2][k] = covariance(at.u, at.u), to[V2][k] = covariance(at.v, at.v);
+        to[CloudFraction][k] = mean.part_above(at.cloud, cloudy);
+        to[SaturatedFraction][k] = mean.part_above(at.cloud, 0);
+        to[ThetaL2][k] = mean.covariance(at.theta, at.theta), to[Qt2][k] = mean.covariance(at.water, at.water);
+        to[U2][k] = mean.covariance(at.u, at.u), to[V2][k] = mean.covariance(at.v, at.v);
     }
 
     /// At the faces between two levels.
     void at_faces(size_t k, const LevelPlanes& below, const LevelPlanes& above, Profiles& to) const
     {
+        Plane open(above.air);
+        for (size_t c = 0; c < open.size(); ++c) open[c] *= below.air[c];
+        const Mean mean(open);
         const Plane& w = above.w;
         const double rise = mean(w);
-        to[W2][k] = covariance(w, w);
-        for (const double x : w) to[W3][k] += std::pow(x - rise, 3) / double(w.size());
-        const auto flux = [&](Plane LevelPlanes::*q) { return covariance(w, mean_of(below.*q, above.*q)); };
+        to[W2][k] = mean.covariance(w, w);
+        to[W3][k] = mean.of([&](size_t c) { return std::pow(w[c] - rise, 3); });
+        const auto flux = [&](Plane LevelPlanes::*q) { return mean.covariance(w, mean_of(below.*q, above.*q)); };
         to[WThetaL][k] = flux(&LevelPlanes::theta), to[WQt][k] = flux(&LevelPlanes::water);
         to[WQl][k] = flux(&LevelPlanes::cloud), to[WThetaV][k] = flux(&LevelPlanes::theta_v);
-        to[UW][k] = covariance(beside(w, 0), mean_of(below.u, above.u));
-        to[VW][k] = covariance(beside(w, 1), mean_of(below.v, above.v));
+        to[UW][k] = mean.covariance(beside(w, 0), mean_of(below.u, above.u));
+        to[VW][k] = mean.covariance(beside(w, 1), mean_of(below.v, above.v));
         const Plane eddy = mean_of(below.eddy, above.eddy);
         const auto down_gradient = [&](const Plane& a, const Plane& b) {  // 1 / Pr = 3
-            double sum = 0;
-            for (size_t c = 0; c < a.size(); ++c) sum -= (3 * eddy[c] + p_.diffusivity) * (b[c] - a[c]) / l_.h[2];
-            return sum / double(a.size());
+            return mean.of([&](size_t c) { return -(3 * eddy[c] + p_.diffusivity) * (b[c] - a[c]) / l_.h[2]; });
         };
         to[SubgridThetaL][k] = down_gradient(below.theta, above.theta);
         to[SubgridQt][k] = down_gradient(below.water, above.water);
-        to[SubgridUW][k] = stress(0, eddy, below.u, above.u, w),
-        to[SubgridVW][k] = stress(1, eddy, below.v, above.v, w);
+        to[SubgridUW][k] = mean(stress(0, eddy, below.u, above.u, w));
+        to[SubgridVW][k] = mean(stress(1, eddy, below.v, above.v, w));
     }
 
 private:
@@ -152,15 +168,14 @@ private:
         return m;
     }
 
-    /// Mean of -nu (du/dz + dw/dx).
-    double stress(size_t axis, const Plane& eddy, const Plane& below, const Plane& above, const Plane& w) const
+    /// -nu (du/dz + dw/dx).
+    Plane stress(size_t axis, const Plane& eddy, const Plane& below, const Plane& above, const Plane& w) const
     {
-        const Plane nu = beside(eddy, axis);
-        double sum = 0;
-        for (size_t c = 0; c < nu.size(); ++c)
-            sum -=
-                (nu[c] + p_.viscosity) * ((above[c] - below[c]) / l_.h[2] + (w[c] - w[before(c, axis)]) / l_.h[axis]);
-        return sum / double(nu.size());
+        Plane flux = beside(eddy, axis);
+        for (size_t c = 0; c < flux.size(); ++c)
+            flux[c] = -(flux[c] + p_.viscosity) *
+                      ((above[c] - below[c]) / l_.h[2] + (w[c] - w[before(c, axis)]) / l_.h[axis]);
+        return flux;
     }
 
     const Simulation& sim_;
@@ -173,9 +188,10 @@ struct Covered {
     std::vector<char> cloud, saturated;
 
     explicit Covered(size_t columns) : cloud(columns, 0), saturated(columns, 0) {}
-    void add(const Plane& q_l)
+    void add(const LevelPlanes& at)
     {
-        for (size_t c = 0; c < q_l.size(); ++c) cloud[c] |= q_l[c] > cloudy, saturated[c] |= q_l[c] > 0;
+        for (size_t c = 0; c < cloud.size(); ++c)
+            if (at.air[c] > 0) cloud[c] |= at.cloud[c] > cloudy, saturated[c] |= at.cloud[c] > 0;
     }
     void add(const Covered& other)
     {
@@ -197,16 +213,23 @@ void add_floor(const Simulation& sim, Profiles& to)
     to[SubgridVW][0] = sim.has(Quantity::V) ? sim.floor_flux(Quantity::V) : 0;
 }
 
-std::vector<double> series_of(const Simulation& sim, const Budget& b, const Profiles& at, const Covered& covered)
+/// `air`: the part of each level's cells that hold air.
+std::vector<double> series_of(const Simulation& sim, const Budget& b, const Profiles& at,
+                              const std::vector<double>& air, const Covered& covered)
 {
     const Parameters& p = sim.parameters();
     const auto path = [&](Profile column) {  // per area of floor
         double sum = 0;
         for (size_t k = 0; k < at[column].size(); ++k)
-            sum += p.constants.rho0 * sim.column().rho_centre[k] * p.lattice.h[2] * at[column][k];
+            if (air[k] > 0)
+                sum += p.constants.rho0 * sim.column().rho_centre[k] * p.lattice.h[2] * air[k] * at[column][k];
         return sum;
     };
-    const auto most = [&](Profile column) { return *std::max_element(at[column].begin(), at[column].end()); };
+    const auto most = [&](Profile column) {
+        double largest = 0;
+        for (const double value : at[column]) largest = std::fmax(largest, value);
+        return largest;
+    };
     return {sim.time(),
             part_of(covered.cloud),
             part_of(covered.saturated),
@@ -297,24 +320,24 @@ Sample take_sample(Simulation& sim, const Budget& budget)
     const size_t columns = size_t(sim.parameters().lattice.n[0]) * size_t(sim.parameters().lattice.n[1]);
     const Sampler sampler(sim);
     Profiles at(profile_columns().size(), std::vector<double>(size_t(nz), 0.0));
+    std::vector<double> air(size_t(nz), 0.0);
     std::vector<Covered> part(size_t((nz + grain - 1) / grain), Covered(columns));
     for_chunks(nz, grain, [&](int begin, int end) {
         LevelPlanes below = begin > 0 ? sampler.planes(begin - 1) : LevelPlanes(), here;
         for (int k = begin; k < end; ++k) {
             here = sampler.planes(k);
             sampler.at_centres(size_t(k), here, at);
+            air[size_t(k)] = std::accumulate(here.air.begin(), here.air.end(), 0.0) / double(columns);
             if (k > 0) sampler.at_faces(size_t(k), below, here, at);
-            part[size_t(begin / grain)].add(here.cloud);
+            part[size_t(begin / grain)].add(here);
             std::swap(below, here);
         }
     });
     for (const Covered& other : part) part[0].add(other);
-    for (size_t k = 0; k < size_t(nz); ++k) {
-        const double lid = k + 1 < size_t(nz) ? at[W2][k + 1] : 0;
-        at[Tke][k] = 0.5 * (at[U2][k] + at[V2][k] + 0.5 * (at[W2][k] + lid));
-    }
+    const auto w2 = [&](size_t k) { return k < size_t(nz) && !std::isnan(at[W2][k]) ? at[W2][k] : 0; };  // 0: closed
+    for (size_t k = 0; k < size_t(nz); ++k) at[Tke][k] = 0.5 * (at[U2][k] + at[V2][k] + 0.5 * (w2(k) + w2(k + 1)));
     add_floor(sim, at);
-    std::vector<double> series = series_of(sim, budget, at, part[0]);
+    std::vector<double> series = series_of(sim, budget, at, air, part[0]);
     return {std::move(at), std::move(series)};
 }
 

@@ -34,8 +34,9 @@ struct Sample {
 };
 /// Of the present state. Fluxes point upwards and are kinematic: without the density. Resolved ones are covariances of
 /// values at faces, the means of the two values beside them; w is the air's own, without subsidence. Sub-grid ones are
-/// those of eddy viscosity, viscosity and diffusivity, at the floor those of the surface. Results do not depend on the
-/// number of threads.
+/// those of eddy viscosity, viscosity and diffusivity, at the floor those of the surface. Means of levels are those of
+/// the cells of air, and of the faces between two of them; a level within bodies has NaN. Paths and covers are per area
+/// of the box. Results do not depend on the number of threads.
 Sample take_sample(Simulation&, const Budget&);
 
 /// Means of profiles over the samples of consecutive periods.
