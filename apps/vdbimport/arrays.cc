@@ -5,7 +5,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/exchange/property_file.h"
 #include "vdbcloud/grid/metadata.h"
-#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/registry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -112,6 +112,7 @@ void import_properties(app::App& app, const Options& o)
     if (const Vec3SGridPtr ratio = albedo_of(app, field, up, *density, albedo)) grids.push_back(ratio);
     if (const FloatGridPtr warm = cell_grid(field.cells, field.temperature, up, 1, 1); !warm->empty()) {
         warm->setName(schema::temperature);
+        set_text(*warm, schema::unit, "K");
         grids.push_back(warm);
     }
     set_vector(*density, schema::albedo, Vec3d(albedo));

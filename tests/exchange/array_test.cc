@@ -6,7 +6,7 @@
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/metadata.h"
-#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/registry.h"
 
 #include "support/array_bytes.h"
 #include "support/damage.h"
@@ -218,6 +218,7 @@ TEST(ImportArray, ThePropertiesBecomeGridsAndMetadata)
     EXPECT_NEAR(ratio->tree().getValue(thick)[0], 0.9, 1e-6);
     EXPECT_NEAR(ratio->tree().getValue(thin)[2], 1, 1e-6);
     EXPECT_EQ(warm->tree().getValue(thick), 287.5f);
+    EXPECT_EQ(get_text(*warm, schema::unit, ""), "K");
     EXPECT_EQ(get_vector(*density, schema::albedo, Vec3d(0.0)), Vec3d(1.0));
     EXPECT_NEAR(get_number(*density, schema::g, 0), 9.2 / 14, 1e-12);
     EXPECT_EQ(get_number(*file.metadata, schema::meters_per_unit, 0), 1000);
