@@ -63,13 +63,15 @@ row colour render "$picture" "" "${picture/extinction 20/extinction 18,20,22}"
 row anisotropy p1solve "$solve" "" "${solve/--g 0/--g 0.85}"
 row mixture render "$picture" "" "other.vdb $picture"
 row periodic illuminate "$light" "" "$light --periodic xz"
-# Grids of emission and Cd in the voxels of the density.
-for kind in emission Cd; do
-    "$bin/make_vectors" cloud.vdb "$kind" idle "$kind.idle.vdb"
-    "$bin/make_vectors" cloud.vdb "$kind" on "$kind.on.vdb"
+# Grids of emission, Cd and temperature in the voxels of the density.
+for kind in emission Cd temperature; do
+    "$bin/make_fields" cloud.vdb "$kind" idle "$kind.idle.vdb"
+    "$bin/make_fields" cloud.vdb "$kind" on "$kind.on.vdb"
 done
 row emission p1solve "$solve" "emission.idle.vdb ${solve#* }" "emission.on.vdb ${solve#* }"
 row emission render "$picture" "emission.idle.vdb ${picture#* }" "emission.on.vdb ${picture#* }"
+row fire p1solve "$solve" "temperature.idle.vdb ${solve#* }" "temperature.on.vdb ${solve#* }"
+row fire render "$picture" "temperature.idle.vdb ${picture#* }" "temperature.on.vdb ${picture#* }"
 row tint p1solve "$solve" "Cd.idle.vdb ${solve#* }" "Cd.on.vdb ${solve#* }"
 row tint render "$picture" "Cd.idle.vdb ${picture#* }" "Cd.on.vdb ${picture#* }"
 echo
