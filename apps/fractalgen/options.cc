@@ -10,10 +10,20 @@ namespace vdbcloud::app {
 
 namespace {
 
+// What the options make in place of a cloud; known once they are parsed.
+std::function<bool()> makes_mountain(const Options& o)
+{
+    return [&o] { return o.mountain; };
+}
+std::function<bool()> adds_detail(const Options& o)
+{
+    return [&o] { return !o.detail_from.empty(); };
+}
+
 void declare_noise(App& app, Options& o)
 {
     const auto group = "Noise";
-    const auto detail = [&o] { return !o.detail_from.empty(); };
+    const auto detail = adds_detail(o);
     const auto of_shape = [&](const Option& option) { return option.not_with(detail, "--detail-from").group(group); };
     app.add_option("--seed", o.seed, "number of the cloud; another seed makes another cloud of the same kind")
         ->group(group);
@@ -39,11 +49,12 @@ void declare_noise(App& app, Options& o)
 }
 
 /// Returns --envelope-from.
-Option declare_envelope(App& app, Options& o, const char* group, const std::function<bool()>& mountain)
+Option declare_envelope(App& app, Options& o, const char* group)
 {
+    const auto mountain = makes_mountain(o);
     const auto mask = [&o] { return !o.envelope_from.empty(); };
     const auto cumulus = [&o] { return o.envelope == Region::Cumulus && o.envelope_from.empty(); };
-    const auto detail = [&o] { return !o.detail_from.empty(); };
+    const auto detail = adds_detail(o);
     app.add_choice<Region>("--envelope", o.envelope,
                            {{"cumulus", Region::Cumulus},
                             {"sphere", Region::Sphere},
@@ -87,9 +98,9 @@ Option declare_envelope(App& app, Options& o, const char* group, const std::func
 Option declare_shape(App& app, Options& o)
 {
     const auto group = "Shape; lengths are fractions of the longest side";
-    const auto mountain = [&o] { return o.mountain; };
-    const Option from = declare_envelope(app, o, group, mountain);
-    const auto detail = [&o] { return !o.detail_from.empty(); };
+    const auto mountain = makes_mountain(o);
+    const Option from = declare_envelope(app, o, group);
+    const auto detail = adds_detail(o);
     const auto of_cloud = [&](const Option& option) {
         return option.not_with(mountain, "--mountain").not_with(detail, "--detail-from").group(group);
     };
@@ -116,12 +127,12 @@ Option declare_shape(App& app, Options& o)
 void declare_mountain(App& app, Options& o)
 {
     const auto group = "Mountain";
-    const auto mountain = [&o] { return o.mountain; };
+    const auto mountain = makes_mountain(o);
     const auto of_mountain = [&](const Option& option) {
         return option.only_with(mountain, "--mountain").group(group);
     };
     app.add_flag("--mountain", o.mountain, "make a mountain, a level set named 'solid', instead of a cloud")
-        ->not_with([&o] { return !o.detail_from.empty(); }, "--detail-from")
+        ->not_with(adds_detail(o), "--detail-from")
         ->group(group);
     of_mountain(app.add_option("--relief", o.relief.relief,
                                "height from the lowest to the highest point over the longest horizontal side"))
@@ -166,7 +177,7 @@ Option declare_detail(App& app, Options& o)
 
 void declare(App& app, Options& o)
 {
-    const auto detail = [&o] { return !o.detail_from.empty(); };
+    const auto detail = adds_detail(o);
     app.writes_grids();
     app.takes_frames(/*several_inputs=*/false);
     const Option input =
@@ -201,7 +212,7 @@ void declare(App& app, Options& o)
     declare_mountain(app, o);
     declare_medium(app, o.medium, MediumSource::None);
     for (const Option& option : options_of(o.medium))
-        option.not_with([&o] { return o.mountain; }, "--mountain").not_with(detail, "--detail-from");
+        option.not_with(makes_mountain(o), "--mountain").not_with(detail, "--detail-from");
 
     app.examples(
         {{"a cumulus cloud of a few seconds, and its picture",

@@ -60,18 +60,21 @@ private:
     bool staggered_;
 };
 
-/// Calls f(slot, place) for the active slots whose matter came from the earlier medium, with that place.
-template<typename GridT, typename F>
-void each_known(const PreviousLight& previous, const GridT& phi, const VoxelIndex& index, const F& f)
+/// Calls store(slot, value) for the active slots whose matter came from where `phi` is active, with the value of `grid`
+/// there.
+template<typename GridT, typename Store>
+void carry(const PreviousLight& previous, const Vec3SGrid& phi, const GridT& grid, const VoxelIndex& index,
+           const Store& store)
 {
     const Blocks& blocks = index.blocks();
     tbb::parallel_for(size_t(0), blocks.count(), [&](size_t b) {
-        const Samples<GridT> at(phi);
+        const Samples<Vec3SGrid> matter(phi);
+        const Samples<GridT> at(grid);
         const Origin origin(previous);
         for (size_t slot = b * 512; slot < b * 512 + 512; ++slot) {
             if (!blocks.active(slot)) continue;
             const Vec3d place = origin(index.world(Vec3d(blocks.voxel(slot))));
-            if (at.active(place)) f(slot, place);
+            if (matter.active(place)) store(slot, at(place));
         }
     });
 }
@@ -85,23 +88,21 @@ StartingLight starting_light(const PreviousLight& previous, const VoxelIndex& in
     StartingLight start;
     start.known.assign(index.blocks().slots(), 0);
     std::vector<std::vector<float>> world(1, std::vector<float>(index.blocks().slots(), 0.0f));
-    each_known(previous, *phi, index, [&](size_t slot, const Vec3d& place) {
+    carry(previous, *phi, *phi, index, [&](size_t slot, const openvdb::Vec3f& value) {
         start.known[slot] = 1;
-        world[0][slot] = float(double(Samples<Vec3SGrid>(*phi)(place)[channel]) / std::sqrt(4 * pi));
+        world[0][slot] = float(double(value[channel]) / std::sqrt(4 * pi));
     });
     if (const Vec3SGridPtr flux = degree > 0 ? flux_of(light, channel) : nullptr) {
         world.resize(size_t(harmonic_count(1)), std::vector<float>(index.blocks().slots(), 0.0f));
         const int of_axis[3] = {harmonic(1, 1), harmonic(1, -1), harmonic(1, 0)};
-        each_known(previous, *phi, index, [&](size_t slot, const Vec3d& place) {
-            const auto f = Samples<Vec3SGrid>(*flux)(place);
+        carry(previous, *phi, *flux, index, [&](size_t slot, const openvdb::Vec3f& f) {
             for (int a = 0; a < 3; ++a) world[size_t(of_axis[a])][slot] = float(std::sqrt(3 / (4 * pi)) * double(f[a]));
         });
         for (const FloatGridPtr& moment : light.moments[size_t(channel)]) {
             if (world.size() >= size_t(harmonic_count(degree))) break;
             std::vector<float>& to = world.emplace_back(index.blocks().slots(), 0.0f);
-            each_known(previous, *phi, index, [&](size_t slot, const Vec3d& place) {
-                to[slot] = float(light.channel_scale[channel] * double(Samples<FloatGrid>(*moment)(place)));
-            });
+            carry(previous, *phi, *moment, index,
+                  [&](size_t slot, float value) { to[slot] = float(light.channel_scale[channel] * double(value)); });
         }
     }
     int whole = 0;  // the last degree of which no moment is missing
