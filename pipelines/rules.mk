@@ -70,7 +70,7 @@ endif
 # A rung decides whether there is multiple scattering, else the pipeline does.
 lit := $(if $(if $(rung_flags),$(filter-out none,$(rung_of_p1solve)),$(scattering)),scatter,light)
 # $(call told,FILE,TEXT): writes TEXT to OUT/FILE.told unless it is there. While make reads its files, so that why works.
-told = $(if $(filter clean,$(MAKECMDGOALS)),,$(shell mkdir -p $(OUT); f=$(OUT)/$(1).told; \
+told = $(if $(filter clean,$(MAKECMDGOALS)),,$(shell [ -d $(OUT) ] || mkdir -p $(OUT); f=$(OUT)/$(1).told; \
     [ -e $$f ] && [ "$$(< $$f)" = $(call q,$(2)) ] || printf '%s\n' $(call q,$(2)) > $$f))
 # $(call density_of_user,NAME,PATH): makes OUT/NAME.density.vdb a link to the file, and what is made of it depend on which
 # file it is, and on when it was written: one that is older than the last may take its place, under the same name too.
@@ -98,10 +98,14 @@ $(call told,p1solve,$(programs) $(rung_flags))
 $(call told,render,$(programs) $(rung_flags) $(render_flags) $(SPP) $(PARTS))
 $(foreach p,vdbimport exrmerge,$(call told,$(p),$(programs)))
 
-# $(call part,PROGRAM,SCENE,NAME): OUT/NAME.part holds what the program takes of a scene. It is replaced where that differs.
-part = $(if $(filter clean,$(MAKECMDGOALS)),,$(shell f=$(OUT)/$(3).part; mkdir -p $(OUT); \
+# $(call part,PROGRAM,SCENE,NAME): OUT/NAME.part holds what the program takes of a scene. It is replaced where that differs. The program
+# is asked again when it or the scene is another file than OUT/NAME.part.of says, or was written since.
+part = $(if $(filter clean,$(MAKECMDGOALS)),,$(shell f=$(OUT)/$(3).part; [ -d $(OUT) ] || mkdir -p $(OUT); \
+    of=$$(stat -L -c '%n %i %s %.Y %.Z' $(2) $(BIN)/$(1) 2> /dev/null) || true; \
     if [ ! -x $(BIN)/$(1) ]; then touch $$f; \
-    elif $(BIN)/$(1) --scene $(2) --print-scene > $$f.new; then cmp -s $$f.new $$f && rm $$f.new || mv $$f.new $$f; \
+    elif [ -e $$f ] && [ -e $$f.of ] && [ "$$(< $$f.of)" = "$$of" ]; then :; \
+    elif $(BIN)/$(1) --scene $(2) --print-scene > $$f.new; then \
+        cmp -s $$f.new $$f && rm $$f.new || mv $$f.new $$f; printf '%s\n' "$$of" > $$f.of; \
     else rm -f $$f.new; exit 1; fi)$(if $(filter-out 0,$(.SHELLSTATUS)),$(error $(2): refused by $(1))))
 ifneq ($(wildcard scene.toml),)
 $(foreach p,illuminate p1solve render,$(call part,$(p),scene.toml,$(p)))

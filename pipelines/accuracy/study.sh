@@ -83,10 +83,12 @@ chain() {
     if [ -n "$3" ] && [[ $3 != *none ]]; then made p1solve "$3" "$solved" vdb; solved=$file reports[p1solve]=$report; fi
     drawn=$4
 }
-# blocks FILE: "i,j luminance" of each block of 8 x 8 pixels.
+# blocks FILE ...: "i,j luminance" of each block of 8 x 8 pixels; of several files "n,i,j luminance", n from 1. oiiotool takes longer
+# to start than to print: one for all.
 blocks() {
-    oiiotool --dumpdata "$1" | sed -n 's/^ *Pixel (\([0-9]*\), \([0-9]*\)): \([^ ]*\) \([^ ]*\) \([^ ]*\).*/\1 \2 \3 \4 \5/p' | awk '
-        { sum[int($1 / 8) "," int($2 / 8)] += (0.2126 * $3 + 0.7152 * $4 + 0.0722 * $5) / 64 }
+    oiiotool --dumpdata "$@" | awk -F '[(,): ]+' -v files=$# '
+        !/^ *Pixel/ { ++n; next }
+        { sum[(files > 1 ? n "," : "") int($3 / 8) "," int($4 / 8)] += (0.2126 * $5 + 0.7152 * $6 + 0.0722 * $7) / 64 }
         END { for (k in sum) printf "%s %.9g\n", k, sum[k] }' | sort
 }
 # error_of TRUTH FOUND: "error low high mean" in percent, of lines "place value [standard error]" and "place value". Places that are
@@ -132,15 +134,16 @@ of_picture() {
 }
 # Three views of the cloud of puffs against data/references/puffs.txt, as docs/scattering.md has them.
 of_puffs() {
-    local name camera turn drawings=
+    local name camera turn drawings= views=()
     chain_of "$2"
-    : > found
     while read -r name camera turn; do
         made render "$drawn ${cube_camera[*]} --camera $camera --resolution 24 --aov none" "$solved" exr
         drawings+=" $report"
-        blocks "$file" | awk -v view="$name" -v turn="$turn" "$cube_place"'
-            { split($1, k, ","); at = cube_place(turn, k[1], k[2], 2); sub(/ /, ",", at); print view "," at, $2 }' >> found
+        views+=("$file")
     done < <(cube_views)
+    blocks "${views[@]}" | awk -v views="$(cube_views | cut -d ' ' -f 1,3 | xargs)" "$cube_place"'
+        BEGIN { split(views, word, " ") }
+        { split($1, k, ","); at = cube_place(word[2 * k[1]], k[2], k[3], 2); sub(/ /, ",", at); print word[2 * k[1] - 1] "," at, $2 }' > found
     reports[render]=$drawings
     awk -v medium="$1" '$1 " " $2 " " $3 == medium { print $4 "," $5 "," $6, $7, $8 }' "$here/../../data/references/puffs.txt" > truth
     # Each view counts the same: all values over the mean of the true view.

@@ -23,7 +23,7 @@ do for [problem in "1i 1ii"] {
         set title sprintf("problem %s, case %s", "1".which, problem[2:])
         set xlabel (which eq "C" ? "x [cm]" : "y [cm]")
         set ylabel "flux [1/(cm^2 s)]"
-        plot line(problem, select, "sweeps-128") using 1:2 with lines lc "black" lw 2 title "published", \
+        plot line(problem, select, strstrt(rungs(problem), "sweeps-128") ? "sweeps-128" : word(rungs(problem), 1)) using 1:2 with lines lc "black" lw 2 title "published", \
             for [rung in rungs(problem)] line(problem, select, rung) using 1:3 with points ps 0.7 title rung
     }
 }

@@ -45,9 +45,7 @@ TEST_F(AccuracyOfResults, TravelFromTheStageThatMadeThemIntoThePicture)
     const std::string drawn =
         said({program("render"), scratch / "p.vdb", "--resolution", "8", "-o", scratch / "p.exr"});
     EXPECT_NE(drawn.find("accuracy of the light: phi: " + of_phi + "\n"), std::string::npos) << drawn;
-    const auto picture = OIIO::ImageInput::open(scratch / "p.exr");
-    ASSERT_TRUE(picture);
-    EXPECT_EQ(picture->spec().get_string_attribute("vdbcloud:accuracy"), "phi: " + of_phi);
+    EXPECT_EQ(test::picture(scratch / "p.exr").text("vdbcloud:accuracy"), "phi: " + of_phi);
 }
 
 TEST_F(AccuracyOfResults, SayWhatALampLeavesOut)

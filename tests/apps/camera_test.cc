@@ -1,5 +1,5 @@
 // The camera that render places: it stands before all matter, also before what framing takes for too thin to see.
-#include "picture_file.h"
+#include "support/picture_file.h"
 #include "support/run.h"
 
 #include "vdbcloud/core/vdb.h"

@@ -1,6 +1,6 @@
 // render --certify, --correct and --error-png as a user runs them.
 #include "in_folder.h"
-#include "picture_file.h"
+#include "support/picture_file.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -30,12 +30,12 @@ protected:
     static double mean(const std::string& path)
     {
         const PictureFile file = picture(*folder_ / path);
-        const auto n = size_t(file.spec.nchannels);
+        const auto n = file.channels.size();
         double sum = 0;
         for (size_t k = 0; k < file.pixels.size(); k += n)
-            sum += 0.2126 * file.pixels[k + size_t(file.spec.channelindex("R"))] +
-                   0.7152 * file.pixels[k + size_t(file.spec.channelindex("G"))] +
-                   0.0722 * file.pixels[k + size_t(file.spec.channelindex("B"))];
+            sum += 0.2126 * file.pixels[k + size_t(file.channel("R"))] +
+                   0.7152 * file.pixels[k + size_t(file.channel("G"))] +
+                   0.0722 * file.pixels[k + size_t(file.channel("B"))];
         return sum;
     }
 };
@@ -95,11 +95,11 @@ TEST_F(Certify, IsToldStampedAndEqualForAnyThreads)
     EXPECT_EQ(one.text("vdbcloud:certificate"), two.text("vdbcloud:certificate"));
     EXPECT_NE(one.text("vdbcloud:certificate").find("rms over 32x32"), std::string::npos);
     for (const char* key : {"vdbcloud:error_32x32", "vdbcloud:error_8x8_high", "vdbcloud:certificate_samples"})
-        EXPECT_GT(one.spec.get_float_attribute(key), 0) << key;
+        EXPECT_GT(one.number(key), 0) << key;
     for (const char* channel : {"block_error.R", "block_error.G", "block_error.B", "block_deviation.Y"})
-        EXPECT_GE(one.spec.channelindex(channel), 0) << channel;
+        EXPECT_GE(one.channel(channel), 0) << channel;
     for (const char* channel : {"block_guess.Y", "sky.R", "correction.R"})
-        EXPECT_LT(one.spec.channelindex(channel), 0) << channel;
+        EXPECT_LT(one.channel(channel), 0) << channel;
     // Another seed has another noise.
     expect_done("render -q --resolution 24 scattered.vdb --certify 30% -o seed.exr --samples 4 --seed 3");
     EXPECT_NE(picture(*folder_ / "seed.exr").text("vdbcloud:certificate"), one.text("vdbcloud:certificate"));
@@ -114,13 +114,11 @@ TEST_F(Certify, CorrectionIsThePictureLessItsError)
     const PictureFile with = picture(*folder_ / "picture.exr");
     expect_done("render -q --resolution 48 lit.vdb -o without.exr");
     const PictureFile without = picture(*folder_ / "without.exr");
-    const auto n = size_t(with.spec.nchannels), m = size_t(without.spec.nchannels);
+    const auto n = with.channels.size(), m = without.channels.size();
     double largest = 0;
     for (size_t k = 0; k < with.pixels.size() / n; ++k) {
-        const auto of = [&](const char* channel) {
-            return with.pixels[k * n + size_t(with.spec.channelindex(channel))];
-        };
-        const float alone = without.pixels[k * m + size_t(without.spec.channelindex("G"))];
+        const auto of = [&](const char* channel) { return with.pixels[k * n + size_t(with.channel(channel))]; };
+        const float alone = without.pixels[k * m + size_t(without.channel("G"))];
         // R, G, B are halves, whose least step is 6e-8.
         EXPECT_NEAR(of("G") - of("correction.G"), alone, 2e-3 * std::abs(of("G")) + 1e-3 * alone + 6e-8);
         if (of("A") == 0) {

@@ -1,6 +1,7 @@
 // Each option has an effect where it should, and is refused where it can have none: all of --help, program by program.
 #include "apps/effect_rows.h"
 #include "support/netcdf_maker.h"
+#include "support/picture_file.h"
 #include "support/run.h"
 
 #include "vdbcloud/core/vdb.h"
@@ -154,10 +155,13 @@ protected:
     };
     Outcome run_in(const std::string& folder, const Words& words)
     {
-        std::string line =
-            "rm -rf " + folder + " && mkdir " + folder + " && cd " + folder +
-            " && for f in ../*.vdb ../*.pgm ../*.hdr ../*.txt ../*.nc ../*.raw ../*.csv; do ln -s $f; done; " +
-            GetParam().tool;
+        namespace fs = std::filesystem;
+        fs::remove_all(*inputs_ / folder);
+        fs::create_directory(*inputs_ / folder);
+        for (const auto& entry : fs::directory_iterator(inputs_->path()))
+            if (entry.is_regular_file())
+                fs::create_symlink(entry.path(), *inputs_ / (folder + "/") + entry.path().filename().string());
+        std::string line = "cd " + folder + " && " + GetParam().tool;
         for (const std::string& word : words) line += " '" + word + "'";
         if (GetParam().tool != "vdbdiff") line += " --json report.json";
         Outcome outcome{in_folder(line), *inputs_ / folder, ""};
@@ -190,7 +194,7 @@ protected:
         case Seen::Elsewhere: return true;
         case Seen::Values: break;
         }
-        return GetParam().tool == "render" ? both("idiff -q -fail 0 -warn 0", "out.exr") != 0
+        return GetParam().tool == "render" ? !picture(a.folder + "/out.exr").same_values(picture(b.folder + "/out.exr"))
                                            : both("vdbdiff -q", "out.vdb") == 3;
     }
 

@@ -1,6 +1,6 @@
 // Fire from file to picture: what a temperature shines, that it lights its smoke, and that all stages take it alike.
-#include "picture_file.h"
 #include "stages.h"
+#include "support/picture_file.h"
 
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"

@@ -1,8 +1,10 @@
 // --ground-albedo: from p1solve through the file to the picture, against light paths; contradictions are told.
-#include "apps/picture_file.h"
 #include "apps/repeating_field.h"
+#include "support/picture_file.h"
 #include "vdbcloud/grid/sources.h"
 #include "vdbcloud/optics/collided_light.h"
+
+#include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 

@@ -34,12 +34,10 @@ TEST_F(OverlapOfFiles, SingleScatteringOfTheSolvedFileIsThatOfTheFiles)
     // Without delta scaling each shows w0 sigma_t p E T of the true medium. Lattices of rays differ: those of one
     // density of all, and one for each medium.
     done("p1solve", "-q air.vdb dust.vdb cloud.vdb --sun 0.3,1,0.2 --delta off -o lit.vdb");
-    for (const char* layer : {"direct_sun.R", "direct_sun.G", "direct_sun.B", "A"}) {
-        const std::string all = " --aov all";
-        EXPECT_NEAR(mean("lit.vdb", all, layer) / mean("air.vdb dust.vdb cloud.vdb", all + " --sun 0.3,1,0.2", layer),
-                    1, 0.003)
-            << layer;
-    }
+    const PictureFile solved = view("lit.vdb", "--aov all"),
+                      direct = view("air.vdb dust.vdb cloud.vdb", "--aov all --sun 0.3,1,0.2");
+    for (const char* layer : {"direct_sun.R", "direct_sun.G", "direct_sun.B", "A"})
+        EXPECT_NEAR(mean(solved, layer) / mean(direct, layer), 1, 0.003) << layer;
     const GridFile lit = read_grid_file(path("lit.vdb"));
     EXPECT_EQ(get_number(*lit.metadata, schema::media, 0), 3);
     EXPECT_TRUE(find_grid(lit, "density") && find_grid(lit, "medium_2") && find_grid(lit, "medium_3"));
@@ -54,12 +52,12 @@ TEST_F(OverlapOfFiles, PictureIsThatOfLightPaths)
     done("p1solve",
          "-q air.vdb dust.vdb cloud.vdb --sun 0.3,1,0.2 --iterations 6 --degree 3 --directions 64 -o lit.vdb");
     const std::string paths = " --integrator path --spp 48";
-    for (const char* channel : {"R", "G", "B"}) {
-        const double truth = mean("lit.vdb", paths, channel);
-        EXPECT_NEAR(mean("lit.vdb", "", channel) / truth, 1, 0.04) << channel;
-        EXPECT_NEAR(mean("lit.vdb", " --integrator path --gather 2 --spp 8", channel) / truth, 1, 0.04) << channel;
-        EXPECT_NEAR(mean("air.vdb dust.vdb cloud.vdb", paths + " --sun 0.3,1,0.2", channel) / truth, 1, 0.04);
-    }
+    const PictureFile truth = view("lit.vdb", paths), cells = view("lit.vdb", ""),
+                      gathered = view("lit.vdb", " --integrator path --gather 2 --spp 8"),
+                      of_files = view("air.vdb dust.vdb cloud.vdb", paths + " --sun 0.3,1,0.2");
+    for (const char* channel : {"R", "G", "B"})
+        for (const PictureFile* seen : {&cells, &gathered, &of_files})
+            EXPECT_NEAR(mean(*seen, channel) / mean(truth, channel), 1, 0.04) << channel;
 }
 
 TEST_F(OverlapOfFiles, WhiteMediaUnderAUniformSkyAreInvisible)
@@ -67,8 +65,8 @@ TEST_F(OverlapOfFiles, WhiteMediaUnderAUniformSkyAreInvisible)
     write_media(Vec3d(1));
     for (const char* options : {"", " --iterations 2 --degree 3"}) {
         done("p1solve", std::string("-q air.vdb dust.vdb cloud.vdb --sky 1 --tolerance 1e-8 -o lit.vdb") + options);
-        for (const char* channel : {"R", "G", "B"})
-            EXPECT_NEAR(mean("lit.vdb", " --background sky", channel), 1, 2e-5) << channel;
+        const PictureFile seen = view("lit.vdb", " --background sky");
+        for (const char* channel : {"R", "G", "B"}) EXPECT_NEAR(mean(seen, channel), 1, 2e-5) << channel;
     }
 }
 

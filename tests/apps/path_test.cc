@@ -1,6 +1,6 @@
 // render --integrator path and exrmerge as a user runs them.
 #include "in_folder.h"
-#include "picture_file.h"
+#include "support/picture_file.h"
 
 #include <gtest/gtest.h>
 
@@ -49,19 +49,18 @@ TEST_F(PathProgram, MergedPartsAreOneRun)
     const RunResult r = expect_done("exrmerge c.exr a.exr b.exr -o merged.exr");
     EXPECT_EQ(r.err, "exrmerge: 32 samples a pixel, of indices 0-31\n");
     const PictureFile merged = picture(*folder_ / "merged.exr"), whole = picture(*folder_ / "whole.exr");
-    ASSERT_EQ(merged.spec.channelnames, whole.spec.channelnames);
-    const size_t channels = size_t(whole.spec.nchannels);
+    ASSERT_EQ(merged.channels, whole.channels);
+    const size_t channels = whole.channels.size();
     std::vector<double> scale(channels, 0.0);
     for (size_t k = 0; k < whole.pixels.size(); ++k)
         scale[k % channels] = std::max(scale[k % channels], std::min(1e3, std::abs(double(whole.pixels[k]))));
     for (size_t k = 0; k < whole.pixels.size(); ++k)
-        EXPECT_NEAR(merged.pixels[k], whole.pixels[k], 2e-6 * scale[k % channels])
-            << whole.spec.channelnames[k % channels];
+        EXPECT_NEAR(merged.pixels[k], whole.pixels[k], 2e-6 * scale[k % channels]) << whole.channels[k % channels];
     for (const char* channel : {"R", "direct_sun.G", "multiscatter.B", "standard_error.R", "variance.Y", "Z"})
-        EXPECT_GT(scale[size_t(whole.spec.channelindex(channel))], 0) << channel;
+        EXPECT_GT(scale[size_t(whole.channel(channel))], 0) << channel;
     for (const char* key : {"vdbcloud:sample_ranges", "vdbcloud:scene", "vdbcloud:seed", "vdbcloud:light_sun"})
         EXPECT_EQ(merged.text(key), whole.text(key)) << key;
-    EXPECT_EQ(merged.spec.get_float_attribute("vdbcloud:samples"), 32);
+    EXPECT_EQ(merged.number("vdbcloud:samples"), 32);
     EXPECT_NE(merged.text("history").find("exrmerge"), std::string::npos);
     EXPECT_NE(merged.text("history").find("illuminate"), std::string::npos);
     // In steps, and over a background drawn in.
@@ -110,7 +109,7 @@ TEST_F(PathProgram, PathsEndInTheSolutionOfTheFile)
     expect_done("exrmerge -q b.exr a.exr -o merged.exr");
     EXPECT_EQ(in_folder("idiff -q -fail 1e-5 -warn 1e-5 whole.exr merged.exr").status, 0);
     EXPECT_EQ(picture(*folder_ / "whole.exr").text("vdbcloud:integrator"), "path");
-    EXPECT_EQ(picture(*folder_ / "whole.exr").spec.get_float_attribute("vdbcloud:gather"), 3);
+    EXPECT_EQ(picture(*folder_ / "whole.exr").number("vdbcloud:gather"), 3);
     expect_done("render -q --resolution 12 " + file + " --gather 3 --spp 8 --aov all --threads 1 -o one.exr");
     EXPECT_EQ(in_folder("idiff -q -fail 0 -warn 0 whole.exr one.exr").status, 0);
     // Of another solution, number of vertices or without end: another scene.
@@ -129,7 +128,7 @@ TEST_F(PathProgram, PathsEndInTheSolutionOfTheFile)
     // Beneath a sky of radiance 1 matter that absorbs nothing is not seen; P1 is exact there, and so is every path.
     const PictureFile sky = traced("--gather 2 --spp 4 --background sky", "sky.vdb");
     for (size_t k = 0; k < sky.pixels.size(); ++k)
-        if (sky.spec.channelnames[k % size_t(sky.spec.nchannels)] == "G") {
+        if (sky.channels[k % sky.channels.size()] == "G") {
             EXPECT_NEAR(sky.pixels[k], 1, 1e-4);
         }
 }
@@ -182,15 +181,15 @@ TEST_F(PathProgram, NoiseAndTimeEndTheRunAndAreTold)
     EXPECT_LE(noise, 0.2);
     EXPECT_GT(noise, 0.1);
     const PictureFile p = picture(*folder_ / "a.exr");
-    const int samples = int(p.spec.get_float_attribute("vdbcloud:samples"));
+    const int samples = int(p.number("vdbcloud:samples"));
     EXPECT_GT(samples, 16);
     EXPECT_EQ(p.text("vdbcloud:sample_ranges"), "0-" + std::to_string(samples - 1));
     // The same number of samples, asked for, is the same picture.
     EXPECT_EQ(p.pixels, traced("--spp " + std::to_string(samples)).pixels);
     const PictureFile timed = traced("--time-limit 0.2 --aov seconds,standard_error --spp-offset 7");
     EXPECT_EQ(timed.text("vdbcloud:sample_ranges").rfind("7-", 0), 0u);
-    EXPECT_GE(timed.spec.channelindex("seconds.Y"), 0);
-    EXPECT_GE(timed.spec.channelindex("standard_error.B"), 0);
+    EXPECT_GE(timed.channel("seconds.Y"), 0);
+    EXPECT_GE(timed.channel("standard_error.B"), 0);
 }
 
 TEST_F(PathProgram, LayersOfPathsNeedPaths)

@@ -1,8 +1,10 @@
 // Media that repeat: --periodic travels in the file from illuminate and p1solve to render, and contradictions are told.
-#include "apps/picture_file.h"
 #include "apps/repeating_field.h"
+#include "support/picture_file.h"
 #include "vdbcloud/grid/sources.h"
 #include "vdbcloud/optics/collided_light.h"
+
+#include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,6 @@
 // p1solve --flux-map and --heating as a user runs them: files against the report, refusals, threads.
-#include "apps/picture_file.h"
 #include "apps/stages.h"
+#include "support/picture_file.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/grid_file.h"
 
@@ -35,9 +35,9 @@ TEST_F(Power, TheMeanOfTheMapTimesItsAreaIsThePowerOfTheReport)
         const auto report = solve(
             cloud(), with({"--sun", "1,1,0.3", "--sun-irradiance", "1,2,4", "--sky", "0.1"}, with(map(), sweeps)));
         const PictureFile picture = test::picture(scratch / "map.exr");
-        const double area = picture.spec.get_float_attribute("vdbcloud:column_area");
+        const double area = picture.number("vdbcloud:column_area");
         EXPECT_NEAR(area, 0.01, 1e-6) << "20 voxels of a cloud of two units";
-        EXPECT_EQ(picture.spec.nchannels, 15);
+        EXPECT_EQ(picture.channels.size(), 15u);
         const std::vector<std::pair<std::string, std::string>> layers{{"diffuse_up", "out_of_top"},
                                                                       {"diffuse_down", "out_of_base"},
                                                                       {"direct_top", "direct_at_top"},
@@ -46,8 +46,8 @@ TEST_F(Power, TheMeanOfTheMapTimesItsAreaIsThePowerOfTheReport)
         for (const auto& [layer, key] : layers)
             for (const auto& [channel, letter] : {std::pair("R", "r"), {"G", "g"}, {"B", "b"}}) {
                 double sum = 0;
-                for (int j = 0; j < picture.spec.height; ++j)
-                    for (int i = 0; i < picture.spec.width; ++i) sum += double(picture.at(i, j, layer + "." + channel));
+                for (int j = 0; j < picture.height; ++j)
+                    for (int i = 0; i < picture.width; ++i) sum += double(picture.at(i, j, layer + "." + channel));
                 const double told = report["channels"][letter]["budget"][key];
                 EXPECT_NEAR(sum * area / told, 1, 2e-5) << layer << ' ' << channel;
                 EXPECT_GT(told, 0.001) << layer;
@@ -138,7 +138,7 @@ TEST_F(Power, AMapGoesToStandardOutput)
     there.folder = scratch.path();
     const std::string command = "p1solve -q '" + cloud() + "' --sun 0,1,0 -o lit.vdb --flux-map - > piped.exr";
     EXPECT_EQ(shell(command, there).status, 0);
-    EXPECT_EQ(test::picture(scratch / "piped.exr").spec.nchannels, 15);
+    EXPECT_EQ(test::picture(scratch / "piped.exr").channels.size(), 15u);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // render --progressive and --time-limit as a user runs them.
 #include "in_folder.h"
-#include "picture_file.h"
+#include "support/picture_file.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -46,7 +46,7 @@ TEST_F(Progressive, APictureIsThereBeforeTheEndAndWholeAtAnyTime)
                   "ls -a | grep -c '^\\.p\\.'; [ -e p.exr ] && echo exr; true");
     EXPECT_EQ(r.out, "status 143 seen 4\n0\n") << r.err;
     const PictureFile left = picture(*folder_ / "p.png");
-    EXPECT_EQ(left.spec.width, 96);
+    EXPECT_EQ(left.width, 96);
 }
 
 TEST_F(Progressive, ASignalAtAnyMomentLeavesAWholePictureOrNone)
@@ -76,11 +76,9 @@ TEST_F(Progressive, TheTimeLimitOfAPictureWithoutNoiseLeavesCoarsePixels)
     EXPECT_EQ(report["picture"]["coarseness"], 8);
     EXPECT_EQ(report["picture"]["computed_pixels"], 25);
     const PictureFile coarse = picture(*folder_ / "coarse.exr"), whole = picture(*folder_ / "whole.exr");
-    EXPECT_EQ(coarse.spec.get_int_attribute("vdbcloud:coarseness") +
-                  coarse.spec.get_float_attribute("vdbcloud:coarseness"),
-              8);
+    EXPECT_EQ(coarse.number("vdbcloud:coarseness"), 8);
     const auto at = [&](const PictureFile& p, size_t i, size_t j) {
-        return p.pixels[(j * 40 + i) * size_t(p.spec.nchannels)];
+        return p.pixels[(j * 40 + i) * p.channels.size()];
     };
     for (size_t j = 0; j < 40; ++j)
         for (size_t i = 0; i < 40; ++i) EXPECT_EQ(at(coarse, i, j), at(whole, i / 8 * 8, j / 8 * 8));

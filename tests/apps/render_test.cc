@@ -1,5 +1,5 @@
 // render as a user runs it: on small grids, against closed forms where there are any.
-#include "picture_file.h"
+#include "support/picture_file.h"
 #include "support/run.h"
 
 #include "vdbcloud/core/constants.h"
@@ -27,8 +27,8 @@ using test::read_text;
 double difference(const PictureFile& a, const PictureFile& b, const std::string& channel)
 {
     double most = 0, scale = 0;
-    for (int j = 0; j < a.spec.height; ++j)
-        for (int i = 0; i < a.spec.width; ++i) {
+    for (int j = 0; j < a.height; ++j)
+        for (int i = 0; i < a.width; ++i) {
             most = std::max(most, double(std::abs(a.at(i, j, channel) - b.at(i, j, channel))));
             scale = std::max(scale, double(std::abs(a.at(i, j, channel))));
         }
@@ -99,7 +99,7 @@ TEST_F(Render, AFileWithoutMetadataIsFramedLitAndExposed)
     const auto result = run({path("lump.vdb"), "-o", path("a.exr"), "--png", path("a.png")});
     EXPECT_EQ(result.status, 0) << result.err;
     const PictureFile exr = picture(path("a.exr")), png = picture(path("a.png"));
-    EXPECT_EQ(exr.spec.width, 512);
+    EXPECT_EQ(exr.width, 512);
     EXPECT_GT(exr.at(256, 256, "A"), 0.9);
     EXPECT_EQ(exr.at(2, 2, "A"), 0);
     EXPECT_GT(exr.at(230, 200, "R"), 0.05);
@@ -107,7 +107,7 @@ TEST_F(Render, AFileWithoutMetadataIsFramedLitAndExposed)
     EXPECT_LT(exr.at(256, 256, "Z"), 100);
     EXPECT_GT(png.at(230, 200, "R"), 0.5);                  // exposed
     EXPECT_GT(png.at(2, 2, "B"), png.at(2, 2, "R") + 0.1);  // before a blue sky
-    EXPECT_NE(exr.spec.get_string_attribute("history").find("render 0."), std::string::npos);
+    EXPECT_NE(exr.text("history").find("render 0."), std::string::npos);
 }
 
 TEST_F(Render, MeetsTheSunAxisIdentitiesPixelByPixel)
@@ -174,9 +174,9 @@ TEST_F(Render, ACropIsPartOfTheWhole)
     write_lump(path("lump.vdb"));
     const PictureFile whole = rendered(path("lump.vdb"), "whole.exr", {"--samples", "3"});
     const PictureFile part = rendered(path("lump.vdb"), "part.exr", {"--samples", "3", "--crop", "9,5,20,30"});
-    EXPECT_EQ(part.spec.x, 9);
-    EXPECT_EQ(part.spec.height, 25);
-    EXPECT_EQ(part.spec.full_width, 32);
+    EXPECT_EQ(part.x, 9);
+    EXPECT_EQ(part.height, 25);
+    EXPECT_EQ(part.full_width, 32);
     for (int j = 5; j < 30; ++j)
         for (int i = 9; i < 20; ++i)
             for (const auto& channel : {"R", "A", "Z"}) ASSERT_EQ(part.at(i, j, channel), whole.at(i, j, channel));

@@ -1,6 +1,7 @@
 #pragma once
 // Files with a body each, commands on several of them, and what comes out.
 #include "support/moved.h"
+#include "support/picture_file.h"
 #include "support/run.h"
 
 #include "support/fields.h"
@@ -12,7 +13,6 @@
 #include "vdbcloud/optics/medium.h"
 #include "vdbcloud/scene/light.h"
 
-#include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -78,21 +78,24 @@ protected:
         return result.status == 0;
     }
 
-    /// Mean of a channel of a picture of `inputs`, from the side, of the 1.6 x 1.6 world units at the origin.
-    double mean(const std::string& inputs, const std::string& options, const std::string& layer = "R")
+    /// A picture of `inputs`, from the side, of the 1.6 x 1.6 world units at the origin.
+    PictureFile view(const std::string& inputs, const std::string& options)
     {
         done("render", "-q " + inputs +
                            " --projection orthographic --camera 0.8,0.8,20 --look-at 0.8,0.8,0 --ortho-width 1.6 "
                            "--resolution 24 -o picture.exr " +
                            options);
-        const auto in = OIIO::ImageInput::open(path("picture.exr"));
-        if (!in) return std::nan("");
-        const int channels = in->spec().nchannels, c = in->spec().channelindex(layer);
-        std::vector<float> pixels(size_t(24 * 24 * channels));
-        EXPECT_TRUE(in->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, pixels.data()));
+        return picture(path("picture.exr"));
+    }
+    static double mean(const PictureFile& seen, const std::string& layer = "R")
+    {
         double sum = 0;
-        for (size_t n = 0; n < 24 * 24; ++n) sum += pixels[n * size_t(channels) + size_t(c)] / (24.0 * 24);
+        for (const float value : seen.layer(layer)) sum += value / (24.0 * 24);
         return sum;
+    }
+    double mean(const std::string& inputs, const std::string& options, const std::string& layer = "R")
+    {
+        return mean(view(inputs, options), layer);
     }
 
     Scratch scratch;

@@ -1,13 +1,15 @@
 // Pictures of several files against light paths through all of them.
-#include "apps/picture_file.h"
 #include "support/fields.h"
 #include "support/grids.h"
 #include "support/moved.h"
+#include "support/picture_file.h"
 #include "support/run.h"
 #include "support/size.h"
 #include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/optics/medium.h"
+
+#include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>

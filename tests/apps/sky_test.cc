@@ -1,6 +1,6 @@
 // Skies and suns of a published atmosphere, from illuminate to the picture.
 #include "in_folder.h"
-#include "picture_file.h"
+#include "support/picture_file.h"
 
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/file/io.h"
@@ -32,9 +32,9 @@ protected:
     {
         const PictureFile p = picture(*folder_ / file);
         Vec3d sum(0);
-        for (int j = 0; j < p.spec.height; ++j)
-            for (int i = 0; i < p.spec.width; ++i) sum += Vec3d(p.at(i, j, "R"), p.at(i, j, "G"), p.at(i, j, "B"));
-        return sum / (p.spec.width * p.spec.height);
+        for (int j = 0; j < p.height; ++j)
+            for (int i = 0; i < p.width; ++i) sum += Vec3d(p.at(i, j, "R"), p.at(i, j, "G"), p.at(i, j, "B"));
+        return sum / (p.width * p.height);
     }
     static void expect_refused(const std::string& command, const std::string& piece)
     {

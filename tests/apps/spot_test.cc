@@ -1,6 +1,6 @@
 // A spot inside a medium, from illuminate to the picture.
 #include "in_folder.h"
-#include "picture_file.h"
+#include "support/picture_file.h"
 
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/file/io.h"

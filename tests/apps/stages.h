@@ -1,10 +1,10 @@
 #pragma once
 // Chains of programs as a user builds them: files in, files and pictures out.
 #include "support/grids.h"
+#include "support/picture_file.h"
 #include "support/run.h"
 #include "vdbcloud/file/io.h"
 
-#include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
 #include <string>
@@ -43,11 +43,7 @@ protected:
     std::vector<float> picture(const std::string& input, Words options)
     {
         options.insert(options.end(), {"--resolution", "8"});
-        const auto in = OIIO::ImageInput::open(stage("render", input, "picture.exr", options));
-        if (!in) return {};
-        std::vector<float> pixels(size_t(8 * 8 * in->spec().nchannels));
-        EXPECT_TRUE(in->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, pixels.data()));
-        return pixels;
+        return test::picture(stage("render", input, "picture.exr", options)).pixels;
     }
 
     static Words names(const std::string& path)

@@ -2,8 +2,6 @@
 
 #include "vdbcloud/core/vdb.h"
 
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <filesystem>
 
@@ -58,27 +56,6 @@ std::string up_axis(const World& world, const Change& change)
 }
 
 }  // namespace
-
-std::vector<float> Picture::layer(const std::string& channel) const
-{
-    const auto found = std::find(channels.begin(), channels.end(), channel);
-    std::vector<float> all;
-    if (found == channels.end()) return all;
-    for (size_t k = size_t(found - channels.begin()); k < values.size(); k += channels.size()) all.push_back(values[k]);
-    return all;
-}
-
-Picture read_picture(const std::string& path)
-{
-    const auto in = OIIO::ImageInput::open(path);
-    if (!in) throw std::runtime_error(path + " is not a picture");
-    const OIIO::ImageSpec& spec = in->spec();
-    Picture picture{spec.width, spec.height, spec.channelnames, {}};
-    picture.values.resize(size_t(spec.width) * size_t(spec.height) * size_t(spec.nchannels));
-    if (!in->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, picture.values.data()))
-        throw std::runtime_error(path + " is not a whole picture");
-    return picture;
-}
 
 Words Chain::lights(const World& world, const Change& change)
 {
@@ -194,7 +171,7 @@ Seen Chain::run(const World& world, const Change& change)
         for (const std::string& word : split(world.view))
             if (word != "framed") options.push_back(word);
         if (!stage("render", "picture.exr", options)) return seen;
-        seen.picture = read_picture(folder_ + "/picture.exr");
+        seen.picture = test::picture(folder_ + "/picture.exr");
     }
     return seen;
 }
@@ -210,7 +187,7 @@ Seen Chain::run_render(const World& world, const Words& options)
     if (!world.periodic.empty()) append(words, {"--periodic", world.periodic});
     append(words, options);
     append(words, shared(threads_));
-    if (step(seen, "render", words)) seen.picture = read_picture(folder_ + "/other.exr");
+    if (step(seen, "render", words)) seen.picture = test::picture(folder_ + "/other.exr");
     return seen;
 }
 
@@ -231,7 +208,7 @@ Seen Chain::run_commands(const World& world)
         if (output[1].find(".vdb") != std::string::npos)
             for (const GridBasePtr& grid : read_own(path).grids) seen.grids[grid->getName()] = grid;
         else
-            seen.picture = read_picture(path);
+            seen.picture = test::picture(path);
     }
     return seen;
 }

@@ -2,6 +2,7 @@
 // A world through the programs, and what comes out.
 #include "hard/body.h"
 #include "hard/world.h"
+#include "support/picture_file.h"
 
 #include <nlohmann/json.hpp>
 
@@ -11,19 +12,6 @@
 
 namespace vdbcloud::test {
 
-struct Picture {
-    int width = 0, height = 0;
-    std::vector<std::string> channels;
-    std::vector<float> values;  ///< channel fastest, then x
-
-    float at(int x, int y, size_t channel) const
-    {
-        return values[(size_t(y) * size_t(width) + size_t(x)) * channels.size() + channel];
-    }
-    /// All values of a channel; none if there is no such channel.
-    std::vector<float> layer(const std::string& channel) const;
-};
-
 /// What a world gives.
 // NOLINTNEXTLINE(bugprone-exception-escape): moving the report allocates nothing
 struct Seen {
@@ -32,12 +20,10 @@ struct Seen {
     bool last = false;        ///< it was the last one of the world
     bool over_limit = false;  ///< of time or memory
     std::map<std::string, GridBasePtr> grids;
-    Picture picture;
+    PictureFile picture;
     nlohmann::json channels;        ///< of p1solve's report
     double seconds = 0, bytes = 0;  ///< of the most expensive program
 };
-
-Picture read_picture(const std::string& path);
 
 /// A folder with the programs' files for one run at a time.
 class Chain {

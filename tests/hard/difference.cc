@@ -70,18 +70,19 @@ double layer_factor(const std::string& channel, const Change& change, double fac
 bool endless_depth(double a, double b) { return a > 1e29 || b > 1e29; }
 
 /// Differences of two pictures beyond the rounding of 16-bit floats, over the largest value of a layer.
-void compare_pictures(const Picture& a, const Picture& b, const Change& change, double factor, Verdict& verdict)
+void compare_pictures(const PictureFile& a, const PictureFile& b, const Change& change, double factor, Verdict& verdict)
 {
     if (a.channels != b.channels || a.width != b.width || a.height != b.height)
         return verdict.take(std::numeric_limits<double>::infinity(), "the layers or the size of the picture");
     for (size_t c = 0; c < a.channels.size(); ++c) {
         const double scale = layer_factor(a.channels[c], change, factor);
+        const std::vector<float> before = a.layer(a.channels[c]), after = b.layer(a.channels[c]);
         double most = 0, worst = 0;
         std::string where;
         for (int y = 0; y < a.height; ++y)
             for (int x = 0; x < a.width; ++x) {
-                const double from = scale * double(a.at(x, y, c));
-                const double to = b.at(change.flipped ? a.width - 1 - x : x, y, c);
+                const double from = scale * double(before[size_t(y * a.width + x)]);
+                const double to = after[size_t(y * a.width + (change.flipped ? a.width - 1 - x : x))];
                 if (from == to || (a.channels[c] == "Z" && endless_depth(from / scale, to))) continue;
                 const double size = std::max(std::abs(from), std::abs(to));
                 most = std::max(most, size);

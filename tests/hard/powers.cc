@@ -123,18 +123,18 @@ void bound_collided(const World& world, const Seen& seen, Verdict& verdict)
         }
 }
 
-void bound_radiance(const World& world, const Picture& picture, Verdict& verdict)
+void bound_radiance(const World& world, const PictureFile& picture, Verdict& verdict)
 {
-    for (size_t k = 0; k < picture.values.size(); ++k) {
+    for (size_t k = 0; k < picture.pixels.size(); ++k) {
         const std::string& channel = picture.channels[k % picture.channels.size()];
-        const double value = picture.values[k];
+        const double value = picture.pixels[k];
         if (begins(channel, "transmittance") || channel == "A") verdict.take(value - 1, "picture, " + channel);
         // Collided light has bounds of its own. The picture's sum has them, too.
         const bool sum = channel == "R" || channel == "G" || channel == "B";
         const bool collided = world.runs("p1solve") && (sum || begins(channel, "multiscatter"));
         if (channel != "Z" && !collided) verdict.take(-value, "picture, " + channel);
     }
-    if (has_lamps(world) || picture.values.empty()) return;
+    if (has_lamps(world) || picture.pixels.empty()) return;
     // Light scattered once along a ray is at most albedo x phase function x E x (1 - T).
     const double phase = largest_phase(world.medium);
     const char* names[] = {"direct.R", "direct.G", "direct.B"};
@@ -166,9 +166,9 @@ Verdict finite(Chain&, const World&, const Seen& seen)
         if (!values.readable()) continue;
         values.each([&](const openvdb::Coord& c) { look(values.value(c).lengthSqr(), name_of(name, c)); });
     }
-    for (size_t k = 0; k < seen.picture.values.size(); ++k) {
+    for (size_t k = 0; k < seen.picture.pixels.size(); ++k) {
         const std::string& channel = seen.picture.channels[k % seen.picture.channels.size()];
-        if (channel != "Z") look(seen.picture.values[k], "picture, " + channel);
+        if (channel != "Z") look(seen.picture.pixels[k], "picture, " + channel);
     }
     const auto flat = seen.channels.is_null() ? nlohmann::json::object() : seen.channels.flatten();
     for (const auto& [key, value] : flat.items())

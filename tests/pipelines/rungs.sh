@@ -19,12 +19,14 @@ trap 'rm -rf "$folder"' EXIT
 cd "$folder"
 
 seconds() { /usr/bin/time -f '%U %S' -a -o "$1" "${@:2}"; }
-# view < picture: "NAME a b mean" of each block, as in tests/pipelines/references.sh.
+# blocks: "NAME a b mean" of each block of the pictures NAME.exr, as in tests/pipelines/references.sh. oiiotool takes longer to start
+# than to print: one for all.
 blocks() {
-    oiiotool --dumpdata view.exr | sed -n 's/^ *Pixel (\([0-9]*\), \([0-9]*\)): \([^ ]*\) .*/\1 \2 \3/p' |
-        awk -v name="$1" -v turn="$2" "$cube_place"'
-            { sum[cube_place(turn, int($1 / 8), int($2 / 8), 2)] += $3 / 64 }
-            END { for (k in sum) print name, k, sum[k] }'
+    oiiotool --dumpdata above.exr side.exr below.exr | awk -F '[(,): ]+' -v views="$(cube_views | cut -d ' ' -f 1,3 | xargs)" "$cube_place"'
+        BEGIN { n = split(views, word, " "); for (k = 1; k < n; k += 2) turn[word[k] ".exr"] = word[k + 1] }
+        !/^ *Pixel/ { file = $1; next }
+        { sum[substr(file, 1, length(file) - 4) " " cube_place(turn[file], int($3 / 8), int($4 / 8), 2)] += $5 / 64 }
+        END { for (k in sum) print k, sum[k] }'
 }
 
 bad=0
@@ -46,11 +48,11 @@ for medium in "$@"; do
         ! awk -v n="$rung" '$2 == "--integrator" && $(n + 3) == "path" { found = 1 } END { exit !found }' "$top/data/rungs.txt" ||
             spp=(--spp "$(awk -v n="$rung" -v g="$g" -v samples="$samples" '
                 $2 == "--gather" { whole = $(n + 3) == "-" } END { print samples * (whole && g > 0.5 ? 10 : 1) }' "$top/data/rungs.txt")")
-        while read -r name camera turn; do
+        while read -r name camera _; do
             "$bin/render" -q $solved --rung "$rung" "${spp[@]}" "${cube_camera[@]}" --camera "$camera" \
-                --resolution 24 -o view.exr
-            blocks "$name" "$turn"
-        done < <(cube_views) > found
+                --resolution 24 -o "$name.exr"
+        done < <(cube_views)
+        blocks > found
         error=$(awk -v tau="$tau" -v w0="$albedo" -v g="$g" '
             NR == FNR { if ($1 == tau && $2 == w0 && $3 == g) { truth[$4 " " $5 " " $6] = $7; mean[$4] += $7 / 9 } next }
             { d = $4 - truth[$1 " " $2 " " $3]; square[$1] += d * d / 9; seen[$1] += $4 / 9 }

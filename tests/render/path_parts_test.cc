@@ -98,13 +98,15 @@ double probability_of(const Scene& scene, const WorldRay& ray, int c, size_t v)
 {
     constexpr int steps = 150;
     constexpr double first = 0.8, step = 4.4 / steps;  // around the clumps
+    std::vector<FloatGrid::ConstAccessor> densities;
+    for (const Volume& volume : scene.volumes) densities.push_back(volume.density->getConstAccessor());
     double tau = 0, sum = 0;
     for (int n = 0; n < steps; ++n) {
         double sigma_t = 0, own = 0;
         for (size_t k = 0; k < scene.volumes.size(); ++k) {
-            const FloatGrid& grid = *scene.volumes[k].density;
-            const Vec3d at = grid.transform().worldToIndex(ray.at(first + (n + 0.5) * step));
-            const double here = scene.volumes[k].medium.sigma_t_per_density[c] * trilinear(grid.getConstAccessor(), at);
+            const Volume& volume = scene.volumes[k];
+            const Vec3d at = volume.density->transform().worldToIndex(ray.at(first + (n + 0.5) * step));
+            const double here = volume.medium.sigma_t_per_density[c] * trilinear(densities[k], at);
             sigma_t += here;
             if (k == v) own = here;
         }

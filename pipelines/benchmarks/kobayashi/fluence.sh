@@ -13,13 +13,16 @@ bin=$1 file=$2 points=$3 case=$4 resolution=$5 samples=$6 every=$7
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-# view POINT DIRECTION FOV: "column row radiance error" of each pixel. Without a lamp of its own render would add a sun.
+# view POINT DIRECTION FOV PICTURE. Without a lamp of its own render would add a sun.
 view() {
     local how=(--integrator cells --albedo 0 --aov none)
     [ "$case" = i ] || how=(--integrator path --albedo 0.5 --aov standard_error)
     "$bin/render" "$file" -q --sun 0,1,0 --sun-irradiance 0 "${how[@]}" --samples "$samples" --camera="$1" \
-        --direction="$2" --fov "$3" --resolution "$resolution" -o "$folder/view.exr"
-    oiiotool --dumpdata "$folder/view.exr" | sed -n 's/^ *Pixel (\([0-9]*\), \([0-9]*\)): \([^ ]*\) [^ ]* [^ ]* [^ ]* *\([^ ]*\).*/\1 \2 \3 \4/p'
+        --direction="$2" --fov "$3" --resolution "$resolution" -o "$folder/$4.exr"
+}
+# pixels PICTURE...: "column row radiance error" of each pixel. oiiotool takes longer to start than to print: one for all.
+pixels() {
+    oiiotool --dumpdata "${@/#/$folder/}" | sed -n 's/^ *Pixel (\([0-9]*\), \([0-9]*\)): \([^ ]*\) [^ ]* [^ ]* [^ ]* *\([^ ]*\).*/\1 \2 \3 \4/p'
 }
 
 awk -v every="$every" '!/^#/ && n++ % every == 0' "$points" | while read -r x y z; do
@@ -28,7 +31,12 @@ awk -v every="$every" '!/^#/ && n++ % every == 0' "$points" | while read -r x y 
         printf "%.6g", (d > 2 * r ? 2 * atan2(r, sqrt(d * d - r * r)) * 57.2957795 : 90) }')
     if [ "$case" = i ] && [ "$fov" != 90 ]; then directions=$(awk -v x="$x" -v y="$y" -v z="$z" 'BEGIN { printf "%.9g,%.9g,%.9g", -x, -y, -z }')
     else fov=90 directions="1,0,0 -1,0,0 0,1,0 0,-1,0 0,0,1 0,0,-1"; fi
-    for direction in $directions; do view "$x,$y,$z" "$direction" "$fov"; done | awk -v n="$resolution" -v fov="$fov" -v at="$x $y $z" '
+    pictures=()
+    for direction in $directions; do
+        view "$x,$y,$z" "$direction" "$fov" "${#pictures[@]}"
+        pictures+=("${#pictures[@]}.exr")
+    done
+    pixels "${pictures[@]}" | awk -v n="$resolution" -v fov="$fov" -v at="$x $y $z" '
         BEGIN { half = fov * 3.14159265358979 / 360; t = sin(half) / cos(half) }
         {
             u = t * (2 * ($1 + 0.5) / n - 1); v = t * (2 * ($2 + 0.5) / n - 1)
