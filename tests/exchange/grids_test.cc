@@ -1,6 +1,7 @@
 // Grids from NanoVDB, and to netCDF and USD.
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/exchange/export_netcdf.h"
 #include "vdbcloud/exchange/nanovdb_file.h"
 #include "vdbcloud/exchange/netcdf_file.h"
 #include "vdbcloud/exchange/usd.h"
@@ -14,6 +15,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 namespace vdbcloud::test {
@@ -151,6 +153,49 @@ TEST(ExportNetcdf, CoordinatesUnitsAndValuesOfEitherUpAxis)
     }
 }
 
+TEST(ExportNetcdf, CoordinatesRiseWhereVoxelsFallAndChannelsKeepTheirUnits)
+{
+    const Scratch scratch;
+    for (const UpAxis up : {UpAxis::Z, UpAxis::Y}) {
+        GridFile file = small_file(up);
+        const auto transform = Transform::createLinearTransform(1);
+        transform->preScale(Vec3d(-0.5, -0.25, 1));
+        const auto emission = Vec3SGrid::create(Vec3f(0));
+        emission->setName(schema::emission);
+        emission->tree().setValue({4, 3, 2}, Vec3f(5, 6, 7));
+        file.grids[1] = emission;
+        for (const GridBasePtr& grid : file.grids) grid->setTransform(transform->copy());
+        set_vector(*file.grids[0], schema::sigma_t_per_density, Vec3d(2, 3, 4));
+        write_netcdf(scratch / "a.nc", file, "", false);
+        const NetcdfFile read(scratch / "a.nc");
+        std::array<std::vector<double>, 3> at;
+        for (const size_t a : {0, 1, 2}) {
+            at[a] = read.doubles(*read.variable(std::string(1, "xyz"[a])));
+            for (size_t k = 1; k < at[a].size(); ++k) EXPECT_GT(at[a][k], at[a][k - 1]) << a;
+        }
+        const size_t nx = at[0].size(), ny = at[1].size(), nz = at[2].size();
+        const auto *thick = read.variable("extinction"), *hot = read.variable(schema::emission);
+        ASSERT_TRUE(thick && hot);
+        EXPECT_EQ(hot->attribute("units"), "m-1");
+        for (size_t c = 0; c < 3; ++c) {
+            const auto extinction = read.floats(*thick, {c, 0, 0, 0}, {1, nz, ny, nx}),
+                       light = read.floats(*hot, {c, 0, 0, 0}, {1, nz, ny, nx});
+            for (size_t k = 0; k < nz; ++k)
+                for (size_t j = 0; j < ny; ++j)
+                    for (size_t i = 0; i < nx; ++i) {
+                        const Vec3d place(at[0][i], at[1][j], at[2][k]);  // [m]
+                        const Vec3d world = up == UpAxis::Z ? place : Vec3d(place[0], place[2], -place[1]);
+                        const Vec3d voxel = transform->worldToIndex(world / 10);
+                        const size_t n = i + nx * (j + ny * k);
+                        ASSERT_NEAR(extinction[n],
+                                    (2 + double(c)) * (1 + voxel[0] + 10 * voxel[1] + 100 * voxel[2]) / 10, 1e-4);
+                        const bool lit = (voxel - Vec3d(4, 3, 2)).length() < 1e-6;
+                        ASSERT_NEAR(light[n], lit ? (5 + double(c)) / 10 : 0, 1e-6);
+                    }
+        }
+    }
+}
+
 TEST(ExportNetcdf, WhatWasExportedIsImportedAgain)
 {
     const Scratch scratch;
@@ -246,7 +291,7 @@ TEST(ExportUsd, FramesAreTimeSamplesOfOneVolume)
     ASSERT_EQ(r.status, 0) << r.err;
     const std::string text = read_text(scratch / "a.usda");
     for (const char* part :
-         {"startTimeCode = 8\n", "endTimeCode = 9\n",
+         {"startTimeCode = 8\n", "endTimeCode = 9\n", "upAxis = \"Y\"\n",
           "asset filePath.timeSamples = {\n            8: @./a.08.vdb@,\n            9: @./a.09.vdb@,\n",
           "float3[] extent = [(2.75, 1.875, 0.5), (6.25, 2.875, 3.5)]"})
         EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;

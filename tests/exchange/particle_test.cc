@@ -53,7 +53,7 @@ TEST(Splat, KeepsTheMassOfAParticleOfAnyRadiusAnywhere)
 {
     Dice dice(3);
     const auto uniform = [&] { return double(dice.bits() >> 11) * 0x1p-53; };
-    for (const Vec3d& cell : {Vec3d(1.0), Vec3d(0.5, 0.25, 1)})
+    for (const Vec3d& cell : {Vec3d(1.0), Vec3d(0.5, 0.25, 0.9)})
         for (const double radius : {0.0, 0.01, 0.3, 1.0, 1.99, 2.0, 2.5, 7.0, 12.3})
             for (int k = 0; k < 6; ++k) {
                 Particles one;
@@ -68,7 +68,7 @@ TEST(Splat, KeepsTheMassOfAParticleOfAnyRadiusAnywhere)
                 EXPECT_NEAR(splats.mass, double(one.mass[0]), 1e-12);
                 // Trilinear weights keep the place; the kernel is sampled at the voxels about it.
                 const double off = (sums.middle - one.position[0]).length();
-                EXPECT_LT(off, radius < 2 ? 1e-5 : 0.04) << radius << cell;
+                EXPECT_LT(off, radius < 2 * cell[2] ? 1e-5 : 0.04) << radius << cell;
             }
 }
 

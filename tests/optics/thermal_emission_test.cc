@@ -17,6 +17,7 @@ namespace {
 
 using openvdb::Coord;
 using openvdb::CoordBBox;
+using openvdb::math::Transform;
 using test::box;
 
 Medium soot(const Vec3d& sigma_t, const Vec3d& albedo)
@@ -78,7 +79,7 @@ TEST(ThermalEmission, OfFlameNeedsNoSmoke)
     fire.flame = flame;
     fire.scale = 4000;
     fire.flame_absorption = 7;
-    const Medium medium = soot({3, 6, 9}, Vec3d(0.0));
+    const Medium medium = soot({3, 6, 15}, Vec3d(0.0));
     auto j = thermal_emission(*density, medium, nullptr, fire);
     expect_close(at(j, Coord(5, 2, 2)), 7 * 0.5 * blackbody(2000), 2e-5);
     expect_close(at(j, Coord(3, 1, 1)), 7 * 0.3 * blackbody(1200), 2e-5);
@@ -88,8 +89,8 @@ TEST(ThermalEmission, OfFlameNeedsNoSmoke)
     fire.scale = 1;
     fire.flame_absorption = -1;
     j = thermal_emission(*density, medium, nullptr, fire);
-    expect_close(at(j, Coord(1, 1, 1)), (Vec3d(6, 12, 18) + Vec3d(6 * 0.1)) * blackbody(1500), 2e-5);
-    expect_close(at(j, Coord(5, 0, 3)), Vec3d(6 * 0.5) * blackbody(1500), 2e-5);
+    expect_close(at(j, Coord(1, 1, 1)), (Vec3d(6, 12, 30) + Vec3d(8 * 0.1)) * blackbody(1500), 2e-5);
+    expect_close(at(j, Coord(5, 0, 3)), Vec3d(8 * 0.5) * blackbody(1500), 2e-5);
 }
 
 TEST(ThermalEmission, OnOtherLatticesIsSampled)
@@ -131,6 +132,22 @@ TEST(ThermalEmission, TilesStayTilesWhereAllIsOne)
     EXPECT_EQ(thermal_emission(*density, soot(Vec3d(2.0), Vec3d(0.5)), nullptr, fire)->activeVoxelCount(), 1u);
 }
 
+TEST(ThermalEmission, InactiveTemperaturesShineWhereTheirBackgroundDoes)
+{
+    const auto density = FloatGrid::create(0.0f), rise = FloatGrid::create(0.0f);
+    density->sparseFill(CoordBBox(Coord(0), Coord(15)), 1.0f);
+    rise->tree().setValue(Coord(3, 4, 5), 400.0f);
+    Fire fire;
+    fire.temperature = rise;
+    fire.offset = 1300;
+    const auto j = thermal_emission(*density, soot(Vec3d(2.0), Vec3d(0.5)), nullptr, fire);
+    EXPECT_EQ(j->tree().leafCount(), 1u);
+    EXPECT_EQ(j->activeVoxelCount(), uint64_t(16 * 16 * 16));
+    expect_close(at(j, Coord(3, 4, 5)), blackbody(1700), 2e-5);
+    expect_close(at(j, Coord(3, 4, 6)), blackbody(1300), 2e-5);
+    expect_close(at(j, Coord(12, 2, 9)), blackbody(1300), 2e-5);
+}
+
 TEST(ThermalEmission, OfColdOrOddTemperatures)
 {
     const auto density = box({3, 3, 3}, 1, [](Coord) { return 1.0; });
@@ -166,6 +183,15 @@ TEST(ThermalEmission, AddsToAGridOfEmission)
     EXPECT_EQ(sum->getName(), "emission");
     expect_close(at(sum, Coord(1, 2, 3)), Vec3d(1, 2, 3) + blackbody(1800), 2e-5);
     expect_close(at(sum, Coord(0, 0, 0)), blackbody(1800), 2e-5);
+    // Of two lattices the finer one is kept.
+    const auto coarse = Vec3SGrid::create();
+    coarse->setTransform(Transform::createLinearTransform(2));
+    coarse->fill(CoordBBox(Coord(-3), Coord(5)), Vec3f(1, 2, 3));
+    for (const auto& both : {sum_of_emission(coarse, hot), sum_of_emission(hot, coarse)}) {
+        EXPECT_EQ(both->voxelSize(), Vec3d(1.0));
+        expect_close(at(both, Coord(1, 2, 3)), Vec3d(1, 2, 3) + blackbody(1800), 2e-5);
+        expect_close(at(both, Coord(-1, 2, 3)), Vec3d(1, 2, 3), 2e-5);
+    }
     EXPECT_EQ(sum_of_emission(given, nullptr), given);
     EXPECT_EQ(sum_of_emission(nullptr, hot), hot);
 }

@@ -42,10 +42,14 @@ TEST(Spot, MeanIrradianceAlongARayIsItsIntegral)
 {
     for (const auto& [angle, blend] : {std::pair{40.0, 0.25}, {40.0, 0.0}, {120.0, 1.0}, {170.0, 0.5}}) {
         const Light light = spot(angle, blend);
+        // The last two pass behind the spot, where the angle to the axis goes through 180 degrees.
+        const Vec3d back = (0.5 * across - axis).unit(), behind = (-across - 0.5 * axis).unit();
         const WorldRay rays[] = {{light.place() + 2 * axis - 5 * across, across},  // through the axis
                                  {light.place() + 0.4 * axis - 3 * across, (across + 0.2 * axis).unit()},
                                  {light.place() + Vec3d(0.3, 0.4, -2), Vec3d(0, 0, 1)},
-                                 {light.place() - axis + 0.5 * across, axis}};
+                                 {light.place() - axis + 0.5 * across, axis},
+                                 {light.place() + 0.4 * behind - 3 * back, back},
+                                 {light.place() + 0.4 * behind + 7 * back, -back}};
         for (const WorldRay& ray : rays)
             for (const auto& [t0, t1] : {std::pair{0.0, 10.0}, {3.0, 5.0}, {4.0, 4.5}}) {
                 const int n = 200000;
