@@ -122,37 +122,61 @@ private:
     bool staggered_ = false;
 };
 
-/// A value for each coarse voxel, trilinear between those that are active.
-class Between {
+/// Values of coarse voxels within one of them: in its middle its own, in the middles of its faces and edges and at its
+/// corners the mean of the voxels that touch there, linear between these 27 nodes.
+class Within {
 public:
-    explicit Between(const FloatGrid& grid) : at_(grid.getConstAccessor()) {}
-    /// Inactive voxels count as 0.
-    double with_voids(const Vec3d& place) const { return sum(place, false); }
-    double of_active(const Vec3d& place) const { return sum(place, true); }
-
-private:
-    double sum(const Vec3d& place, bool active) const
+    enum class Voids { DoNotCount, AreZero };  // AreZero: at nodes that touch an inactive voxel the value is 0
+    Within(const FloatGrid::ConstAccessor& at, const Coord& voxel, Voids voids)
     {
-        const Coord low(int(std::floor(place[0])), int(std::floor(place[1])), int(std::floor(place[2])));
-        double total = 0, weights = 0;
+        double value[27];
+        bool on[27];
+        for (int n = 0; n < 27; ++n) {
+            float found;
+            on[n] = at.probeValue(voxel.offsetBy(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1), found);
+            value[n] = double(found);
+        }
+        for (int n = 0; n < 27; ++n) {
+            const int node[3] = {n / 9, n / 3 % 3, n % 3};
+            double sum = 0;
+            int touching = 0, counted = 0;
+            for (int x = std::min(node[0], 1); x <= std::max(node[0], 1); ++x)
+                for (int y = std::min(node[1], 1); y <= std::max(node[1], 1); ++y)
+                    for (int z = std::min(node[2], 1); z <= std::max(node[2], 1); ++z) {
+                        const int m = 9 * x + 3 * y + z;
+                        ++touching;
+                        if (on[m]) sum += value[m], ++counted;
+                    }
+            node_[n] = voids == Voids::AreZero && counted < touching ? 0 : sum / counted;
+        }
+    }
+    /// `from_middle`: from -0.5 to 0.5 along each axis.
+    double at(const Vec3d& from_middle) const
+    {
+        double sum = 0;
         for (int corner = 0; corner < 8; ++corner) {
-            Coord c = low;
+            int n = 0;
             double weight = 1;
             for (int a = 0; a < 3; ++a) {
-                const int up = corner >> a & 1;
-                const double part = place[a] - low[a];
-                c[a] += up;
-                weight *= up ? part : 1 - part;
+                const double u = 2 * from_middle[a] + 1;
+                const int low = u < 1 ? 0 : 1, up = corner >> a & 1;
+                n = 3 * n + low + up;
+                weight *= up ? u - low : 1 - (u - low);
             }
-            float value;
-            const bool on = at_.probeValue(c, value);
-            if (active && !on) continue;
-            total += weight * (on ? double(value) : 0);
-            weights += weight;
+            sum += weight * node_[n];
         }
-        return active ? (weights > 0 ? total / weights : 0) : total;
+        return sum;
     }
-    FloatGrid::ConstAccessor at_;
+    double mean() const
+    {
+        double sum = 0;
+        for (int n = 0; n < 27; ++n)
+            sum += node_[n] * (n / 9 == 1 ? 0.5 : 0.25) * (n / 3 % 3 == 1 ? 0.5 : 0.25) * (n % 3 == 1 ? 0.5 : 0.25);
+        return sum;
+    }
+
+private:
+    double node_[27];
 };
 
 template<typename F>
@@ -187,7 +211,8 @@ FloatGridPtr matter_of(const FloatGrid& coarse)
     return matter;
 }
 
-/// Values whose trilinear interpolant has the mean of `matter` over each voxel, but for what a limit at 0 takes.
+/// Values that have the mean of `matter` over each voxel, as Within joins them, but for what a voxel beside much denser
+/// ones cannot have.
 FloatGridPtr sharpened(const FloatGrid& matter)
 {
     const FloatGridPtr out = matter.deepCopy();
@@ -196,15 +221,8 @@ FloatGridPtr sharpened(const FloatGrid& matter)
         each_leaf(*out, [&](auto& leaf) {
             const auto of = matter.getConstAccessor(), from = before->getConstAccessor();
             for (auto v = leaf.beginValueOn(); v; ++v) {
-                double mean = 0;
-                for (int x = -1; x <= 1; ++x)
-                    for (int y = -1; y <= 1; ++y)
-                        for (int z = -1; z <= 1; ++z) {
-                            const double weight = (x ? 0.125 : 0.75) * (y ? 0.125 : 0.75) * (z ? 0.125 : 0.75);
-                            const Coord c = v.getCoord().offsetBy(x, y, z);
-                            if (from.isValueOn(c)) mean += weight * double(from.getValue(c));
-                        }
-                v.setValue(std::max(0.0f, float(double(*v) + double(of.getValue(v.getCoord())) - mean)));
+                const double mean = Within(from, v.getCoord(), Within::Voids::AreZero).mean();
+                if (mean > 0) v.setValue(float(double(*v) * (double(of.getValue(v.getCoord())) / mean)));
             }
         });
     }
@@ -307,31 +325,36 @@ FloatGridPtr add_detail(const FloatGrid& coarse, const Vec3SGrid* velocity, cons
 
     // Detail, and what keeps the mean of each voxel.
     each_leaf(*gain, [&](auto& leaf) {
-        const Between density(*sharp), size(*amount);
+        const auto of_density = sharp->getConstAccessor(), of_amount = amount->getConstAccessor();
         const Flow flow(velocity, coarse.transform());
         for (auto v = leaf.beginValueOn(); v; ++v) {
-            const auto with_noise = [&](double, const Vec3d& place) {
+            const Vec3d middle = v.getCoord().asVec3d();
+            const Within density(of_density, v.getCoord(), Within::Voids::AreZero);
+            const Within size(of_amount, v.getCoord(), Within::Voids::DoNotCount);
+            const double sum = voxels.set(v.getCoord(), [&](double, const Vec3d& place) {
                 const Vec3d speed = flow(place);
                 double noise = 0;
                 for (const Phase& phase : phases)
                     if (phase.weight > 0)
                         noise += phase.weight * pattern((place - phase.age * speed) * double(o.factor) + phase.place);
-                return density.with_voids(place) * std::exp(size.of_active(place) * noise);
-            };
-            const double mean = voxels.set(v.getCoord(), with_noise) / voxels.count();
-            if (!(mean > 0)) voxels.set(v.getCoord(), [&](double, const Vec3d&) { return double(*v); });
-            v.setValue(mean > 0 ? float(std::log(double(*v) / mean)) : 0.0f);
+                return density.at(place - middle) * std::exp(size.at(place - middle) * noise);
+            });
+            v.setValue(sum > 0 ? float(std::log(double(*v) * voxels.count() / sum)) : 0.0f);
         }
     });
     report(progress, 0.7);
     each_leaf(*matter, [&](auto& leaf) {
-        const Between factor(*gain);
+        const auto of_gain = gain->getConstAccessor();
         for (auto v = leaf.cbeginValueOn(); v; ++v) {
+            const Within factor(of_gain, v.getCoord(), Within::Voids::DoNotCount);
+            const Vec3d middle = v.getCoord().asVec3d();
             const double sum = voxels.set(v.getCoord(), [&](double value, const Vec3d& place) {
-                return value * std::exp(factor.of_active(place));
+                return value * std::exp(factor.at(place - middle));
             });
             const double rest = double(*v) * voxels.count() / sum;
-            voxels.set(v.getCoord(), [&](double value, const Vec3d&) { return value * rest; });
+            // Where all is lost to rounding, of the least densities that a float has, matter is even.
+            voxels.set(v.getCoord(),
+                       [&](double value, const Vec3d&) { return std::isfinite(rest) ? value * rest : double(*v); });
         }
     });
     report(progress, 1);
