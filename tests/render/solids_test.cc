@@ -55,6 +55,28 @@ Scene clear_scene()
     return scene;
 }
 
+TEST(SolidRays, ReflectNothingThroughTheirSurface)
+{
+    const Vec3d normal = Vec3d(1, 2, -2) / 3, along = Vec3d(2, 1, 2) / 3;
+    for (const Finish finish : {Finish::Diffuse, Finish::Glossy}) {
+        Material m = diffuse(Vec3d(1.0));
+        m.finish = finish, m.roughness = 0.5;
+        // A viewer near the surface, so that half of a glossy lobe lies below.
+        const Reflection reflection(m, normal, (along + 0.1 * normal).unit());
+        double sum = 0;
+        const int n = 20000;
+        for (int k = 0; k < n; ++k) {
+            const double c = -1 + 2 * (k + 0.5) / n;
+            const double value = reflection.value(direction_about(normal, c, 2.399963229728653 * k));
+            sum += 4 * pi / n * value;
+            if (c >= 0) continue;
+            ASSERT_EQ(value, 0) << c;
+        }
+        EXPECT_LT(sum, 1.001);
+        EXPECT_GT(sum, finish == Finish::Diffuse ? 0.999 : 0.1);
+    }
+}
+
 TEST(SolidRays, MeetEachShapeInClosedForm)
 {
     const double edge = 1.0 / 16;

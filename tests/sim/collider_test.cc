@@ -3,6 +3,7 @@
 #include "shapes.h"
 
 #include "vdbcloud/core/error.h"
+#include "vdbcloud/sim/openness.h"
 
 #include <gtest/gtest.h>
 
@@ -65,6 +66,38 @@ double mean_flux(const Simulation& sim)
     double sum = 0;
     for (size_t c = 0; c < u.size(); c += size_t(l.n[0])) sum += u[c];
     return sum / (double(l.n[1]) * l.n[2]) / wind_speed;
+}
+
+TEST(Colliders, PlanesOpenFacesByTheirShares)
+{
+    // A floor of 130 m and a wall beyond y = 37 m, in cells of 20 x 10 x 50 m.
+    Parameters p = bare({4, 5, 6}, {80, 50, 300});
+    p.moisture = true, p.moist.by = SaturationBy::Height;
+    const auto body = [](const std::function<double(const Point&)>& distance) {
+        return std::make_shared<ClosedForm>(
+            true, [=](const Point& x, double) { return distance(x); }, everywhere);
+    };
+    p.colliders = {body([](const Point& x) { return x[2] - 130; }), body([](const Point& x) { return 37 - x[1]; })};
+    const Openness<double> open(p);
+    for (int i = 0; i < 4; ++i) {
+        EXPECT_NEAR(open.face[0](i, 0, 2), 0.4, 1e-12);
+        EXPECT_NEAR(open.face[0](i, 3, 5), 0.7, 1e-12);
+        EXPECT_NEAR(open.face[2](i, 3, 5), 0.7, 1e-12);
+        EXPECT_EQ(open.face[2](i, 0, 2), 0);
+        EXPECT_EQ(open.face[2](i, 0, 3), 1);
+        EXPECT_EQ(open.face[1](i, 3, 5), 1);
+        EXPECT_EQ(open.face[1](i, 4, 5), 0);
+        EXPECT_EQ(open.face[1](i, 5, 5), 1) << "the first face again, of a periodic axis";
+        EXPECT_EQ(open.ground[size_t(i)], 2);
+    }
+    // Cells within bodies keep the air of the environment.
+    auto sim = Simulation::make(p, {"moist", {0, 300}, {300, 303}, {0.01, 0.004}, {0, 0}, {0, 0}, 0});
+    sim->start();
+    for (const size_t k : {0, 1}) {
+        const double z = 25 + 50 * double(k);
+        EXPECT_NEAR(all(*sim, Quantity::Water)[20 * k], 0.01 - 0.006 * z / 300, 1e-12);
+        EXPECT_NEAR(all(*sim, Quantity::Theta)[20 * k], 300 + 3 * z / 300, 1e-9);
+    }
 }
 
 TEST(Colliders, TheStartAroundABallIsPotentialFlow)

@@ -22,6 +22,13 @@ Parameters still_fire()
     return p;
 }
 
+/// Two levels of 2 km each, where temperature and density fall.
+void make_tall(Parameters& p) { p.lattice.h[2] = 2000, p.moist.by = SaturationBy::Temperature, p.anelastic = true; }
+double exner(const Simulation& sim, size_t cell)
+{
+    return sim.parameters().moist.by == SaturationBy::Temperature ? sim.column().level[cell / 6].exner : 1;
+}
+
 std::unique_ptr<Simulation> lit(const Parameters& p, double temperature, double fuel)
 {
     auto sim = Simulation::make(p, Sounding::uniform(300));
@@ -35,13 +42,15 @@ TEST(Combustion, TurnsFuelToHeatAndSootByAnExactFactor)
 {
     Parameters p = still_fire();
     p.combustion = {true, 0.3, 2000, 2.5, 500, 1900};
-    for (const double dt : {0.01, 0.5}) {
+    for (const double dt : {0.01, 0.5, 0.25}) {
         p.dt = dt;
+        if (dt == 0.25) make_tall(p);
         auto sim = lit(p, 600, 0.4);
         sim->advance_to(0.5);
         const double left = 0.4 * std::exp(-0.5 / 0.3);
         for (const double y : all(*sim, Quantity::Fuel)) EXPECT_NEAR(y, left, 1e-13);
-        for (const double t : all(*sim, Quantity::Theta)) EXPECT_NEAR(t, 600 + 2000 * (0.4 - left), 1e-9);
+        for (size_t c = 0; c < 12; ++c)
+            EXPECT_NEAR(all(*sim, Quantity::Theta)[c], 600 + 2000 * (0.4 - left) / exner(*sim, c), 1e-9);
         for (const double s : all(*sim, Quantity::Dye)) EXPECT_NEAR(s, 2.5 * (0.4 - left), 1e-13);
         std::vector<double> flame(6);
         sim->get_flame_plane(1, flame.data());
@@ -61,6 +70,12 @@ TEST(Combustion, NeedsIgnitionAndEndsAtTheFlamesTemperature)
     auto cold = lit(p, 500, 0.5);
     cold->advance_to(1);
     EXPECT_EQ(all(*cold, Quantity::Fuel), std::vector<double>(12, 0.5));
+    Parameters tall = p;
+    make_tall(tall);
+    auto high = lit(tall, 530, 0.5);  // a potential temperature
+    high->advance_to(1);
+    EXPECT_LT(all(*high, Quantity::Fuel)[0], 0.4) << 530 * exner(*high, 0);
+    EXPECT_EQ(all(*high, Quantity::Fuel)[6], 0.5) << 530 * exner(*high, 6);
     // b = (T_flame - T) / heat is less than the fuel: dT/dt = (T_flame - T) / time.
     auto rich = lit(p, 700, 0.9);
     rich->advance_to(0.2);
@@ -82,6 +97,16 @@ TEST(Cooling, FollowsTheFourthPowerExactlyForAnyStep)
         for (const double t : all(*sim, Quantity::Theta)) EXPECT_NEAR(t, expected, 1e-8);
         EXPECT_LT(std::abs(sim->budget().theta_drift), 1e-12);
     }
+    Parameters tall = p;
+    make_tall(tall);
+    auto high = lit(tall, 1500, 0);
+    high->advance_to(2);
+    for (size_t c = 0; c < 12; ++c) {
+        const double ex = exner(*high, c), span = 1900 - 300 * ex, x = 1200 * ex / span;
+        const double expected = 300 * ex + span * std::pow(std::pow(x, -3) + 3 * 3000 * 2 / span, -1.0 / 3);
+        EXPECT_NEAR(all(*high, Quantity::Theta)[c] * ex, expected, 1e-8);
+    }
+    EXPECT_LT(std::abs(high->budget().theta_drift), 1e-12);
     // Air as warm as its environment, or colder, radiates nothing.
     auto cold = lit(p, 290, 0);
     cold->advance_to(2);

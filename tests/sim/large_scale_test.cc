@@ -52,7 +52,7 @@ TEST(Subsidence, OfLinearProfilesIsMinusWTimesTheGradientOnAllLevels)
 {
     for (const double sign : {-1.0, 1.0})
         for (const bool anelastic : {false, true}) {
-            Parameters p = carrying({3, 4, 10}, {300, 400, 1000});
+            Parameters p = carrying({3, 4, 10}, {600, 200, 1000});
             p.anelastic = anelastic;
             p.large_scale.z = {0, 600, 1000}, p.large_scale.w = {0, sign * 0.02, sign * 0.01};
             const std::pair<Quantity, double> gradients[] = {

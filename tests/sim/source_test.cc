@@ -57,6 +57,32 @@ TEST(Sources, ABallGivesItsVolumeTimesItsRate)
         EXPECT_LT(std::abs(drift), 1e-12);
 }
 
+TEST(Sources, ABallFillsUnevenCellsByTheirShares)
+{
+    Parameters p = still({40, 20, 10}, {200, 200, 200});
+    const Point middle{92, 107, 103};
+    FieldSource s;
+    s.shape = ball(middle, 41);
+    s.dye = 1;
+    p.sources = {s}, p.dt = 1;
+    auto sim = Simulation::make(p, wind(0));
+    sim->advance_to(1);
+    const auto dye = all(*sim, Quantity::Dye);
+    constexpr int n = 6;  // points along an axis of a cell
+    double worst = 0;
+    for (size_t c = 0; c < dye.size(); ++c) {
+        int within = 0;
+        for (int m = 0; m < n * n * n; ++m) {
+            const double x = 5 * (double(c % 40) + (m % n + 0.5) / n) - middle[0],
+                         y = 10 * (double(c / 40 % 20) + (m / n % n + 0.5) / n) - middle[1],
+                         z = 20 * (double(c / 800) + (m / n / n + 0.5) / n) - middle[2];
+            within += x * x + y * y + z * z < 41 * 41;
+        }
+        worst = std::max(worst, std::abs(dye[c] - within / double(n * n * n)));
+    }
+    EXPECT_LT(worst, 0.09) << "two quadratures of a cell";
+}
+
 TEST(Sources, BeginEndAndRampAtTheirTimes)
 {
     Parameters p = still({2, 2, 2}, {2, 2, 2});
@@ -125,6 +151,7 @@ TEST(Sources, AirReturnsToAVelocityByTheExactFactorForAnyRate)
             FieldSource s = everywhere_source();
             s.has_velocity = true, s.velocity = {6, -3, 0}, s.rate = rate;
             p.sources = {s}, p.dt = 4, p.time_scheme = scheme;
+            if (scheme == TimeScheme::Rk3) p.frame = {2.5, -1};  // velocities are those over the ground
             auto sim = Simulation::make(p, wind(2));
             sim->advance_to(8);
             const double left = std::exp(-8 * rate);
@@ -148,6 +175,32 @@ TEST(Sources, AFanLeavesNoDivergenceAndNoFasterAir)
     EXPECT_LT(b.speed_max, 8.5);
 }
 
+TEST(Sources, AFanMovesAirAlikeOnBothOfItsSides)
+{
+    // A first step from rest has no transport: each component is the mirror image of itself about the ball.
+    for (const size_t axis : {0, 1, 2}) {
+        Parameters p = bare({12, 10, 8}, {120, 100, 80});
+        FieldSource s;
+        s.shape = ball({60, 50, 40}, 25);
+        s.has_velocity = true, s.velocity[axis] = 2, s.rate = 1;
+        p.sources = {s}, p.dt = 0.5, p.time_scheme = TimeScheme::Euler;
+        auto sim = Simulation::make(p, wind(0));
+        sim->advance_to(0.5);
+        const auto v = all(*sim, axis == 0 ? Quantity::U : axis == 1 ? Quantity::V : Quantity::W);
+        const auto at = [&](std::array<int, 3> c) { return v[size_t((c[2] * 10 + c[1]) * 12 + c[0])]; };
+        const std::array<int, 3> n{12, 10, 8};
+        for (int k = 1; k < 8; ++k)
+            for (int j = 1; j < 10; ++j)
+                for (int i = 1; i < 12; ++i) {
+                    const std::array<int, 3> c{i, j, k};
+                    std::array<int, 3> mirrored = c;
+                    for (const size_t d : {0, 1, 2}) mirrored[d] = n[d] - c[d] - (d == axis ? 0 : 1);
+                    ASSERT_NEAR(at(c), at(mirrored), 1e-12) << axis << " " << i << " " << j << " " << k;
+                }
+        EXPECT_GT(at({6, 5, 4}), 0.2);
+    }
+}
+
 TEST(Sources, AirReturnsToATemperatureAndTheBudgetKnows)
 {
     Parameters p = still({4, 4, 4}, {400, 400, 400});
@@ -158,6 +211,15 @@ TEST(Sources, AirReturnsToATemperatureAndTheBudgetKnows)
     sim->advance_to(9);
     for (const double t : all(*sim, Quantity::Theta)) EXPECT_NEAR(t, 800 - 500 * std::exp(-1.8), 1e-9);
     EXPECT_LT(std::abs(sim->budget().theta_drift), 1e-12);
+    // A temperature, not a potential one, where the two differ.
+    p.lattice.h[2] = 1000, p.moist.by = SaturationBy::Temperature;
+    auto tall = Simulation::make(p, wind(0));
+    tall->advance_to(9);
+    for (size_t k = 0; k < 4; ++k) {
+        const double target = 800 / tall->column().level[k].exner;
+        EXPECT_NEAR(all(*tall, Quantity::Theta)[16 * k], target - (target - 300) * std::exp(-1.8), 1e-9);
+    }
+    EXPECT_LT(tall->column().level[3].exner, 0.93);
     EXPECT_EQ(sim->budget().new_extrema, -1);
 }
 
@@ -174,6 +236,16 @@ TEST(Sources, StayOnTheGroundBelowABoxThatMoves)
     sim->advance_to(3);
     const auto dye = all(*sim, Quantity::Dye);
     for (int i = 0; i < 8; ++i) EXPECT_NEAR(dye[size_t(i)], i >= 2 && i <= 4 ? 2 : 0, 1e-12) << i;
+    // Beyond periodic sides the ground is that of the opposite side, along y as along x.
+    sim->advance_to(6);
+    p = still({1, 8, 2}, {10, 80, 20});
+    p.time_scheme = TimeScheme::Euler, p.dt = 1, p.frame = {0, 10};
+    s.shape = mask([](const Point& x, double) { return x[1] > 40 && x[1] < 50 ? 1.0 : 0.0; });
+    p.sources = {s};
+    auto across = Simulation::make(p, {"wind", {0}, {300}, {0.01}, {0}, {10}, 0});
+    across->advance_to(6);
+    for (const Simulation* one : {sim.get(), across.get()})
+        for (size_t i = 0; i < 8; ++i) EXPECT_NEAR(all(*one, Quantity::Dye)[i], i < 5 || i == 7 ? 2 : 0, 1e-12) << i;
 }
 
 TEST(Sources, ContinueFromACheckpointWithEqualBits)

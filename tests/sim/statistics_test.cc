@@ -116,6 +116,34 @@ TEST(Statistics, CloudFractionCoverAndWaterPathCountCells)
                 2e-4);
 }
 
+TEST(Statistics, WaterPathHasTheDensityOfEachLevel)
+{
+    Parameters p = moist({2, 3, 20}, {200, 100, 8000});
+    p.anelastic = true, p.q_surface = 0.02, p.q_scale_height = 1e9;
+    auto sim = Simulation::make(p, Sounding::uniform(300));
+    sim->set(Quantity::Water, std::vector<double>(p.lattice.cells(), 0.021));
+    const Sample s = sample_of(*sim);
+    double path = 0;
+    for (size_t k = 0; k < 20; ++k) {
+        EXPECT_NEAR(column(s, "q_l")[k], 1e-3, 1e-6);
+        path += 1.16 * sim->column().rho_centre[k] * 400 * column(s, "q_l")[k];
+    }
+    EXPECT_LT(path, 0.8 * 1.16 * 8) << "air gets thinner";
+    EXPECT_NEAR(number(s, "lwp"), path, 1e-12);
+}
+
+TEST(Statistics, StressHasTheShearAlongItsOwnAxis)
+{
+    // -nu (dv/dz + dw/dy); between walls the mean of dw/dy over 5 cells of 20 m is the difference of 4 of them over
+    // 100.
+    Parameters p = bare({4, 5, 3}, {400, 100, 300}, Side::Periodic, Side::Wall);
+    p.viscosity = 2;
+    auto sim = Simulation::make(p, Sounding::uniform(300));
+    sim->set(Quantity::W, values_at(p.lattice, Quantity::W, [](double, double y, double) { return 0.01 * y; }));
+    EXPECT_NEAR(column(sample_of(*sim), "subgrid_v_w")[1], -2 * 0.01 * 80 / 100, 1e-12);
+    EXPECT_NEAR(column(sample_of(*sim), "subgrid_u_w")[1], 0, 1e-12);
+}
+
 TEST(Statistics, SubgridFluxesAreThoseOfTheEddyViscosityAndTheSurface)
 {
     // Uniform shear S in neutral air: nu = (c_s delta)^2 S between floor and lid, whose mirror images have none.
