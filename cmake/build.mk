@@ -17,7 +17,7 @@ $(BUILD)/packages.stamp: $(TOP)/packages.txt $(TOP)/cmake/install-packages.sh
 # A build folder that was configured with other warnings is configured again.
 configured = $(if $(filter-out $(file < $(BUILD)/werror),$(WERROR)),FORCE)
 $(BUILD)/build.ninja: $(BUILD)/packages.stamp $(configured)
-	@echo "configuring $(abspath $(BUILD))"
+	@printf "configuring %s\n" "$$(realpath -m -- $(call q,$(BUILD)))"
 	@cmake -G Ninja -S $(TOP) -B $(BUILD) -DCMAKE_BUILD_TYPE=Release $(if $(WERROR),-DCMAKE_COMPILE_WARNING_AS_ERROR=$(WERROR)) \
 	    > $(BUILD)/configure.log 2>&1 || { cat $(BUILD)/configure.log; exit 1; }
 	@printf '%s' '$(WERROR)' > $(BUILD)/werror

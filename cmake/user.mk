@@ -22,6 +22,8 @@ endef
 # A line break ends a recipe, and make turns it into a space in what a shell prints.
 $(foreach v,DENSITY VDBCLOUD_REAL VDBCLOUD_I3RC BIN OUT,$(if $(findstring $(line_break),$(value $(v))),$(error $(v) holds a line break: expected a path without one: rename the file, or give a link to it)))
 
+# $(call absolute,PATH): of a path that is seen from here.
+absolute = $(shell realpath -m -- $(call q,$(1)))
 # $(call found,PATH), $(call folder,PATH): the absolute path of a file or folder of the user; nothing if there is none.
 found = $(shell cd $(call q,$(VDBCLOUD_START)) 2> /dev/null; p=$(call q,$(1)); [ ! -f "$$p" ] || realpath -s -- "$$p")
 folder = $(shell cd $(call q,$(VDBCLOUD_START)) 2> /dev/null; p=$(call q,$(1)); [ ! -d "$$p" ] || realpath -s -- "$$p")

@@ -41,6 +41,8 @@ SHELL := bash
 include $(rules)../cmake/user.mk
 # $(call given,VARIABLE): its value; as it stands where the user gave it.
 given = $(if $(filter file,$(origin $(1))),$($(1)),$(value $(1)))
+# The name of this pipeline's folder, which may stand in one whose name has spaces.
+folder_name := $(lastword $(subst /, ,$(CURDIR)))
 # $(call odd,VARIABLE): the characters of a path that keep it from being the name of a target.
 odd = $(shell printf %s $(call q,$(call given,$(1))) | LC_ALL=C tr -d 'A-Za-z0-9_./+,=@~-')
 # A folder that the user gives is meant from where the user stands; with PLACED, from a make of ours, from here.
@@ -54,7 +56,7 @@ endif
 ifneq ($(and $(call of_user,OUT),$(filter-out /%,$(firstword $(call given,OUT)))),)
 override OUT := $(shell realpath -m --relative-to=. -- $(call q,$(VDBCLOUD_START))/$(call q,$(call given,OUT)))
 ifneq ($(call odd,OUT),)
-$(error OUT = '$(call given,OUT)', as seen from $(notdir $(CURDIR)): expected a way of letters, digits and _./+,=@~- only: give an absolute path)
+$(error OUT = '$(call given,OUT)', as seen from $(folder_name): expected a way of letters, digits and _./+,=@~- only: give an absolute path)
 endif
 endif
 # What the rung says of p1solve: "none" where the picture needs no multiple scattering by p1solve.

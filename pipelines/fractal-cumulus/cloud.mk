@@ -11,7 +11,7 @@ render_flags := --resolution 160x90 $(small_flags)
 endif
 scattering := yes
 include ../rules.mk
-cloud    := $(OUT)/$(notdir $(CURDIR))
+cloud    := $(OUT)/$(folder_name)
 density  := $(or $(wildcard density.toml),../fractal-cumulus/density.toml)
 envelope := $(wildcard $(dir $(density))envelope.toml)
 body     := $(if $(envelope),$(cloud).envelope.vdb)

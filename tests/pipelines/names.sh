@@ -104,6 +104,18 @@ done
 ran=$(find "$folder" "$top/pipelines" -name ran)
 [ -z "$ran" ] || fail "a rung ran a command: $ran"
 
+# A frame of the film with detail, then without: made of the simulation's file, which is older than both.
+frame() { make -s --no-print-directory -C "$copy/pipelines/cumulus-growth" OUT="$folder/film" DETAIL="$1" "$folder/film/growth.0000.light.vdb" > said 2>&1 || fail "DETAIL=$1: $(cat said)"; }
+mkdir film
+"$bin/fractalgen" -q --size 12 -o film/growth.0000.coarse.vdb
+make -n -s -C "$copy/pipelines/cumulus-growth" OUT="$folder/film" > /dev/null 2>&1 || true
+touch film/growth.simulated
+frame 2
+cp film/growth.0000.light.vdb detailed.vdb
+frame 1
+! cmp -s film/growth.0000.light.vdb detailed.vdb || fail "DETAIL=1 after DETAIL=2 is lit as before"
+"$bin/vdbdiff" --quiet film/growth.0000.{coarse,density}.vdb || fail "DETAIL=1: not the simulation's density"
+
 # The real cloud's folder is relative, too; what is not there is said.
 mkdir 'real clouds'
 cp B/smoke.vdb 'real clouds/wdas_cloud_sixteenth.vdb'
@@ -124,13 +136,22 @@ ran=$(find "$folder" -name ran)
 # Reading a pipeline again changes nothing that its files depend on.
 for pipeline in "$copy"/pipelines/*/; do
     for time in first second; do
-        (cd "$pipeline" && make PICTURE=small OUT=out/told -n -k all) > /dev/null 2>&1 || true
+        (cd "$pipeline" && make PICTURE=small OUT=out/told -n -k all) > said 2>&1 || true
+        ! grep -E "make.*(warning|invalid)|cloud.mk.*warning|^Usage: make" said || fail "$pipeline: make takes its folder's name for several"
         [ $time = second ] || { sleep 0.01; touch "$folder/between"; sleep 0.01; }
     done
     again=$(find "$pipeline" \( -name '*.told' -o -name '*.part' \) -newer "$folder/between")
     [ -z "$again" ] || fail "read twice, pipelines write anew: $again"
     [ -e "$pipeline/out/told/render.told" ] || fail "$pipeline: expected out/told/render.told"
 done
+
+# A picture that has the folder's name, and the gallery's of it.
+for pipeline in fractal-cumulus gallery; do
+    make -s --no-print-directory -C "$copy/pipelines/$pipeline" PICTURE=small PICTURES=fractal-cumulus CERTIFY=1 density_flags='--size 16' \
+        render_flags='--resolution 32x18' > said 2>&1 || fail "$pipeline: $(cat said)"
+done
+[ -s "$copy/pipelines/fractal-cumulus/out/small/fractal-cumulus.png" ] || fail "fractal-cumulus: no picture of its name"
+grep -q '<figure id="fractal-cumulus">' "$copy/pipelines/gallery/out/small/index.html" || fail "the gallery has no picture"
 
 # why names what a change would make; clean removes the files of any pipeline.
 [ "$(make -s --no-print-directory -C "$copy/pipelines/any" PICTURE=small render_flags='--resolution 16' DENSITY=B/smoke.vdb why | grep -c render)" -ge 1 ] ||
