@@ -61,6 +61,11 @@ protected:
             vel->tree().setValue(v.getCoord(), openvdb::Vec3f(float(speed * edge), 0, 0));
         openvdb::tools::dilateActiveValues(vel->tree(), 1);
         file.grids.push_back(vel);
+        write_timed(name, std::move(file), 10.5);
+    }
+    static void write_timed(const std::string& name, GridFile file, double time)
+    {
+        set_number(*file.metadata, schema::sim_time, time);
         write_grid_file(*folder_ / name, file);
     }
     static void expect_refused(const std::string& command, int status, const std::string& piece)
@@ -96,11 +101,13 @@ TEST_F(StartFrom, StillCloudDoesNotFlicker)
 
 TEST_F(StartFrom, LightMovesWithItsMedium)
 {
-    // Three voxels in half a second: the samples fall on voxels, and all is as if the cloud had stood still.
+    // Three voxels in half a second, by the files' times: the samples fall on voxels, and all is as if the cloud had
+    // stood still.
     write_moved("moved.vdb", 3, 6);
+    write_timed("timed.vdb", read_grid_file(*folder_ / "three.vdb"), 10);
     const std::string solve = "p1solve -q moved.vdb --extinction 15 --albedo 0.999 --g 0.85 --sun 0.5,1,0.3 --degree 3 "
-                              "--change 1e-9 --iterations 1 --start-from three.vdb ";
-    expect_done(solve + "--start-seconds 0.5 -o carried.vdb");
+                              "--change 1e-9 --iterations 1 --start-from timed.vdb ";
+    expect_done(solve + "-o carried.vdb");
     EXPECT_LT(difference("carried.vdb", "started.vdb"), 1e-4);
     // Without the velocity's way the light is that of another place.
     expect_done(solve + "--start-seconds 0 -o left.vdb");
@@ -120,6 +127,8 @@ TEST_F(StartFrom, WhatCannotStartIsRefused)
 {
     expect_refused("p1solve lit.vdb --start-from three.vdb -o n.vdb", 2, "--iterations above 0");
     expect_refused("p1solve lit.vdb --iterations 1 --start-from cloud.vdb -o n.vdb", 1, "no multiple scattering");
+    expect_refused("p1solve lit.vdb --iterations 1 --degree 3 --periodic x --start-from three.vdb -o n.vdb", 2,
+                   "and this one along x");
     expect_refused("p1solve lit.vdb --iterations 1 --degree 1 --start-from three.vdb -o n.vdb", 2, "--degree");
     expect_refused("p1solve lit.vdb --iterations 1 --degree 3 --start-from three.vdb --start-seconds 1 -o n.vdb", 2,
                    "a grid vel");
