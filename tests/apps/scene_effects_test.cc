@@ -233,12 +233,17 @@ TEST_F(SceneEffects, ALightWithoutPowerIsDescribedAndHasNoValues)
     ASSERT_FALSE(seen.empty());
     EXPECT_EQ(seen, fresh);
     EXPECT_NE(seen, picture(in, {"-q"}));
+    const RunResult said = run({program("render"), in, "--sun", "0,1,0", "--lamp", "9,9,9", "--lamp-intensity", "500",
+                                "--resolution", "2", "-o", scratch / "said.exr"});
+    EXPECT_EQ(said.err.find("computed again"), std::string::npos) << "it never was: " << said.err;
     const auto again = read_grid_file(stage("p1solve", in, "lit.vdb", bright));
     EXPECT_GT(find_grid(again, "transmittance_lamp")->activeVoxelCount(), 0u);
     // Alone it lights nothing, and no program puts a sun in its place.
     const std::string dark = stage("illuminate", scratch / "ball.vdb", "dark_lamp.vdb",
                                    {"-q", "--extinction", "0.5", "--lamp", "9,9,9", "--lamp-intensity", "0"});
-    for (const std::string& input : {dark, stage("p1solve", dark, "dark_lit.vdb", {"-q"})}) {
+    const Words black_sky{"-q", "--extinction", "0.5", "--sky", "0"};
+    for (const std::string& input : {dark, stage("p1solve", dark, "dark_lit.vdb", {"-q"}),
+                                     stage("p1solve", scratch / "ball.vdb", "dark_sky.vdb", black_sky)}) {
         const std::vector<float> black = picture(input, {"-q", "--aov", "none"});
         for (size_t k = 0; k < black.size(); k += 4) ASSERT_EQ(black[k], 0) << input;
     }
