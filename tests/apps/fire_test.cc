@@ -226,6 +226,16 @@ TEST_F(Fires, FlameShinesWithoutSmoke)
     refused({"render", ball_at(1500), "--flame-absorption", "1", "-o", scratch / "n.exr"}, 2);
 }
 
+TEST_F(Fires, WhatWasSaidOfThemTravels)
+{
+    const auto thin = sphere("density", 8, [](Coord) { return 1e-6; });
+    const auto flame = sphere("flame", 8, [](Coord) { return 0.5; });
+    const std::string lit = stage("illuminate", file("fire.vdb", {thin, isothermal(1200), flame}), "lit.vdb",
+                                  {"--sun", "0,1,0", "--extinction", "1", "--albedo", "0", "--temperature-offset",
+                                   "500", "--fire-intensity", "0.5", "--flame-absorption", "0.1", "-q"});
+    expect_close(middle(lit, {"--effects", "emission"}).colour, 0.5 * 17 * 0.05 * blackbody(1700), 1e-3);
+}
+
 TEST_F(Fires, AreOfOneKindInAllStages)
 {
     const std::string fire = ball_at(1500);

@@ -15,6 +15,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -164,6 +165,12 @@ TEST(ExportNetcdf, CoordinatesRiseWhereVoxelsFallAndChannelsKeepTheirUnits)
         emission->setName(schema::emission);
         emission->tree().setValue({4, 3, 2}, Vec3f(5, 6, 7));
         file.grids[1] = emission;
+        const auto heat = FloatGrid::create(0.0f);
+        heat->setName(schema::temperature);
+        heat->tree().setValue({4, 3, 2}, 0.5f);
+        set_number(*heat, schema::kelvin_scale, 3000);
+        set_number(*heat, schema::kelvin_offset, 290);
+        file.grids.push_back(heat);
         for (const GridBasePtr& grid : file.grids) grid->setTransform(transform->copy());
         set_vector(*file.grids[0], schema::sigma_t_per_density, Vec3d(2, 3, 4));
         write_netcdf(scratch / "a.nc", file, "", false);
@@ -177,6 +184,12 @@ TEST(ExportNetcdf, CoordinatesRiseWhereVoxelsFallAndChannelsKeepTheirUnits)
         const auto *thick = read.variable("extinction"), *hot = read.variable(schema::emission);
         ASSERT_TRUE(thick && hot);
         EXPECT_EQ(hot->attribute("units"), "m-1");
+        const auto* warm = read.variable(schema::temperature);
+        ASSERT_TRUE(warm);
+        EXPECT_EQ(warm->attribute("units"), "K");
+        const auto kelvin = read.floats(*warm, {0, 0, 0}, {nz, ny, nx});
+        EXPECT_EQ(*std::max_element(kelvin.begin(), kelvin.end()), 1790.0f);
+        EXPECT_EQ(*std::min_element(kelvin.begin(), kelvin.end()), 290.0f);
         for (size_t c = 0; c < 3; ++c) {
             const auto extinction = read.floats(*thick, {c, 0, 0, 0}, {1, nz, ny, nx}),
                        light = read.floats(*hot, {c, 0, 0, 0}, {1, nz, ny, nx});

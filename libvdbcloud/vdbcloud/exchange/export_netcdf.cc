@@ -101,7 +101,7 @@ Lattice lattice_of(const GridFile& file, const std::vector<GridBasePtr>& grids)
 /// What a variable is and how its values follow from a grid's.
 struct Meaning {
     std::string units, standard_name, long_name;
-    double factor = 1;
+    double factor = 1, offset = 0;
     bool vector = false;  // along x, y, z; else colours
 };
 
@@ -115,6 +115,8 @@ Meaning meaning_of(const GridBase& grid, const Lattice& lattice)
     meaning.long_name = std::string(kind->name) + " [" + kind->unit + "]";
     switch (kind->role) {
     case Role::Temperature:
+        meaning.factor = get_number(grid, schema::kelvin_scale, 1);
+        meaning.offset = get_number(grid, schema::kelvin_offset, 0);
         meaning.units = "K";
         meaning.standard_name = "air_temperature";
         break;
@@ -292,11 +294,12 @@ void fill(Writer& writer, const Field& field, const Lattice& lattice)
         const bool vector = field.three && field.meaning.vector;
         const int component = vector ? lattice.axis(part) : part;
         const double sign = vector && lattice.against(part) ? -1 : 1;
-        const double factor = sign * field.meaning.factor * (vector ? 1 : field.factor[part]);
+        const double factor = sign * field.meaning.factor * (vector ? 1 : field.factor[part]),
+                     offset = field.meaning.offset;
         if (const auto scalar = std::dynamic_pointer_cast<FloatGrid>(field.grid)) {
             const auto value = scalar->getConstAccessor();
             writer.fill(field.variable, field.three ? part : -1,
-                        [&](const Coord& at) { return float(factor * double(value.getValue(at))); });
+                        [&](const Coord& at) { return float(factor * double(value.getValue(at)) + offset); });
         } else if (const auto vectors = std::dynamic_pointer_cast<Vec3SGrid>(field.grid)) {
             const auto value = vectors->getConstAccessor();
             writer.fill(field.variable, part,
