@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The README's two commands in a bare Debian 12: a folder made by debootstrap with git, make and nothing else of ours.
+# The README's two commands in a bare Debian 12: a folder made by debootstrap with git, make and nothing else of ours. The tree
+# stands in a folder whose name has a space.
 # Needs root and debootstrap. Usage: debian.sh [FOLDER]; a FOLDER that is named is kept for a second run. Packages come
 # from where this machine's own apt takes bookworm main, or from DEBIAN_MIRROR.
 set -euo pipefail
@@ -45,14 +46,15 @@ mount -t proc proc "$root/proc" 2>/dev/null || true
 mount -t devpts devpts "$root/dev/pts" 2>/dev/null || true
 trap 'umount "$root/proc" "$root/dev/pts" 2>/dev/null || true; [ $# -gt 0 ] || rm -rf "$root"' EXIT
 
-rm -rf "$root/vdbcloud"
-git clone -q "$top" "$root/vdbcloud"
+tree="my clouds/vdbcloud"
+rm -rf "$root/$tree"
+git clone -q "$top" "$root/$tree"
 inside() { chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 ${http_proxy:+http_proxy="$http_proxy"} ${https_proxy:+https_proxy="$https_proxy"} "$@"; }
 picture=${PICTURE:-full}
-inside make -C vdbcloud/pipelines PICTURE="$picture"
-inside make -C vdbcloud/tests
+inside make -C "$tree/pipelines" PICTURE="$picture"
+inside make -C "$tree/tests"
 # Twice is as good as once.
-again=$(inside make -C vdbcloud/pipelines PICTURE="$picture"; inside make -C vdbcloud/tests)
+again=$(inside make -C "$tree/pipelines" PICTURE="$picture"; inside make -C "$tree/tests")
 if printf '%s\n' "$again" | grep -vE '^make(\[[0-9]+\])?: (Entering|Leaving) directory' | grep -q .; then
     echo "the second run did something again:" >&2
     printf '%s\n' "$again" >&2

@@ -132,7 +132,17 @@ bool Option::by_rung() const
 
 void Option::check_effect(bool met, const std::string& wanted) const
 {
-    if (given() && !met && !by_scene()) refuse(without(wanted, name()));
+    if (!given() || by_scene()) return;
+    App::Shared& s = *app_->shared_;
+    if (!s.frame) {
+        if (!met) refuse(without(wanted, name()));
+        return;
+    }
+    FrameNeed& need = s.frame_needs[name() + " " + wanted];
+    need.met = need.met || met;
+    if (met || !need.refusal.empty()) return;
+    need.refusal = app_->place(option_) + name() + without(wanted, name());
+    need.remark = name() + " has no effect on this frame: it needs " + wanted;
 }
 
 }  // namespace vdbcloud::app

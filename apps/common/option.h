@@ -61,7 +61,8 @@ public:
     Option only_with(const std::function<bool()>& met, const std::string& wanted) const;
     /// No effect if `met` once all options are read; `unwanted` is what to leave out: "--shadow-rays".
     Option not_with(std::function<bool()> met, const std::string& unwanted) const;
-    /// The same as only_with(), now. Throws UsageError if the option was given and `met` is false.
+    /// The same as only_with(), now. Throws UsageError if the option was given and `met` is false. Of a sequence one
+    /// frame is enough, since a fire is cold before it is lit: the end of the last frame throws where none was.
     void check_effect(bool met, const std::string& wanted) const;
 
     /// A rung leaves the option as it is if `met` once all options are read, and those before it in the table are set.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <utility>
 
 namespace vdbcloud::app {
 
@@ -171,9 +172,13 @@ void App::each_frame(const std::function<void(const PlaceFrame&)>& work)
             throw;
         }
         keep();
+        for (auto& [option, need] : s.frame_needs)
+            if (!need.remark.empty()) say(std::exchange(need.remark, ""));
     }
     s.report = std::move(whole);
     s.frame.reset();
+    for (const auto& [option, need] : s.frame_needs)
+        if (!need.met) throw UsageError(need.refusal + ": no frame has it");
 }
 
 }  // namespace vdbcloud::app

@@ -40,6 +40,12 @@ struct Rule {
     std::function<void()> check;  // throws if the option was given and has none
 };
 
+/// What an option needs of a frame, and whether a frame had it.
+struct FrameNeed {
+    std::string remark, refusal;  // on the first frame that has not
+    bool met = false;
+};
+
 struct App::Shared {
     // What the tool does.
     bool reads = false, writes = false, may_clobber = false, sequences = false, several_inputs = false;
@@ -74,6 +80,7 @@ struct App::Shared {
     std::vector<Option> rung_set;                            // options whose value is the rung's
     std::vector<int> numbers;                                // of --frames
     std::optional<int> frame;                                // the one that is worked on
+    std::map<std::string, FrameNeed> frame_needs;            // by option and need
     std::set<std::string> used;                              // grids --keep never drops
     std::set<std::string> inherited_grids;                   // names in what was read
     std::set<std::string> traced_inputs;                     // paths of inputs that bring a history

@@ -64,13 +64,11 @@ void say_field(app::App& app, const Options& o, const CloudField& field, const F
     if (grid.empty()) app.warnings()(printable(o.input) + ": no cell is above 0: the density is empty");
 }
 
-/// Options that the file makes idle.
-void check_effects(const Options& o, const CloudField& field)
+/// Options that all times of the file make idle.
+void check_effects(const Options& o, bool used_radius, bool used_air_density)
 {
-    o.option.effective_radius.check_effect(field.used_radius,
-                                           "cells of water without an effective radius of their own");
-    o.option.air_density.check_effect(field.used_air_density,
-                                      "water per mass of air without density of air in the file");
+    o.option.effective_radius.check_effect(used_radius, "cells of water without an effective radius of their own");
+    o.option.air_density.check_effect(used_air_density, "water per mass of air without density of air in the file");
 }
 
 }  // namespace
@@ -82,9 +80,12 @@ void import_model(app::App& app, const Options& o)
     const std::vector<size_t> times = times_of(o, cloud_field_times(o.input, options), bool(pattern));
     const UpAxis up = o.up.value_or(UpAxis::Z);
     const double unit = o.meters_per_unit > 0 ? o.meters_per_unit : 1;
+    bool used_radius = false, used_air_density = false;
     for (const size_t time : times) {
         const CloudField field = read_cloud_field(o.input, options, time);
-        check_effects(o, field);
+        used_radius = used_radius || field.used_radius;
+        used_air_density = used_air_density || field.used_air_density;
+        if (time == times.back()) check_effects(o, used_radius, used_air_density);
         if (ended(app, plan_of_voxels(double(field.cells.size()), 1, 0, "larger cells (--cell)"),
                   std::to_string(times.size()) + " times of " + std::to_string(field.cells.size()) + " cells"))
             return;

@@ -1,6 +1,9 @@
 // Numbered frames in and out of the stages.
 #include "apps/tools.h"
 
+#include "vdbcloud/core/vdb.h"
+#include "vdbcloud/file/io.h"
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -145,6 +148,26 @@ TEST_F(Frames, SeparateFramesAreNoMediumUnlessAskedFor)
            "cmp a.vdb b.vdb")
             .status,
         0);
+}
+
+TEST_F(Frames, AnOptionNeedsOneOfThemThatItChanges)
+{
+    const auto hot = FloatGrid::create(0.0f);
+    hot->fill(openvdb::CoordBBox(openvdb::Coord(-9), openvdb::Coord(9)), 1500.0f);
+    hot->setName("temperature");
+    GridFile file = read_grid_file(scratch / "in.0003.vdb");
+    file.grids.push_back(hot);
+    write_grid_file(scratch / "in.0003.vdb", file);
+    const RunResult r = at("p1solve 'in.%04d.vdb' --frames 1-5x2 --fire-intensity 0.5 -o 'x.%04d.vdb'");
+    EXPECT_EQ(r.status, 0) << r.err;
+    EXPECT_NE(r.err.find("--fire-intensity has no effect on this frame: it needs an input with a grid temperature"),
+              std::string::npos)
+        << r.err;
+    EXPECT_EQ(at("p1solve -q in.0003.vdb --fire-intensity 0.5 -o one.vdb && vdbdiff one.vdb x.0003.vdb").status, 0);
+    refused("p1solve 'in.%04d.vdb' --frames 1,5 --fire-intensity 0.5 -o 'y.%04d.vdb'", 2,
+            "--fire-intensity has no effect without an input with a grid temperature or flame");
+    refused("p1solve in.0001.vdb --fire-intensity 0.5 -o y.vdb", 2, "--fire-intensity has no effect without");
+    EXPECT_FALSE(fs::exists(scratch / "y.vdb"));
 }
 
 TEST_F(Frames, AMissingFrameEndsTheRunAndKeepsThoseBeforeIt)

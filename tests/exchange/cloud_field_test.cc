@@ -279,6 +279,27 @@ nlohmann::json report_of(std::vector<std::string> words)
     return nlohmann::json::parse(r.out, nullptr, false);
 }
 
+TEST(ImportModel, AnOptionNeedsOneTimeThatItChanges)
+{
+    // A model starts without a cloud.
+    const Scratch scratch;
+    {
+        NetcdfMaker file(scratch / "dry.nc");
+        for (const char* axis : {"time", "z", "y", "x"}) file.dimension(axis, *axis == 'x' || *axis == 't' ? 2 : 1);
+        file.variable("lwc", {"time", "z", "y", "x"}, {0, 0, 1, 2}, {{"units", "g m-3"}});
+    }
+    RunOptions there;
+    there.folder = scratch.path();
+    const std::string line = "vdbimport dry.nc --cell 10,10,10 --effective-radius 5 -o d.%02d.vdb";
+    const RunResult r = shell(line, there);
+    EXPECT_EQ(r.status, 0) << r.err;
+    const auto density = openvdb::gridPtrCast<FloatGrid>(find_grid(read_grid_file(scratch / "d.01.vdb"), "density"));
+    EXPECT_NEAR(density->tree().getValue(openvdb::Coord(1, 0, 0)), 1.5 * 2e-3 / 1e3 / 5e-6, 1e-6);
+    const RunResult dry = shell(line + " --times 0", there);
+    EXPECT_EQ(dry.status, 2);
+    EXPECT_NE(dry.err.find("--effective-radius has no effect without cells of water"), std::string::npos) << dry.err;
+}
+
 TEST(ImportModel, TimesBecomeFramesWithUnitsAndUpAxis)
 {
     const Scratch scratch;
