@@ -161,8 +161,9 @@ Verdict finite(Chain&, const World&, const Seen& seen)
         if (wrong == 0) where = what;
         ++wrong;
     };
-    for (const auto& [name, grid] : seen.grids) {
-        const Vectors values(grid);
+    for (const auto& entry : seen.grids) {
+        const std::string& name = entry.first;
+        const Vectors values(entry.second);
         if (!values.readable()) continue;
         values.each([&](const openvdb::Coord& c) { look(values.value(c).lengthSqr(), name_of(name, c)); });
     }
