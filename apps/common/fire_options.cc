@@ -5,6 +5,7 @@
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
 #include "vdbcloud/grid/density.h"
+#include "vdbcloud/grid/emission.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/select.h"
@@ -25,13 +26,6 @@ double greatest(const FloatGrid& grid)
     double most = -std::numeric_limits<double>::max();
     for (auto v = grid.cbeginValueOn(); v; ++v) most = std::max(most, double(*v));
     return most;
-}
-
-bool says_kelvin(const MetaMap& grid)
-{
-    const std::string unit = get_text(grid, schema::unit, "");
-    return unit == "K" || unit == "kelvin" || has_meta(grid, schema::kelvin_scale) ||
-           has_meta(grid, schema::kelvin_offset);
 }
 
 /// What the values of a grid are in kelvin, where nothing says so.

@@ -7,7 +7,7 @@
 #include "vdbcloud/exchange/usd.h"
 #include "vdbcloud/file/io.h"
 #include "vdbcloud/grid/metadata.h"
-#include "vdbcloud/grid/schema.h"
+#include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/up_axis.h"
 
 #include "support/damage.h"
@@ -206,6 +206,25 @@ TEST(ExportNetcdf, CoordinatesRiseWhereVoxelsFallAndChannelsKeepTheirUnits)
                         ASSERT_NEAR(light[n], lit ? (5 + double(c)) / 10 : 0, 1e-6);
                     }
         }
+    }
+}
+
+TEST(ExportNetcdf, ATemperatureIsInKelvinWhereItSaysSo)
+{
+    const Scratch scratch;
+    for (const char* unit : {"", "K"}) {
+        GridFile file = small_file(UpAxis::Z);
+        const auto heat = FloatGrid::create(0.0f);
+        heat->setName("heat");
+        heat->setTransform(file.grids[0]->transform().copy());
+        heat->tree().setValue({4, 3, 2}, 0.5f);
+        if (*unit) set_text(*heat, schema::unit, unit);
+        file.grids.push_back(heat);
+        write_netcdf(scratch / "a.nc", file, "", false);
+        const NetcdfFile read(scratch / "a.nc");
+        ASSERT_TRUE(read.variable("heat"));
+        EXPECT_EQ(read.variable("heat")->attribute("units"), unit);
+        EXPECT_EQ(read.variable("heat")->attribute("standard_name"), *unit ? "air_temperature" : "");
     }
 }
 

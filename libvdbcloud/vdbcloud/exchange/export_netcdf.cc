@@ -3,6 +3,7 @@
 #include "vdbcloud/core/atomic_file.h"
 #include "vdbcloud/core/error.h"
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/emission.h"
 #include "vdbcloud/grid/metadata.h"
 #include "vdbcloud/grid/registry.h"
 #include "vdbcloud/grid/up_axis.h"
@@ -117,6 +118,7 @@ Meaning meaning_of(const GridBase& grid, const Lattice& lattice)
     case Role::Temperature:
         meaning.factor = get_number(grid, schema::kelvin_scale, 1);
         meaning.offset = get_number(grid, schema::kelvin_offset, 0);
+        if (!says_kelvin(grid)) break;
         meaning.units = "K";
         meaning.standard_name = "air_temperature";
         break;

@@ -1,6 +1,8 @@
 #include "vdbcloud/grid/emission.h"
 
 #include "vdbcloud/core/vdb.h"
+#include "vdbcloud/grid/metadata.h"
+#include "vdbcloud/grid/registry.h"
 
 namespace vdbcloud {
 
@@ -43,6 +45,13 @@ bool emits_outside(const Vec3SGrid& emission, const FloatGrid& density)
             if (dark(corner)) return true;
     }
     return false;
+}
+
+bool says_kelvin(const MetaMap& temperature)
+{
+    const std::string unit = get_text(temperature, schema::unit, "");
+    return unit == "K" || unit == "kelvin" || has_meta(temperature, schema::kelvin_scale) ||
+           has_meta(temperature, schema::kelvin_offset);
 }
 
 }  // namespace vdbcloud

@@ -1,5 +1,6 @@
 #pragma once
-// Where a grid of emission shines, and whether a grid Cd changes the albedo.
+// Where a grid of emission shines, whether a grid Cd changes the albedo, and what a grid of temperature says of its
+// values.
 #include "vdbcloud/core/fwd.h"
 
 namespace vdbcloud {
@@ -13,5 +14,8 @@ bool tints(const Vec3SGrid* tint);
 /// True if an active value of emission, one of its channels above 0, lies where density is 0: at a voxel's centre, or
 /// at a corner of a tile. The transforms may differ.
 bool emits_outside(const Vec3SGrid& emission, const FloatGrid& density);
+
+/// True if the metadata of a temperature say what its values are in kelvin: by the unit K, a scale or an offset.
+bool says_kelvin(const MetaMap& temperature);
 
 }  // namespace vdbcloud
