@@ -9,7 +9,8 @@ top=$(cd "$(dirname "$0")/../.." && pwd)
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
-taken() { /usr/bin/time -f '%U %S' -o time "$@" 2> /dev/null; awk '{ printf "%.2f", $1 + $2 }' time; }
+TIMEFORMAT='%U %S'
+taken() { { time "$@" 2> /dev/null; } 2> time; awk '{ printf "%.2f", $1 + $2 }' time; }
 value() { awk -v n="$2" -v option="$1" '$2 == option { print $(n + 3) }' "$top/data/rungs.txt"; }
 
 "$bin/fractalgen" -q --seed 7 --size "${2:-128}" -o cloud.vdb

@@ -18,7 +18,9 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
 
-seconds() { /usr/bin/time -f '%U %S' -a -o "$1" "${@:2}"; }
+# seconds FILE COMMAND: runs it, and adds its processor seconds to the file.
+TIMEFORMAT='%U %S'
+seconds() { { time "${@:2}" 2>&3; } 3>&2 2>> "$1"; }
 # blocks: "NAME a b mean" of each block of the pictures NAME.exr, as in tests/pipelines/references.sh. oiiotool takes longer to start
 # than to print: one for all.
 blocks() {
