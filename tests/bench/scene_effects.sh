@@ -18,11 +18,8 @@ timed() {
     local column=$1 tool=$2 out=out.vdb
     shift 2
     [ "$tool" != render ] || out=out.exr
-    "$bin/$tool" -q --threads 1 "$@" --json report.json -o $out
-    # Of the whole run: the keys of the outermost object.
-    sed -n 's/^  "cpu_seconds": \([0-9.e+-]*\),*$/\1/p; s/^  "peak_memory_bytes": \([0-9]*\),*$/\1/p' report.json > spent
-    [ "$(wc -l < spent)" = 2 ] || { echo "scene_effects.sh: $tool: report.json has no seconds or bytes" >&2; exit 1; }
-    xargs < spent >> "$column"
+    /usr/bin/time -f '%U %S %M' -o spent "$bin/$tool" -q --threads 1 "$@" -o $out
+    awk '{ print $1 + $2, 1024 * $3 }' spent >> "$column"
 }
 median() { sort -g | awk '{ v[NR] = $1 } END { print v[int((NR + 1) / 2)] }'; }
 # shown COLUMN: "1.23 s, 210 MB"

@@ -12,7 +12,7 @@ pictures="ground-shadow cloud-and-mountain dust"
 all() { make -n -s -C "$top/pipelines/gallery" BIN="$bin" OUT="$folder/all" VDBCLOUD_REAL="$1" 2> /dev/null; }
 mkdir "$folder/real"
 all "$folder/real" > "$folder/said" || true
-for p in fractal-cumulus sunset cloud-and-mountain mirror-sphere ground-shadow fog-with-spotlight dust stratocumulus campfire cumulus-growth; do
+for p in fractal-cumulus sunset cloud-and-mountain mirror-sphere ground-shadow fog-with-spotlight dust stratocumulus campfire cumulus-growth cloud-over-terrain; do
     [ -e "$top/pipelines/$p/scene.toml" ] && grep -q "/$p.png --fit" "$folder/said" || fail "$p is not in the gallery"
 done
 grep -q "gallery: disney is skipped" "$folder/said" && ! grep -q "/disney.png" "$folder/said" || fail "disney without its file"
