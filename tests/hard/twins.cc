@@ -151,7 +151,9 @@ Verdict lights(Chain& chain, const World& world, const Seen& seen)
         openvdb::Coord where(0);
         phi.each([&](const openvdb::Coord& c) {
             Vec3d sum(0);
-            for (const Seen& part : parts) sum += Vectors(part.grids.at("phi")).colour(c);
+            for (const Seen& part : parts)  // without phi: the light is not scattered, and adds nothing
+                if (const auto own = part.grids.find("phi"); own != part.grids.end())
+                    sum += Vectors(own->second).colour(c);
             most = std::max(most, largest(phi.colour(c)));
             const double error = largest(phi.colour(c) - sum);
             if (!(error <= worst)) worst = error, where = c;
