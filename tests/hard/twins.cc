@@ -117,9 +117,10 @@ Verdict denser(Chain& chain, const World& world, const Seen& seen)
     for (const auto& [name, grid] : seen.grids) {
         if (!begins(name, "transmittance_") || !other.grids.count(name)) continue;
         const Vectors thin(grid), dense(other.grids.at(name));
+        const std::string& grid_name = name;
         thin.each([&](const openvdb::Coord& c) {
             const Vec3d more = dense.value(c) - thin.value(c);
-            for (int k = 0; k < 3; ++k) verdict.take(more[k], name_of(name, c));
+            for (int k = 0; k < 3; ++k) verdict.take(more[k], name_of(grid_name, c));
         });
     }
     for (const char* channel : {"transmittance.R", "transmittance.G", "transmittance.B"}) {
