@@ -104,7 +104,13 @@ Fire fire_of(App& app, const GridFile& file, const FireOptions& o)
     const GridBasePtr flame = aliased_grid(file, schema::flame);
     const GridBasePtr heat = fire.temperature ? aliased_grid(file, schema::temperature) : flame;
     choose_scale(app, file, *heat, o, fire);
-    if (hottest(fire) < coldest_light) return {};
+    if (const double most = hottest(fire); most < coldest_light) {
+        for (const Option& option : {o.option.scale, o.option.offset, o.option.intensity, o.option.flame})
+            if (option.given() && !option.by_scene())
+                app.say(printable(file.path, 4096) + ": " + option.name() + " changes nothing: the hottest place has " +
+                        brief(most) + " K, and what is colder than " + brief(coldest_light) + " K does not glow");
+        return {};
+    }
     app.uses(heat->getName());
     if (!fire.flame) return fire;
     app.uses(flame->getName());

@@ -298,6 +298,12 @@ TEST_F(Fires, OddTemperaturesEndWellOrAreRefused)
                                     "--temperature-scale", "3", "-o", scratch / "n.vdb"},
                                    2);
     EXPECT_NE(none.err.find("--temperature-scale"), std::string::npos) << none.err;
+    // What is too cold to glow is told.
+    const RunResult faint = run({program("p1solve"), ball_at(400), "--fire-intensity", "3", "--extinction", "0.2", "-o",
+                                 scratch / "faint.vdb"});
+    EXPECT_EQ(faint.status, 0) << faint.err;
+    EXPECT_NE(faint.err.find("--fire-intensity changes nothing: the hottest place has 400 K"), std::string::npos)
+        << faint.err;
     // Of two inputs one is enough.
     const std::string fire = ball_at(1500), cold = scratch / "d.vdb";
     EXPECT_EQ(run({program("p1solve"), cold, fire, "--temperature-scale", "1.1", "--extinction", "0.2", "-o",

@@ -20,7 +20,7 @@ struct DetailOptions {
 ///     d(x) = c(x) exp(a(x) n(x, t)) k(x)
 ///
 /// * c is trilinear between coarse voxels, of values whose mean over a coarse voxel is its own, and falls to 0 on the
-///   faces that it shares with voids: it has no jump anywhere.
+///   faces that it shares with voids: it has no jump.
 /// * n is normal noise of variance 1 whose waves are shorter than two coarse voxels, Kolmogorov's spectrum beyond. It
 ///   moves with the flow: two patterns N of random place, each of which lives for `period` and is taken at
 ///   x - v(x) (age - period / 2); their weights 1 - |2 age / period - 1| fall to 0 where a pattern begins and ends, half
